@@ -326,9 +326,9 @@ fn damage_is_named_and_never_read_as_good() {
     record(folder.path(), &stream, &[80]);
     let good = fs::read(folder.path().join("a.mcap")).unwrap();
     let copy = folder.path().join("damaged.mcap");
-    let mut dice = streams::Dice(7);
+    let mut rng = streams::Rng(7);
     for _ in 0..250 {
-        let (byte, bit) = (8 + dice.roll(good.len() - 8), dice.roll(8));
+        let (byte, bit) = (8 + rng.below(good.len() - 8), rng.below(8));
         let mut bad = good.clone();
         bad[byte] ^= 1 << bit;
         fs::write(&copy, &bad).unwrap();

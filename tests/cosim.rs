@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::common::{CoSimulation, Dice, on_all_cores, seeds};
+use crate::common::{CoSimulation, Rng, on_all_cores, seeds};
 use groundwave::event::{CommandStatus, Failure};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
@@ -106,8 +106,8 @@ fn a_route_of_forty_waypoints_is_held_exactly_and_driven() {
 
 /// Forty points around the start, never far from it, drawn from the seed.
 fn zigzag(seed: u64) -> Vec<Waypoint> {
-    let mut dice = Dice(seed);
-    let mut part = || dice.roll(41) as i16 - 20;
+    let mut rng = Rng(seed);
+    let mut part = || rng.below(41) as i16 - 20;
     (0..40)
         .map(|_| Waypoint {
             x_in: part(),

@@ -39,10 +39,7 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
     });
     let text = told["text"].as_str().unwrap();
     assert!(text.contains("run.mcap"), "{text}");
-    assert!(
-        text.contains("everything before is kept"),
-        "{text}"
-    );
+    assert!(text.contains("everything before is kept"), "{text}");
     let hint = format!("`groundwave recover {}`", path.display());
     assert!(text.contains(&hint), "{text}");
     watch.wait_for_new("another line", |value| value["event"] == "line");

@@ -13,7 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::programs::{GROUNDWAVE, Running, scratch};
-use crate::streams::Dice;
+use crate::streams::Rng;
 use groundwave::capture::Capture;
 use groundwave::capture::messages::RawBytes;
 use groundwave::capture::recover::{Outcome, recover};
@@ -65,7 +65,7 @@ fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) ->
     }
     if let Some(radio) = &radio {
         // Anywhere between two packets: one that is killed while the kernel hands it bytes never had them.
-        radio.wait(Dice(seed ^ 1).roll(1000));
+        radio.wait(Rng(seed ^ 1).below(1000));
     }
     child.0.kill().unwrap();
     child.0.wait().unwrap();
@@ -175,9 +175,9 @@ fn a_kill_at_any_moment_costs_nothing_that_was_read() {
         .ok()
         .and_then(|kills| kills.parse::<u64>().ok())
     else {
-        let mut dice = Dice(12);
+        let mut rng = Rng(12);
         for seed in 0..12 {
-            let kill = kill_after(&folder, seed, dice.roll(400), None);
+            let kill = kill_after(&folder, seed, rng.below(400), None);
             println!("seed {seed}: {kill:?}");
         }
         return;
@@ -206,7 +206,7 @@ fn at_a_rate(folder: &Path, kills: u64, packets_s: u32) -> Vec<Kill> {
             let running: Vec<_> = seeds
                 .map(|seed| {
                     let folder = &folder;
-                    let lines = 1 + Dice(seed).roll(13 * packets_s as usize);
+                    let lines = 1 + Rng(seed).below(13 * packets_s as usize);
                     scope.spawn(move || kill_after(folder, seed, lines, Some(packets_s)))
                 })
                 .collect();

@@ -1,7 +1,7 @@
 //! The command ledger as the operator reads it, beside a robot that knows better: what a row claims is so at
 //! the robot, at every moment at which the row could change.
 
-use crate::common::{CoSimulation, Dice, on_all_cores, seeds};
+use crate::common::{CoSimulation, Rng, on_all_cores, seeds};
 use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent};
 use groundwave::model::{Config, Model};
 use groundwave::request::Request;
@@ -171,8 +171,8 @@ fn route_claim(row: &str) -> Option<(Option<(&str, &str)>, &str)> {
         })
 }
 
-fn route(dice: &mut Dice) -> Vec<Waypoint> {
-    let mut part = || dice.roll(41) as i16 - 20;
+fn route(rng: &mut Rng) -> Vec<Waypoint> {
+    let mut part = || rng.below(41) as i16 - 20;
     (0..6)
         .map(|_| Waypoint {
             x_in: part(),
@@ -186,9 +186,9 @@ fn no_row_says_more_than_is_so_at_the_robot() {
     on_all_cores(seeds(SEEDS), |seed| {
         let channel = if seed % 2 == 0 { "" } else { "ber=1e-3" };
         let mut watched = Watched::new(seed, channel);
-        let mut dice = Dice(seed);
+        let mut rng = Rng(seed);
         for _ in 0..2 {
-            let route = route(&mut dice);
+            let route = route(&mut rng);
             let id = watched.send_list(route);
             watched.run_until("the list is active", 120, |watched| {
                 matches!(watched.co.fate(id), Some(CommandStatus::Confirmed { .. }))

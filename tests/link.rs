@@ -22,7 +22,7 @@ fn over_seeds(trial_of: impl Fn(u64) -> Trial + Sync) {
         let mut trial = trial_of(seed);
         let mut proven = 0;
         for _ in 0..ORDERS {
-            let pause_ms = trial.roll(3000);
+            let pause_ms = trial.below(3000);
             trial.run_ms(pause_ms);
             let deed = trial.some_deed();
             let number = trial.order(deed);

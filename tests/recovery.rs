@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::recordings::{
     chunks, concatenated, feed, finished, killed, messages, received, session, wall,
 };
-use crate::streams::Dice;
+use crate::streams::Rng;
 use groundwave::capture::files::{find_interrupted, set_aside};
 use groundwave::capture::messages::{RawBytes, StationEvent};
 use groundwave::capture::recover::{Outcome, Recovery, recover};
@@ -98,10 +98,10 @@ fn a_cut_anywhere_loses_no_whole_message_before_it() {
     let folder = TempDir::new().unwrap();
     let stream = streams::noisy(120, 2);
     let whole = fs::read(killed(folder.path(), &stream)).unwrap();
-    let mut dice = Dice(1);
+    let mut rng = Rng(1);
     let path = folder.path().join("cut.mcap");
     for _ in 0..250 {
-        let bytes = dice.roll(whole.len() + 1);
+        let bytes = rng.below(whole.len() + 1);
         fs::write(&path, &whole[..bytes]).unwrap();
         let what = format!("{bytes} bytes");
         let readable = if bytes < mcap::MAGIC.len() {
@@ -135,11 +135,11 @@ fn a_flipped_bit_of_a_finished_recording_is_found_and_costs_little() {
     let folder = TempDir::new().unwrap();
     let stream = streams::noisy(120, 4);
     let good = fs::read(finished(folder.path(), &stream)).unwrap();
-    let mut dice = Dice(3);
+    let mut rng = Rng(3);
     let mut kept = 0;
     for round in 0..250 {
         let path = folder.path().join(format!("flipped-{round}.mcap"));
-        let (byte, bit) = (dice.roll(good.len()), dice.roll(8));
+        let (byte, bit) = (rng.below(good.len()), rng.below(8));
         let mut bad = good.clone();
         bad[byte] ^= 1 << bit;
         fs::write(&path, &bad).unwrap();
@@ -163,10 +163,10 @@ fn a_flipped_bit_of_an_unfinished_recording_costs_one_message() {
     let folder = TempDir::new().unwrap();
     let stream = streams::noisy(120, 5);
     let good = fs::read(killed(folder.path(), &stream)).unwrap();
-    let mut dice = Dice(4);
+    let mut rng = Rng(4);
     for round in 0..250 {
         let path = folder.path().join(format!("flipped-{round}.mcap"));
-        let (byte, bit) = (dice.roll(good.len()), dice.roll(8));
+        let (byte, bit) = (rng.below(good.len()), rng.below(8));
         let mut bad = good.clone();
         bad[byte] ^= 1 << bit;
         fs::write(&path, &bad).unwrap();
@@ -200,15 +200,15 @@ fn everything_between_damaged_places_is_saved() {
     let stream = streams::noisy(400, 7);
     let good = fs::read(killed(folder.path(), &stream)).unwrap();
     let whole = messages(&finished(folder.path(), &stream));
-    let mut dice = Dice(5);
+    let mut rng = Rng(5);
     for round in 0..60 {
         let path = folder.path().join(format!("both-{round}.mcap"));
         let mut bad = good.clone();
         let flips = round % 5 + 1;
         for _ in 0..flips {
             // Header, topics and session are hit in other tests.
-            let byte = good.len() / 2 + dice.roll(good.len() / 2);
-            bad[byte] ^= 1 << dice.roll(8);
+            let byte = good.len() / 2 + rng.below(good.len() / 2);
+            bad[byte] ^= 1 << rng.below(8);
         }
         fs::write(&path, &bad).unwrap();
         let recovery = recover(&path).unwrap();

@@ -32,9 +32,9 @@ pub enum Fate {
 impl fmt::Display for Fate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Removed => f.write_str(
-                "it was removed, and its content is lost; start a new recording",
-            ),
+            Self::Removed => {
+                f.write_str("it was removed, and its content is lost; start a new recording")
+            }
             Self::Moved => f.write_str(
                 "it was moved or renamed, and its content is kept there; start a new recording",
             ),

@@ -31,9 +31,7 @@ pub enum CodecError {
     )]
     Json(String),
     /// The client has another version.
-    #[error(
-        "version {0} is not supported, only {VERSION}; use the same groundwave on both sides"
-    )]
+    #[error("version {0} is not supported, only {VERSION}; use the same groundwave on both sides")]
     Version(u32),
     /// The line is JSON but has other fields.
     #[error("a line needs `groundwave`, or `id` and either `do` or `route`")]

@@ -63,16 +63,16 @@ pub const fn owner(seed: u64) -> u16 {
 }
 
 /// Numbers from a seed, the same everywhere, by the `SplitMix64` of Steele, Lea and Flood.
-pub struct Dice(pub u64);
+pub struct Rng(pub u64);
 
-impl Dice {
-    /// 0 to `sides` - 1.
-    pub fn roll(&mut self, sides: u64) -> u64 {
+impl Rng {
+    /// A number from 0 to `end` - 1.
+    pub fn below(&mut self, end: u64) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (z ^ (z >> 31)) % sides
+        (z ^ (z >> 31)) % end
     }
 }
 

@@ -12,15 +12,15 @@ use groundwave_protocol::telemetry::{
 };
 
 /// A small generator whose values never change.
-pub struct Dice(pub u64);
+pub struct Rng(pub u64);
 
-impl Dice {
-    pub fn roll(&mut self, sides: usize) -> usize {
+impl Rng {
+    pub fn below(&mut self, end: usize) -> usize {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as usize % sides
+        (self.0 >> 33) as usize % end
     }
 }
 
@@ -65,13 +65,13 @@ fn send(slots: u32, with_acks: bool) -> Vec<u8> {
 
 /// [`clean`] over a bad radio: flipped bits, lost and added bytes.
 pub fn noisy(slots: u32, seed: u64) -> Vec<u8> {
-    let mut dice = Dice(seed);
+    let mut rng = Rng(seed);
     let mut stream = Vec::new();
     for byte in clean(slots) {
-        match dice.roll(2000) {
+        match rng.below(2000) {
             0 => {}
-            1 => stream.extend([byte, dice.roll(256) as u8]),
-            2..=4 => stream.push(byte ^ 1 << dice.roll(8)),
+            1 => stream.extend([byte, rng.below(256) as u8]),
+            2..=4 => stream.push(byte ^ 1 << rng.below(8)),
             _ => stream.push(byte),
         }
     }

@@ -77,7 +77,7 @@ pub struct Trial {
     pub boundaries_ms: Vec<u64>,
     /// Bytes of the station that have left the wire.
     bytes_gone: usize,
-    dice: u64,
+    rng: u64,
 }
 
 impl Trial {
@@ -111,20 +111,20 @@ impl Trial {
             stops: Vec::new(),
             boundaries_ms: Vec::new(),
             bytes_gone: 0,
-            dice: seed,
+            rng: seed,
         }
     }
 
     /// Evenly from 0 up to, not including, this.
-    pub fn roll(&mut self, below: u64) -> u64 {
-        self.dice = self.dice.wrapping_mul(6_364_136_223_846_793_005);
-        self.dice = self.dice.wrapping_add(1_442_695_040_888_963_407);
-        (self.dice >> 33) % below
+    pub fn below(&mut self, below: u64) -> u64 {
+        self.rng = self.rng.wrapping_mul(6_364_136_223_846_793_005);
+        self.rng = self.rng.wrapping_add(1_442_695_040_888_963_407);
+        (self.rng >> 33) % below
     }
 
     /// A list unlike any other.
     pub fn some_list(&mut self, count: usize) -> Deed {
-        let mut part = || self.roll(19_999) as i16 - 9999;
+        let mut part = || self.below(19_999) as i16 - 9999;
         let point = |_| Waypoint {
             x_in: part(),
             y_in: part(),
@@ -141,12 +141,12 @@ impl Trial {
         })
     }
 
-    /// A list or a pose, as the dice fall.
+    /// A list or a pose, as the rng fall.
     pub fn some_deed(&mut self) -> Deed {
-        if self.roll(2) == 0 {
+        if self.below(2) == 0 {
             return self.some_pose();
         }
-        let count = 1 + self.roll(40) as usize;
+        let count = 1 + self.below(40) as usize;
         self.some_list(count)
     }
 

@@ -94,13 +94,13 @@ fn damaged_capture_is_shown_up_to_the_damage_with_the_reason() {
         Ok::<_, String>((tally.lines, tally.alarms, log))
     };
     let (all, alarms, _) = lines(&whole).unwrap();
-    let mut dice = 7_usize;
+    let mut rng = 7_usize;
     let (mut opened, mut before) = (0, 0);
     for n in 0..120 {
-        dice = dice
+        rng = rng
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        let at = (dice >> 33) % whole.len();
+        let at = (rng >> 33) % whole.len();
         match lines(&whole[..at]) {
             Ok((some, _, log)) => {
                 opened += 1;

@@ -187,9 +187,9 @@ fn known(facts: &Facts) -> String {
 }
 
 /// A small generator of random numbers.
-struct Dice(u64);
+struct Rng(u64);
 
-impl Dice {
+impl Rng {
     fn below(&mut self, end: usize) -> usize {
         self.0 = self
             .0
@@ -279,7 +279,7 @@ impl Listening {
 fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() {
     for name in CAPTURES {
         for seed in 1..4 {
-            let mut dice = Dice(seed);
+            let mut rng = Rng(seed);
             let mut live = Listening::new();
             let mut was = Vec::new();
             let mut tape = capture(name);
@@ -290,7 +290,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                         // Like a port: in random pieces, complete by the end of the line.
                         let mut rest = bytes;
                         while !rest.is_empty() {
-                            let cut = 1 + dice.below(rest.len());
+                            let cut = 1 + rng.below(rest.len());
                             let left = (rest.len() - cut) as u32;
                             let early = at.saturating_sub(from) * left / bytes.len() as u32;
                             let then = at.saturating_sub(early);
@@ -299,7 +299,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                             rest = &rest[cut..];
                         }
                         let ends_here = bytes.ends_with(b"\n");
-                        if ends_here && dice.below(20) == 0 {
+                        if ends_here && rng.below(20) == 0 {
                             let facts = &live.session.facts;
                             was.push((at, known(facts), screen(facts, at), facts.tally().lines));
                         }

@@ -23,12 +23,12 @@ fn a_seek_shows_what_playing_there_shows() {
         let played = played(name);
         let (mut timeline, end) = read_whole(capture(name));
         assert_eq!(end, played.last().unwrap().0, "{name}");
-        let mut dice = 1_usize;
+        let mut rng = 1_usize;
         for n in 0..60 {
-            dice = dice
+            rng = rng
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
-            let place = (dice >> 33) % played.len();
+            let place = (rng >> 33) % played.len();
             let (at, shown) = &played[place];
             // Between two steps nothing changes.
             let next = played.get(place + 1).map_or(*at, |(next, _)| *next);

@@ -206,13 +206,13 @@ fn line_in_the_unread_part_is_shown_at_its_estimate() {
 fn reading_corrects_a_damaged_index() {
     let bytes = recorded(&bytes_of("house-clean.txt"), (3..30).cycle().take(100));
     let summary_at = bytes.len() * 9 / 10;
-    let mut dice = 11_usize;
+    let mut rng = 11_usize;
     for n in 0..150 {
-        dice = dice
+        rng = rng
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
         let mut bytes = bytes.clone();
-        let at = summary_at + (dice >> 33) % (bytes.len() - summary_at);
+        let at = summary_at + (rng >> 33) % (bytes.len() - summary_at);
         bytes[at] ^= 1 << (n % 8);
         let Ok(tape) = index::read(Arc::new(bytes), Path::new("unread")) else {
             continue;
@@ -339,12 +339,12 @@ fn cached_states_equal_played_states() {
         things > 3 * 512 && last > 40,
         "{things} things, {last} places"
     );
-    let mut dice = 3_usize;
+    let mut rng = 3_usize;
     for n in 0..60 {
-        dice = dice
+        rng = rng
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        let wanted = &played[(dice >> 33) % played.len()];
+        let wanted = &played[(rng >> 33) % played.len()];
         let number = lines(wanted.facts());
         match n % 3 {
             0 => timeline.seek(wanted.moment()),

@@ -108,7 +108,10 @@ fn invalid_calls_get_an_error() {
         ("mode prowl", "A call is {\"do\":\"mode prowl\"}"),
         (r#"{"mode":"prowl"}"#, "unknown field `mode`"),
         ("{}", "needs either \"do\" or \"route\""),
-        (r#"{"do":"stop","route":[]}"#, "needs either \"do\" or \"route\""),
+        (
+            r#"{"do":"stop","route":[]}"#,
+            "needs either \"do\" or \"route\"",
+        ),
         (r#"{"do":""}"#, "no command given"),
         (r#"{"do":"fly"}"#, "unknown command `fly`"),
         (r#"{"do":"mode flying"}"#, "unknown mode `flying`"),
