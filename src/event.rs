@@ -19,13 +19,12 @@ use crate::request::Request;
 use crate::run::{Listed, Overlaid};
 use crate::statistics::Statistics;
 
-/// Something that happened. The time it happened at travels beside it, as the time since the station
-/// started.
+/// An event. Its time, since the station started, is passed separately.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// An intact 80-byte line arrived.
     Line {
-        /// What it says.
+        /// The decoded line.
         line: Box<Line>,
         /// Its 80 bytes.
         raw: [u8; 80],
@@ -34,24 +33,24 @@ pub enum Event {
     Ack(AckLine),
     /// The decoder's totals changed.
     Counters(Counters),
-    /// How the link does, at most once a second.
+    /// Statistics of the link, at most once a second.
     Statistics(Box<Statistics>),
     /// The connection to the radio changed.
     Link(LinkEvent),
-    /// What comes from the radio is of another kind now.
+    /// The kind of bytes from the radio changed.
     Reception {
-        /// Of which.
+        /// The new kind.
         reception: Reception,
-        /// Since when.
+        /// Time since which the kind lasts.
         since: Moment,
     },
-    /// A command was asked for, and is queued.
+    /// A command was queued.
     Asked {
         /// The command.
         id: CommandId,
         /// The request.
         request: Request,
-        /// The client that asked, when the link is shared; `None` for this station's operator.
+        /// The client of the shared link that gave the command; `None` for this station's operator.
         by: Option<String>,
     },
     /// A command has a new status.
@@ -61,29 +60,29 @@ pub enum Event {
         /// Its status, never [`CommandStatus::Queued`].
         status: CommandStatus,
     },
-    /// Where the session is being recorded changed.
+    /// The state of the recording changed.
     Recording(Recording),
-    /// A route file was read for [`Effect::LoadRoute`], or could not be.
+    /// A route file was read for [`Effect::LoadRoute`], or reading failed.
     RouteLoaded {
-        /// The file that was asked for.
+        /// The requested file.
         path: String,
-        /// Its waypoints, or what is wrong with it and where.
+        /// Its waypoints, or the mistake with its position.
         route: Result<Vec<Waypoint>, String>,
     },
-    /// A route file was written for [`Effect::SaveRoute`], or not.
+    /// A route file was written for [`Effect::SaveRoute`], or writing failed.
     RouteSaved {
-        /// The file that was asked for.
+        /// The requested file.
         path: String,
-        /// What happened.
+        /// The result.
         saved: Result<(), SaveProblem>,
     },
-    /// The runs of a folder were read for [`Effect::ListRuns`], or why they could not be.
+    /// The runs of a folder were read for [`Effect::ListRuns`], or the error.
     Runs(Result<Arc<Listed>, String>),
-    /// Two runs were read for [`Effect::CompareRuns`], or why they could not be.
+    /// Two runs were read for [`Effect::CompareRuns`], or the error.
     Overlaid(Result<Arc<Overlaid>, String>),
     /// The operator set or cleared a mark.
     Mark(Mark),
-    /// What only a simulator knows: shown as the simulator's truth, used for nothing.
+    /// The true state of a simulated robot's world, which is only shown.
     Truth(Truth),
     /// A line for the log.
     Notice(Notice),
@@ -91,81 +90,81 @@ pub enum Event {
     Key(crossterm::event::KeyEvent),
     /// Text was pasted.
     Paste(String),
-    /// The mouse was used on something that the screen shows.
+    /// The mouse was used on an object on the screen.
     Pointer {
-        /// On what.
+        /// The object.
         on: Spot,
-        /// How.
+        /// The gesture.
         gesture: Gesture,
     },
-    /// The terminal has this size now.
+    /// The size of the terminal changed.
     Resize {
         /// Columns.
         width: u16,
         /// Rows.
         height: u16,
     },
-    /// Time passed and nothing else happened.
+    /// Only time has passed.
     Tick,
 }
 
-/// What the screen shows where the mouse points.
+/// An object on the screen under the mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spot {
     /// A point on the floor, whole inches in the robot's frame.
     Floor {
-        /// To the right.
+        /// X, inches; positive right.
         x_in: i16,
-        /// Ahead.
+        /// Y, inches; positive ahead.
         y_in: i16,
-        /// What lies no farther from it is meant too, inches.
+        /// Radius within which other objects also match, inches.
         reach_in: i16,
     },
     /// A waypoint in the route editor's list, from 0.
     Waypoint(usize),
-    /// A panel, by its place in the order of the Tab key.
+    /// A panel, by its index in the order of the Tab key.
     Panel(usize),
 }
 
-/// What the mouse did there.
+/// A gesture of the mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gesture {
-    /// The left button.
+    /// A click of the left button.
     Click,
-    /// The wheel, by steps; away from the hand is positive.
+    /// Steps of the wheel; positive away from the hand.
     Wheel(i8),
 }
 
-/// What the operator wants done.
+/// A request of the operator, to be carried out by the runtime.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Effect {
-    /// Deliver this and prove it.
+    /// Deliver a command until the robot has confirmed it.
     Send(Request),
-    /// Drive by hand; to be renewed while the operator holds the key, good for a second.
+    /// Drive by hand; renewed while the operator holds the key.
     Drive {
         /// Speed at the centre, in/s.
         velocity_in_s: i8,
         /// Left minus right, in/s.
         rotation_in_s: i8,
     },
-    /// The operator let go: no more drive frames after a final standstill.
+    /// End hand drive; the robot stops.
     DriveEnd,
-    /// Forget commands that wait and the one under way.
+    /// Cancel the waiting commands and the one under way.
     CancelCommands,
-    /// Begin a recording with what is remembered, or end the one under way.
+    /// Begin a recording that includes the remembered observations, or end the one under way.
     ToggleRecording,
-    /// Keep beside the capture of this name what is said of its run.
+    /// Save a remark in the label beside a capture.
     Label {
         /// The capture.
         capture: String,
-        /// What is said.
+        /// The remark.
         remark: Remark,
-        /// How long before now was what it is about; in a capture on show it is about the moment shown.
+        /// Time since the moment that the remark is about; in a replay, the remark is about the moment shown.
         ago: Moment,
     },
     /// Read the runs of the captures in a folder; the answer is [`Event::Runs`].
     ListRuns(String),
-    /// Read two runs and lay them over each other; the answer is [`Event::Overlaid`].
+    /// Read two runs for comparison; the answer is [`Event::Overlaid`].
     CompareRuns([String; 2]),
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
@@ -173,26 +172,26 @@ pub enum Effect {
     SaveRoute {
         /// The file.
         path: String,
-        /// What goes into it.
+        /// Its text.
         text: String,
-        /// Whatever is there may go.
+        /// Whether an existing file may be overwritten.
         overwrite: bool,
     },
     /// Show another moment of the session or capture.
     Playback(Control),
-    /// Tell of something in the log: it comes back as [`Event::Notice`].
+    /// Log a notice; it comes back as [`Event::Notice`].
     Notice(Notice),
-    /// Ring the bell: the robot sings, or calls.
+    /// Ring the bell, for a song or an alarm.
     Ring,
-    /// Draw the whole screen anew: something else wrote on it.
+    /// Redraw the whole screen, after another program has written to it.
     Redraw,
     /// Stop the program and put it in the background.
     Suspend,
-    /// Leave.
+    /// Leave the program.
     Quit,
 }
 
-/// A text without the quotes around all of it.
+/// A text without its enclosing quotes.
 pub(crate) fn unquoted(text: &str) -> String {
     match shlex::split(text).as_deref() {
         Some([word]) => word.clone(),
@@ -200,11 +199,10 @@ pub(crate) fn unquoted(text: &str) -> String {
     }
 }
 
-/// `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Quotes around a whole text are
-/// no part of it.
+/// Parses `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Enclosing quotes are removed.
 ///
 /// # Errors
-/// When its text is missing, or it takes none.
+/// When a text is missing or superfluous.
 #[must_use]
 pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
     let (first, rest) = words.split_first()?;
@@ -223,21 +221,21 @@ pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
 /// Why a file was not written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SaveProblem {
-    /// There is one of that name, and nobody said that it may go.
+    /// The file exists and may not be overwritten.
     Exists,
-    /// One line for a person.
+    /// Another error, as one line.
     Failed(String),
 }
 
-/// Where the session is being recorded.
+/// State of the recording of a session.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recording {
-    /// Raw bytes go here.
+    /// File of the raw bytes.
     pub tee: Option<String>,
-    /// MCAP goes here.
+    /// MCAP file.
     pub mcap: Option<String>,
     /// Bytes recorded.
     pub bytes: u64,
-    /// Recording failed: what happened and what is lost.
+    /// Why recording failed, and the loss.
     pub problem: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! Parses the command line and leaves with the exit code that scripts rely on.
+//! Parses the command line and exits with a documented code.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! The station's events as a capture keeps them, and back.
+//! Converts the station's events to their recorded form and back.
 
 use groundwave_captures::messages::{StationEvent, StationEventKind, UplinkEvent};
 use groundwave_protocol::Waypoint;
@@ -6,7 +6,7 @@ use groundwave_protocol::Waypoint;
 use crate::event::{CommandId, CommandStatus, Event, Mark, Notice, NoticeCode};
 use crate::request::Request;
 
-/// The part of an event that belongs into a capture; `None` for one that follows from the bytes.
+/// The recorded form of an event; `None` for one that follows from the bytes.
 #[must_use]
 pub fn to_recorded(event: &Event) -> Option<StationEvent> {
     match event {
@@ -24,13 +24,13 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
     }
 }
 
-/// The event that was recorded; `None` for one that follows from the bytes, or of a newer version.
+/// The event of a recorded form; `None` for one that follows from the bytes, or of a newer version.
 #[must_use]
 pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
     match recorded.kind.as_ref()? {
         StationEventKind::Command(event) => command(event),
         StationEventKind::Link(link) => link.event().map(Event::Link),
-        // The station judges the bytes again.
+        // The station classifies the bytes again.
         StationEventKind::Reception(_) => None,
         StationEventKind::Mark(mark) => Some(Event::Mark(Mark::from(*mark))),
         StationEventKind::Notice(notice) => {

@@ -1,4 +1,4 @@
-//! The share client: asks the station that shares its link.
+//! The share client: sends commands through a station that shares its link.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -6,29 +6,29 @@ use std::time::{Duration, Instant};
 
 use crate::share::{Address, ClientLine, Lines, StationLine, Welcome};
 
-/// A station answers a hello at once; this is for one that is stopped or swapped out.
+/// Timeout of the hello, which a station answers at once unless it is stopped or swapped out.
 const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A read that brings nothing returns after this, so that a deadline is noticed.
+/// Timeout of a read, so that deadlines are checked.
 const READ_TIMEOUT: Duration = Duration::from_millis(200);
 
-/// Why a station cannot be reached, or no more.
+/// Reason why a station cannot be reached.
 #[derive(Debug, thiserror::Error)]
 pub enum ShareClientError {
-    /// No station shares a link there.
+    /// No station shares a link at the address.
     #[error(
         "cannot reach a station at {0}: {1}. Start one that shares its link: `groundwave watch LINK --share {0}`"
     )]
     Connect(Address, io::Error),
-    /// Something answers that is no station.
+    /// The server at the address is no station.
     #[error(
-        "whatever answers at {0} is no groundwave station that shares its link; is the address right?"
+        "the server at {0} is no groundwave station that shares its link; check the address"
     )]
     NoStation(Address),
     /// The connection ended.
     #[error("the station at {0} closed the connection{1}")]
     Closed(Address, String),
-    /// Nothing came in time.
+    /// The station did not answer in time.
     #[error("the station at {0} does not answer")]
     Silent(Address),
 }
@@ -81,20 +81,20 @@ impl ShareClient {
         }
     }
 
-    /// Tells the station something.
+    /// Sends a line to the station.
     ///
     /// # Errors
-    /// When it is gone.
+    /// When the station is gone.
     pub fn send(&mut self, line: &ClientLine) -> Result<(), ShareClientError> {
         self.socket
             .write_all(&line.to_line())
             .map_err(|error| ShareClientError::Closed(self.address.clone(), format!(": {error}")))
     }
 
-    /// The station's next line; what is none is passed over, as the raw bytes before its welcome.
+    /// The station's next line; other bytes, such as the raw bytes before its welcome, are skipped.
     ///
     /// # Errors
-    /// When the station is gone or says nothing until the deadline.
+    /// When the station is gone or sends no line until the deadline.
     pub fn next(&mut self, deadline: Instant) -> Result<StationLine, ShareClientError> {
         loop {
             while !self.unread.is_empty() {

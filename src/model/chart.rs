@@ -1,4 +1,4 @@
-//! What the map shows of the robot: trail, marks and the simulator's truth.
+//! The robot's data on the map: trail, marks and the simulator's true state.
 
 use std::collections::VecDeque;
 

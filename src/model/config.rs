@@ -1,4 +1,4 @@
-//! How the dashboard looks and when it raises alarms.
+//! Appearance of the dashboard and limits of its alarms.
 
 use std::time::Duration;
 

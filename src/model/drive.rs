@@ -1,4 +1,4 @@
-//! Driving by hand: a press of an arrow is a short lease on the motors.
+//! Driving by hand: each press of an arrow is valid for a short time, its lease.
 
 use crate::event::{Effect, Moment};
 
@@ -19,7 +19,7 @@ struct Axis {
     until: Moment,
 }
 
-/// The stick: what the held arrows ask for.
+/// The virtual stick: the motion that the held arrows request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stick {
     ahead: Axis,
@@ -44,8 +44,8 @@ impl Default for Stick {
 }
 
 impl Stick {
-    /// A key was pressed or repeated. Only the last of two held keys repeats: where the terminal reports releases, the
-    /// other is renewed with it.
+    /// Takes a pressed or repeated key. Of two held keys only the last repeats; if the terminal reports releases, the
+    /// other one is renewed with it.
     pub(super) fn push(&mut self, now: Moment, ahead: i8, right: i8, repeated: bool) -> Effect {
         for (axis, direction) in [(&mut self.ahead, ahead), (&mut self.right, right)] {
             if direction == 0 {
@@ -70,7 +70,7 @@ impl Stick {
         self.effect()
     }
 
-    /// A key was released.
+    /// Takes a released key.
     pub(super) fn release(&mut self, ahead: i8, right: i8) -> Option<Effect> {
         self.tells_releases = true;
         for (axis, direction) in [(&mut self.ahead, ahead), (&mut self.right, right)] {
@@ -81,7 +81,7 @@ impl Stick {
         self.settle()
     }
 
-    /// Time passed.
+    /// Handles the passing of time.
     pub(super) fn expire(&mut self, now: Moment) -> Option<Effect> {
         let mut expired = false;
         for axis in [&mut self.ahead, &mut self.right] {

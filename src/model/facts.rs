@@ -1,4 +1,4 @@
-//! What is known about the robot, the link and the recording, from events alone.
+//! Facts about the robot, the link and the recording, from events alone.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A value over a whole session in bounded memory: evenly spaced samples at growing spacing.
+//! Samples of a value over a whole session in bounded memory, evenly spaced; the spacing grows.
 
 use crate::event::Moment;
 

@@ -1,4 +1,4 @@
-//! How the operator looks at the map: the part shown, the cursor and the draft of a route.
+//! The operator's view of the map: the part shown, the cursor and the draft of a route.
 
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, Waypoint};
 
@@ -10,7 +10,7 @@ const CURSOR_STEP_IN: i16 = 6;
 
 const ZOOM_MAX: i8 = 12;
 
-/// What decides the middle of the picture.
+/// The object in the middle of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Focus {
     /// Everything known.

@@ -1,4 +1,4 @@
-//! What the dashboard knows ([`Facts`]) and how the operator looks at it ([`Ui`]).
+//! The dashboard's facts ([`Facts`]) and the operator's view of them ([`Ui`]).
 //!
 //! Facts follow from events alone: replay and time travel keep them. The rest follows from keys. Events go in and
 //! effects come out; nothing here has a clock or does I/O, and its size does not grow with the length of a session.
@@ -57,9 +57,9 @@ pub(crate) use ui::{Overlay, Question};
 /// A dashboard that shows the newest facts only.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// What is known.
+    /// The facts.
     pub facts: Facts,
-    /// How the operator looks at it.
+    /// The operator's view of them.
     pub ui: Ui,
 }
 
@@ -74,7 +74,7 @@ impl Model {
         }
     }
 
-    /// Takes an event; returns what the operator wants done.
+    /// Takes an event; returns the operator's requests.
     pub fn update(&mut self, now: Moment, event: Event) -> Vec<Effect> {
         let change = if self.ui.takes_aside(&event) {
             Change::default()
@@ -101,14 +101,14 @@ impl Model {
     }
 }
 
-/// What the screen is drawn from.
+/// Everything that the screen is drawn from.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown<'a> {
-    /// What was known at the moment on the screen.
+    /// The facts at the moment on the screen.
     pub facts: &'a Facts,
-    /// What is known now; the same unless the screen shows the past of a live session.
+    /// The present facts; the same as `facts` unless the screen shows the past of a live session.
     pub present: &'a Facts,
-    /// How the operator looks at it.
+    /// The operator's view of them.
     pub ui: &'a Ui,
 }
 

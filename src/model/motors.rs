@@ -1,4 +1,4 @@
-//! The holder of the motors: since when, its share of the time, and how often it changes.
+//! The holder of the motors, the beginning of its hold, its share of the time, and the number of changes.
 
 use std::collections::VecDeque;
 

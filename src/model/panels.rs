@@ -1,4 +1,4 @@
-//! The choice of the panel, of its page and of what is enlarged.
+//! The chosen panel, its page, and the enlarged part of the screen.
 
 use super::{Overlay, Ui};
 
@@ -46,7 +46,7 @@ impl Panel {
 /// work.
 pub(crate) const SIZE_MIN: (u16, u16) = (80, 24);
 
-/// What is enlarged.
+/// The enlarged part of the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Large {
     /// The chosen panel.

@@ -1,5 +1,4 @@
-//! Keys for the moment shown, and commands given while it is
-//! in the past.
+//! Keys that change the moment shown, and commands given while the screen shows the past.
 
 use groundwave_protocol::status_codes::Mode;
 

@@ -1,4 +1,4 @@
-//! Which columns of which line each value on the screen comes from (SPEC.md, "Robot to ground").
+//! The line and the columns that each value on the screen comes from (SPEC.md section 5, "Lines").
 
 /// A line whose columns are traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

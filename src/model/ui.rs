@@ -1,4 +1,4 @@
-//! How the operator looks at the facts: everything that follows from keys.
+//! The operator's view of the facts: everything that follows from keys.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,7 +20,7 @@ use crate::event::{CommandId, CommandStatus, Effect, Event, Level, Moment, Notic
 use crate::playback::Playback;
 use crate::request::Request;
 
-/// What lies over the panels and takes the keyboard.
+/// A window over the panels that takes the keyboard.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) enum Overlay {
     #[default]
@@ -58,7 +58,7 @@ pub(super) enum Then {
     SaveRoute(String),
 }
 
-/// What the operator chose and typed.
+/// The operator's choices and input.
 #[derive(Clone, Debug)]
 pub struct Ui {
     pub(crate) config: Arc<Config>,
@@ -119,7 +119,7 @@ impl Ui {
         }
     }
 
-    /// Takes an event and what it changed in the facts; returns what the operator wants done.
+    /// Takes an event and the change of the facts; returns the operator's requests.
     pub fn update(
         &mut self,
         now: Moment,
@@ -160,7 +160,8 @@ impl Ui {
         effects
     }
 
-    /// Whether an event is shown beside the facts instead of becoming one: the log of a capture is of its own time.
+    /// Whether an event is shown beside the facts instead of changing them, because the log of a capture has its own
+    /// time.
     #[must_use]
     pub fn takes_aside(&self, event: &Event) -> bool {
         matches!(event, Event::Notice(_)) && self.is_replay()

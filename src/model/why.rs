@@ -1,4 +1,4 @@
-//! Why a holder holds the motors, in words, from the robot's reports.
+//! The reason why a holder controls the motors, as text, from the robot's reports.
 
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Layer, Mode};
 use groundwave_protocol::telemetry::StateLine;

@@ -1,4 +1,4 @@
-//! What a timeline needs of a state: to go forward, and to enter a capture anywhere.
+//! The operations of a state that a timeline uses: to step forward, and to enter a capture anywhere.
 
 use super::control::Landmark;
 use crate::event::Moment;
@@ -9,7 +9,7 @@ pub trait Cursor: Clone + 'static {
     /// Where its events come from.
     type Source;
 
-    /// What is known at its moment.
+    /// The facts at its moment.
     fn facts(&self) -> &Facts;
 
     /// When the last step happened.

@@ -32,7 +32,7 @@ impl EventHistory {
         self.events.push_back((at, event));
     }
 
-    /// Whether the oldest events have to go.
+    /// Whether the oldest events must be dropped.
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.events.len() > EVENTS_MAX
@@ -144,13 +144,13 @@ impl LivePlayer {
         }
     }
 
-    /// What is known now.
+    /// The present facts.
     #[must_use]
     pub const fn present(&self) -> &Facts {
         &self.facts
     }
 
-    /// What is known at the moment on the screen, and that moment.
+    /// The facts at the moment on the screen, and that moment.
     #[must_use]
     pub fn shown(&self, now: Moment) -> (&Facts, Moment) {
         if self.shows_past {
@@ -182,7 +182,7 @@ impl LivePlayer {
         }
     }
 
-    /// Keeps a state if one is due, and forgets what is too old.
+    /// Keeps a state if one is due, and drops old events and states.
     fn keep(&mut self, now: Moment) {
         let timeline = self.player.timeline_mut();
         let history = timeline.source();
@@ -200,13 +200,13 @@ impl LivePlayer {
         self.stretch(now);
     }
 
-    /// Lets the span that can be shown reach from the oldest remembered moment until now.
+    /// Sets the span that can be shown: from the oldest remembered moment until now.
     fn stretch(&mut self, now: Moment) {
         let from = self.player.timeline().oldest_at().unwrap_or(now);
         self.player.set_span(from, now);
     }
 
-    /// Lets time pass in the past on the screen; says whether the screen changes.
+    /// Advances the playback of the past; returns whether the screen changes.
     pub fn advance(&mut self, now: Moment) -> bool {
         if !self.shows_past {
             return false;

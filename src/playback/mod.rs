@@ -1,9 +1,9 @@
 //! Shows any moment again: of a capture, and of a live session as far back as it is remembered.
 //!
-//! A moment is the nearest earlier kept state plus the events since, taken in their order; nothing is undone. Kept states
-//! ([`keyframes`]) hold facts only and thin out as time passes, so that memory is bounded. A [`timeline`] finds moments
-//! among them: the states of a capture ([`capture`]) or of a live session ([`live`]). A [`player`] lets time pass in
-//! either, at any speed, and obeys the operator's `control`.
+//! A moment is the nearest earlier kept state plus the events since, taken in their order; nothing is undone. Kept
+//! states ([`keyframes`]) hold facts only and thin out as time passes, so that memory is bounded. A [`timeline`] finds
+//! moments among them: the states of a capture ([`capture`]) or of a live session ([`live`]). A [`player`] plays either
+//! at any speed, under the operator's `control`.
 //!
 //! Nothing here reads a clock or a file: the host's time is a parameter, and a capture is a
 //! [`SeekableReader`](crate::capture::index::SeekableReader).

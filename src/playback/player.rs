@@ -1,4 +1,4 @@
-//! Lets time pass in a timeline and obeys the operator; the host's time is a parameter.
+//! Plays a timeline under the operator's controls; the host's time is a parameter.
 
 use super::control::{
     Control, Landmark, MARKER_REACH, MARKERS_MAX, Playback, Position, SPEED_MAX, SPEED_MIN,
@@ -86,7 +86,7 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// What is known at the moment shown.
+    /// The facts at the moment shown.
     #[must_use]
     pub fn facts(&self) -> &Facts {
         self.timeline.facts()
@@ -169,7 +169,7 @@ impl<C: Cursor> Player<C> {
         self.look_on();
     }
 
-    /// Lets time pass until the host's time; says whether anything on the screen changed.
+    /// Advances to the host's time; returns whether the screen has changed.
     pub fn advance(&mut self, host: Moment) -> bool {
         if self.paused {
             return false;

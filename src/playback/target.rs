@@ -1,4 +1,4 @@
-//! What the operator looks for.
+//! Targets of a search.
 
 use std::fmt;
 

@@ -14,7 +14,7 @@ pub const STEPS_MAX: usize = 4096;
 /// How many times as many steps a jump searches the unread part at once.
 const SEARCH_FACTOR: usize = 4;
 
-/// What became of a search.
+/// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
     /// At this moment.
@@ -74,7 +74,7 @@ impl<C: Cursor> Timeline<C> {
         }
     }
 
-    /// What is known at the shown moment.
+    /// The facts at the shown moment.
     #[must_use]
     pub fn facts(&self) -> &Facts {
         self.shown.facts()
@@ -167,7 +167,7 @@ impl<C: Cursor> Timeline<C> {
         }
     }
 
-    /// Lets time pass until a moment.
+    /// Advances to a moment.
     pub fn run_to(&mut self, at: Moment) {
         run(&mut self.shown, &mut self.source, at);
     }

@@ -126,7 +126,7 @@ struct Running {
     source: Source,
     ui: Ui,
     screen: Screen,
-    /// For threads that work on files: they answer with an event.
+    /// Queue for the results of threads that work on files.
     readers: Sender<Event>,
     drawn: Option<Drawn>,
     pace: Pace,
@@ -305,7 +305,7 @@ impl Running {
         }
     }
 
-    /// Lets time pass.
+    /// Handles the passing of time.
     fn tick(&mut self) -> io::Result<bool> {
         if self.source.advance() {
             self.refresh();

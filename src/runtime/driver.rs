@@ -1,4 +1,4 @@
-//! A station on a real link and a real clock.
+//! Runs a station on a real link and a real clock.
 
 use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
@@ -20,10 +20,10 @@ use crate::share::Heard;
 use crate::station::Station;
 use crate::statistics::Statistics;
 
-/// Inputs taken at one go before others get their turn.
+/// Maximum inputs taken in a row.
 const BATCH: usize = 32;
 
-/// A device that takes no bytes is told about no more often than this.
+/// Minimum time between two notices about a device that accepts no bytes.
 const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
 
 /// Takes every byte that is sent, for the recorder.
@@ -32,15 +32,15 @@ pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 /// Takes every event, for the recorder.
 pub type EventSink = Box<dyn FnMut(Instant, &Event)>;
 
-/// Somebody is to be told what to do about a link on which no line comes.
+/// Notices about a link without intact lines.
 struct Advising {
     baud: Option<u32>,
-    /// What was told last was no good news.
+    /// Whether the last notice was a warning.
     has_complained: bool,
 }
 
 impl Advising {
-    /// A notice, unless all is well and always was.
+    /// The notice about a change of reception; `None` for lines without an earlier warning.
     fn advise(&mut self, reception: Reception) -> Option<Event> {
         let complains = reception != Reception::Lines;
         let is_news = complains || self.has_complained;
@@ -60,12 +60,12 @@ pub struct Driver {
     started: Instant,
     sent: SentSink,
     told: Option<EventSink>,
-    /// Bytes not taken by the device that were told about, and when.
+    /// Bytes not accepted by the device at the last notice, and its time.
     told_not_taken: (u64, Option<Moment>),
     share: Option<ShareServer>,
     live: Option<Live>,
     advising: Option<Advising>,
-    /// What happened besides the station's own events.
+    /// Events besides the station's own.
     events: VecDeque<Event>,
 }
 
@@ -100,7 +100,7 @@ impl Driver {
         }
     }
 
-    /// Says what is wrong when no line comes. `baud` is the port's rate, if it is ours to choose.
+    /// Enables notices about a link without intact lines. `baud` is the port's rate, if the station sets it.
     #[must_use]
     pub const fn advising(mut self, baud: Option<u32>) -> Self {
         self.advising = Some(Advising {
@@ -110,14 +110,14 @@ impl Driver {
         self
     }
 
-    /// Tells somebody of every event, in the order in which they are polled.
+    /// Passes every event to a sink, in the order of [`Self::poll_event`].
     #[must_use]
     pub fn telling(mut self, told: EventSink) -> Self {
         self.told = Some(told);
         self
     }
 
-    /// Lets others use the link too.
+    /// Shares the link.
     #[must_use]
     pub fn shared(mut self, share: Option<Share>) -> Self {
         if let Some(share) = share {
@@ -132,7 +132,7 @@ impl Driver {
         self
     }
 
-    /// Lets tools watch live and ask.
+    /// Serves live tools.
     #[must_use]
     pub fn watched(mut self, server: Option<Foxglove>) -> Self {
         if let Some(server) = server {
@@ -165,8 +165,7 @@ impl Driver {
         &self.station
     }
 
-    /// Waits for something to happen on the link, or for the station's next deadline. Nothing is lost
-    /// when the wait is abandoned.
+    /// Waits for an input or the station's next deadline. Cancel-safe.
     pub async fn step(&mut self) {
         let server = self.share.as_ref().and_then(ShareServer::poll_timeout);
         let live = self.live.as_ref().and_then(Live::poll_timeout);
@@ -179,7 +178,7 @@ impl Driver {
             input = self.inputs.recv() => {
                 match input {
                     Some(input) => self.handle_input(input),
-                    // The reader has ended after it said so.
+                    // The reader thread has reported its end.
                     None => std::future::pending().await,
                 }
                 for _ in 1..BATCH {
@@ -228,7 +227,7 @@ impl Driver {
         }
     }
 
-    /// What those who call want done.
+    /// Carries out the requests of live tools.
     fn serve_live(&mut self) {
         while let Some(wanted) = self.live.as_mut().and_then(Live::poll) {
             match wanted {
@@ -253,7 +252,7 @@ impl Driver {
         }
     }
 
-    /// What was heard from the robot so far.
+    /// Totals received from the robot.
     #[must_use]
     pub const fn heard(&self) -> Heard {
         let counters = self.station.counters();
@@ -263,7 +262,7 @@ impl Driver {
         }
     }
 
-    /// How the link does.
+    /// Statistics of the link.
     #[must_use]
     pub fn statistics(&self) -> Statistics {
         Statistics {
@@ -304,7 +303,7 @@ impl Driver {
         }
     }
 
-    /// Delivers a wish; its fate comes as events.
+    /// Queues a command; its statuses come as events.
     pub fn request(&mut self, request: Request) -> CommandId {
         let id = self.start(self.now(), request, None);
         self.flush();
@@ -325,19 +324,19 @@ impl Driver {
         self.flush();
     }
 
-    /// Ends hand drive with a standstill.
+    /// Ends hand drive; the robot stops.
     pub fn drive_end(&mut self) {
         self.station.handle_drive_end(self.now());
         self.flush();
     }
 
-    /// Gives up what waits and what is under way.
+    /// Cancels the waiting commands and the one under way.
     pub fn cancel(&mut self) {
         self.station.handle_cancel(self.now());
         self.flush();
     }
 
-    /// What has happened.
+    /// The next event.
     pub fn poll_event(&mut self) -> Option<Event> {
         let mut event = self.station.poll_event();
         if let Some(Event::Statistics(statistics)) = &mut event {
@@ -369,7 +368,7 @@ impl Driver {
     fn flush(&mut self) {
         let now = self.now();
         while let Some(bytes) = self.station.poll_transmit(now) {
-            // First: keeping it may take as long as a disk wants, and STOP waits for no disk.
+            // Sent before it is recorded: STOP must not wait for a slow disk.
             let at = Instant::now();
             self.link.send(&bytes);
             (self.sent)(at, &bytes);
@@ -401,7 +400,7 @@ async fn sleep_to(deadline: Option<Instant>) {
     }
 }
 
-/// Ten bits that tell this station from others; not zero.
+/// A random nonce of 10 bits that identifies this station; not zero.
 fn random_owner() -> u16 {
     (RandomState::new().hash_one(std::process::id()) % 0x3FF) as u16 + 1
 }

@@ -1,4 +1,4 @@
-//! Keeps received bytes before anything decodes them: the raw text and the recording of a session.
+//! The recording manager: writes the raw text and the recording of a session before bytes are decoded.
 
 mod history;
 mod options;
@@ -24,10 +24,10 @@ use crate::recorded;
 use history::History;
 pub use options::{KeepOptions, REMEMBERED};
 
-/// Limits the numbered names of recordings begun in one second.
+/// Maximum numbered names of recordings begun in one second.
 const NAMES_MAX: u32 = 100;
 
-/// Period of the check that the raw text is still there.
+/// Period of the check that the raw text still has its name.
 const LOOK_PERIOD: Duration = Duration::from_secs(8);
 
 /// The raw text and the recorder behind one lock: the reader thread writes received bytes, the event loop sent bytes and
@@ -56,11 +56,11 @@ struct Inner {
 }
 
 impl Keeper {
-    /// Creates the files: all of them or none. Interrupted recordings in the same folder are recovered meanwhile;
+    /// Creates all files or none. Interrupted recordings in the same folder are recovered meanwhile;
     /// [`Self::poll_notice`] reports them.
     ///
     /// # Errors
-    /// When one of them exists and may not be touched, or cannot be written.
+    /// When a file exists and may not be overwritten, or cannot be written.
     pub fn open(options: &KeepOptions, started: Instant) -> Result<Self, CaptureError> {
         let started_wall = SystemTime::now();
         if let (Some(tee), Some(mcap)) = (&options.tee, &options.mcap)
@@ -82,7 +82,7 @@ impl Keeper {
                 }
             })
             .transpose()?;
-        // Last, because it cannot be undone: it may write over a file.
+        // Last, because it may overwrite a file and cannot be undone.
         let tee = options
             .tee
             .as_ref()
@@ -153,8 +153,8 @@ impl Keeper {
         self.lock().status()
     }
 
-    /// Ends the recording under way, or begins one with the remembered observations under an automatic name; a failed one is
-    /// replaced. Waits for no disk: [`Self::poll_notice`] reports the result.
+    /// Ends the recording under way, or begins one with the remembered observations under an automatic name; a failed
+    /// recording is replaced. Never waits for the disk; [`Self::poll_notice`] reports the result.
     pub fn toggle(&self) {
         self.toggle_as(PathBuf::from(name::automatic(SystemTime::now())));
     }
@@ -176,7 +176,7 @@ impl Keeper {
         }) && begins;
     }
 
-    /// Time since the beginning of the recording of this name; `None` for any other file.
+    /// Time since the beginning of the recording with this name; `None` for any other file.
     #[must_use]
     pub fn moment_of(&self, capture: &Path, at: Instant) -> Option<Moment> {
         let inner = self.lock();
@@ -193,7 +193,7 @@ impl Keeper {
         self.lock().notices.pop_front()
     }
 
-    /// Whether a recording is being begun, ended or recovered, or a report waits.
+    /// Whether a recording is being begun, ended or recovered, or a report is waiting.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         let inner = self.lock();
@@ -209,7 +209,7 @@ impl Keeper {
             let mut inner = self.lock();
             (inner.recorder.take(), inner.tee.take())
         };
-        // Each is finished even when the other fails.
+        // Each file is finished even if the other fails.
         let teed = tee.map_or(Ok(0), RawWriter::finish);
         let recorded = recorder.map_or(Ok(0), Recorder::finish);
         loop {
@@ -223,7 +223,7 @@ impl Keeper {
             }
         }
         if let Some(recorder) = self.lock().recorder.take() {
-            // A thread had just begun it.
+            // A thread began this recording a moment ago.
             recorder.finish()?;
         }
         Ok(recorded? + teed?)
@@ -235,7 +235,7 @@ impl Keeper {
         FinishOnDrop(self.clone())
     }
 
-    /// Runs work on a thread of its own; returns whether there is one.
+    /// Runs `work` on a new thread; returns whether the thread could be started.
     fn spawn(&self, inner: &mut Inner, work: impl FnOnce(&Self) + Send + 'static) -> bool {
         let keeper = self.clone();
         let thread = thread::Builder::new()
@@ -277,8 +277,8 @@ impl Keeper {
         }
     }
 
-    /// Begins a recording, in place of a failed one if there was one. Observations until the file is there come from the
-    /// history.
+    /// Begins a recording, in place of a failed one if there was one. Observations from before the file existed come
+    /// from the history.
     fn begin_now(&self, path: &Path, failed: Option<&Path>) {
         let (options, first_ns) = {
             let inner = self.lock();
@@ -316,7 +316,7 @@ impl Keeper {
             for path in files::find_interrupted(&folder) {
                 let notice = match recover::recover(&path) {
                     Ok(recovery) => (recovery.level(), recovery.headline()),
-                    // Another program was faster.
+                    // Another program has begun to recover it.
                     Err(CaptureError::UnderWay(_)) => continue,
                     Err(error) => {
                         failed.push((path, error));
@@ -332,7 +332,8 @@ impl Keeper {
     }
 }
 
-/// One line about the recordings that could not be recovered. Each start reports them, so it says how to end that.
+/// One line about the recordings that could not be recovered. Every start reports them; the line says how to prevent
+/// that.
 fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
     let (path, error) = failed.first()?;
     let name = path.display();
@@ -347,7 +348,7 @@ fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
     })
 }
 
-/// Finishes a recording when it is dropped, also by a panic.
+/// Finishes a recording when dropped, even by a panic.
 pub struct FinishOnDrop(Keeper);
 
 impl Drop for FinishOnDrop {
@@ -357,9 +358,9 @@ impl Drop for FinishOnDrop {
     }
 }
 
-/// Begins a recording; an interrupted one of its name makes room.
+/// Begins a recording; an interrupted one with its name is renamed.
 fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Recorder, CaptureError> {
-    // Only raw captures can be written on.
+    // Only raw text can be appended to.
     let existing = match options.existing {
         Existing::Append => Existing::Refuse,
         other => other,
@@ -375,7 +376,7 @@ fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Record
     Recorder::start_rotating(path, existing, &session, options.rotation)
 }
 
-/// Begins a recording under an automatic name, numbered when another began in the same second.
+/// Begins a recording under an automatic name, with a number if another began in the same second.
 fn begin_unnamed(
     options: &KeepOptions,
     path: &Path,
@@ -436,7 +437,7 @@ impl Inner {
     }
 
     fn status(&mut self) -> Recording {
-        // On a silent link nothing else makes the recorder sync.
+        // On a silent link, only this call makes the recorder sync.
         let (now, _) = self.times(Instant::now());
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_timeout(now);
@@ -464,7 +465,7 @@ impl Inner {
     }
 }
 
-/// Bytes whose place in the stream is not known yet.
+/// Bytes whose offset in the stream is not known yet.
 fn raw(bytes: &[u8]) -> RawBytes {
     RawBytes {
         stream_offset: 0,

@@ -1,4 +1,4 @@
-//! Tools that watch live and ask by calls: joins [`Deriver`] and [`Calls`] to their server.
+//! Live tools: joins [`Deriver`] and [`Calls`] to the Foxglove server.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -13,7 +13,7 @@ use crate::recorded;
 use crate::request::Request;
 use crate::share::{CallId, CallOutput, Calls};
 
-/// What the station has to do for those who call.
+/// A request of the live tools to the station.
 #[derive(Debug)]
 pub(super) enum Wanted {
     /// Queue this request for the client named, then call [`Live::handle_started`] with the command's number.
@@ -22,7 +22,7 @@ pub(super) enum Wanted {
         request: Request,
         by: String,
     },
-    /// The time of a command is over.
+    /// Cancel this command: its timeout has passed.
     GiveUp(CommandId),
 }
 
@@ -32,7 +32,7 @@ struct Waiting {
     answer: Answer,
 }
 
-/// A server and what goes through it.
+/// The server with its topics and calls.
 pub(super) struct Live {
     server: Foxglove,
     deriver: Deriver,
@@ -61,7 +61,7 @@ impl Live {
         self.server.address()
     }
 
-    /// Nothing is lost when the wait is abandoned.
+    /// The next call. Cancel-safe.
     pub(super) async fn next(&mut self) -> Call {
         self.server.next().await
     }
@@ -121,7 +121,7 @@ impl Live {
         self.calls.poll_timeout()
     }
 
-    /// Gives the answers that are due; returns a request to the station.
+    /// Sends the answers that are due; returns a request to the station.
     pub(super) fn poll(&mut self) -> Option<Wanted> {
         loop {
             match self.calls.poll_output()? {

@@ -8,7 +8,7 @@ use crate::capture::runs::folder::{self, Run};
 use crate::hint;
 use crate::run::{Listed, Overlaid};
 
-/// The runs of the captures in a folder; what cannot be read is told beside the others.
+/// Reads the runs of the captures in a folder; captures that cannot be read are listed as problems.
 pub(super) fn list(folder: String) -> Result<Arc<Listed>, String> {
     let captures = folder::captures(Path::new(&folder))
         .map_err(|error| format!("cannot read {folder}: {}", hint::of_reading(&error)))?;
@@ -29,7 +29,7 @@ pub(super) fn list(folder: String) -> Result<Arc<Listed>, String> {
     }))
 }
 
-/// Two runs over each other.
+/// Reads two runs for comparison.
 pub(super) fn overlay(captures: &[String; 2]) -> Result<Arc<Overlaid>, String> {
     let [a, b] = captures;
     let (a, b) = (read(a)?, read(b)?);

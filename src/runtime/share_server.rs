@@ -14,7 +14,7 @@ pub(super) struct ShareServer {
 /// A request of the share server to the station.
 #[derive(Debug)]
 pub(super) enum Wanted {
-    /// The time of a command is over.
+    /// Cancel this command: its timeout has passed.
     GiveUp(CommandId),
     /// Log this event.
     Tell(Event),
@@ -32,12 +32,12 @@ impl ShareServer {
         self.share.address()
     }
 
-    /// Nothing is lost when the wait is abandoned.
+    /// The next input from a client. Cancel-safe.
     pub(super) async fn next(&mut self) -> FromClient {
         self.share.next().await
     }
 
-    /// Takes what a client did; returns a command for the station.
+    /// Takes an input from a client; returns a command for the station.
     pub(super) fn handle(&mut self, input: FromClient) -> Option<Asked> {
         match input {
             FromClient::Connected { client, peer } => self.broker.handle_connected(client, peer),
@@ -87,7 +87,7 @@ impl ShareServer {
         self.broker.poll_timeout()
     }
 
-    /// Does what concerns the sockets; returns what concerns the station.
+    /// Carries out requests to the sockets; returns a request to the station.
     pub(super) fn poll(&mut self) -> Option<Wanted> {
         loop {
             match self.broker.poll_output()? {

@@ -9,7 +9,7 @@ use crate::event::{Event, Moment};
 use crate::model::{Change, Facts};
 use crate::playback::{CaptureState, Control, Finding, LivePlayer, Playback, Player};
 
-/// Steps through a capture before keys get their turn.
+/// Maximum steps through a capture before keys are handled.
 const STEPS: usize = 512;
 
 /// The source of facts, which plays its past.
@@ -87,7 +87,7 @@ impl Source {
         }
     }
 
-    /// What is known at the present.
+    /// The present facts.
     pub(super) fn present(&self) -> &Facts {
         match self {
             Self::Live(live) => live.player.present(),
@@ -95,7 +95,7 @@ impl Source {
         }
     }
 
-    /// What is known at the moment on the screen, and that moment.
+    /// The facts at the moment on the screen, and that moment.
     pub(super) fn shown(&self) -> (&Facts, Moment) {
         match self {
             Self::Live(live) => live.player.shown(live.driver.now()),
@@ -111,7 +111,7 @@ impl Source {
         }
     }
 
-    /// Waits for something to happen; says whether the screen changed by it. Cancel-safe.
+    /// Waits for an input; returns whether the screen has changed. Cancel-safe.
     pub(super) async fn step(&mut self) -> bool {
         match self {
             Self::Live(live) => {
@@ -147,7 +147,7 @@ impl Source {
         }
     }
 
-    /// Lets time pass in the playback; says whether the screen changes.
+    /// Advances the playback; returns whether the screen changes.
     pub(super) fn advance(&mut self) -> bool {
         let host = self.host_now();
         match self {

@@ -99,7 +99,7 @@ struct Screen<'a> {
     /// Time of the operator, for news.
     present_at: Moment,
     theme: Theme,
-    /// The parts of the screen and what drew them.
+    /// The parts of the screen and the objects that they show.
     marks: RefCell<Vec<(Rect, Mark)>>,
 }
 

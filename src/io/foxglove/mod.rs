@@ -25,7 +25,7 @@ pub struct Call {
     pub by: String,
     /// The command as JSON: see [`crate::share::Calls`].
     pub payload: Vec<u8>,
-    /// The way for the answer.
+    /// Handle for the answer.
     pub answer: Answer,
 }
 

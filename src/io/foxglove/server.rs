@@ -274,7 +274,7 @@ impl Drop for Place {
     }
 }
 
-/// The way for the answer to a call; `None` after the answer.
+/// Handle for the answer to a call; `None` after the answer.
 #[derive(Debug)]
 pub struct Answer(Option<(Responder, Place)>);
 

@@ -93,7 +93,7 @@ impl Link {
         }
     }
 
-    /// A link without a radio: the bytes come from elsewhere.
+    /// A link without a device, for a driver that gets its bytes from a station.
     #[must_use]
     pub fn receive_only() -> Self {
         Self {
@@ -102,7 +102,8 @@ impl Link {
         }
     }
 
-    /// Hands over every byte as it comes, not only when a line may be complete: for a station that sends in the robot's pauses.
+    /// Whether to deliver every byte at once, not only when a line may be complete; needed by a station that sends in
+    /// the robot's pauses.
     pub fn hand_over_at_once(&self, is_eager: bool) {
         self.is_eager.store(is_eager, Ordering::Relaxed);
     }
@@ -113,21 +114,22 @@ impl Link {
         self.tx_queue.is_some()
     }
 
-    /// Queues a frame, without waiting. A device that takes none for long loses it, which the protocol repairs.
+    /// Queues a frame, without waiting. If a device accepts no bytes for long, the frame is lost, which the protocol
+    /// repairs.
     pub fn send(&self, bytes: &[u8]) {
         if let Some(queue) = &self.tx_queue {
             queue.send(bytes);
         }
     }
 
-    /// Drops frames that wait for a slow device, so that STOP is behind no more than the frame under way.
+    /// Drops waiting frames, so that STOP follows the frame under way.
     pub fn clear_queue(&self) {
         if let Some(queue) = &self.tx_queue {
             queue.clear();
         }
     }
 
-    /// Bytes that a stuck device did not take.
+    /// Number of bytes that a stuck device did not accept.
     #[must_use]
     pub fn not_taken_bytes(&self) -> u64 {
         self.tx_queue.as_ref().map_or(0, TxQueue::not_taken_bytes)

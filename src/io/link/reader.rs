@@ -17,7 +17,7 @@ use super::{LinkInput, Sink};
 /// Interval of attempts to reopen a lost link.
 const RETRY_EVERY: Duration = Duration::from_millis(400);
 
-/// The way to reopen a lost link; tests have their own.
+/// Reopens a lost link; tests have their own implementation.
 pub(super) trait Reopen: Send {
     fn open(&mut self) -> Result<Connection, OpenError>;
     /// Whether the end of its bytes ends the session.
@@ -54,7 +54,7 @@ pub(super) struct Reader<R> {
     pub(super) sink: Sink,
     pub(super) inputs: Sender<LinkInput>,
     pub(super) tx_queue: TxQueue,
-    /// The station takes every byte as it comes: it sends in the robot's pauses.
+    /// Whether to deliver every byte at once, for a station that sends in the robot's pauses.
     pub(super) is_eager: Arc<AtomicBool>,
 }
 
@@ -166,7 +166,7 @@ impl<R: Reopen> Reader<R> {
     }
 }
 
-/// Bytes handed to the sink and not yet to the station.
+/// Bytes passed to the sink but not yet to the station.
 #[derive(Default)]
 struct Held {
     newest_at: Option<Instant>,

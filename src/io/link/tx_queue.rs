@@ -60,14 +60,14 @@ impl TxQueue {
         }
     }
 
-    /// Drops the frames that wait, so that the next one is behind no more than the frame under way.
+    /// Drops the waiting frames, so that the next one follows the frame under way.
     pub(super) fn clear(&self) {
         let mut state = self.0.lock();
         let bytes: usize = state.frames.drain(..).map(|frame| frame.len()).sum();
         state.not_taken_bytes += bytes as u64;
     }
 
-    /// Bytes that a connected device did not take.
+    /// Number of bytes that a connected device did not accept.
     pub(super) fn not_taken_bytes(&self) -> u64 {
         self.0.lock().not_taken_bytes
     }
@@ -111,7 +111,7 @@ mod tests {
     /// Nothing here takes this long unless it hangs.
     const PATIENCE: Duration = Duration::from_secs(20);
 
-    /// A device that reports each frame before it takes it, and takes it when told so.
+    /// A device that reports each frame, and accepts it on command.
     struct Gated {
         asks: Sender<Vec<u8>>,
         permits: Receiver<()>,

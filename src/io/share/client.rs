@@ -10,10 +10,10 @@ use super::outbox::{Cut, Next, Outbox};
 use super::{CLIENTS_MAX, FromClient, READ_MAX};
 use crate::share::{ClientId, Lines, StationLine};
 
-/// How long a closed client may take to hear why.
+/// Time for a closed client to read its last lines.
 const LINGER: Duration = Duration::from_secs(1);
 
-/// Either kind of socket.
+/// A TCP or Unix socket.
 pub(super) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
@@ -24,7 +24,7 @@ pub(super) enum Ended {
     Cut(Cut),
 }
 
-/// Until the client is gone, closed or too slow.
+/// Serves a client until it disconnects, is closed or is too slow.
 pub(super) async fn serve(
     stream: Box<dyn Stream>,
     client: ClientId,
@@ -44,7 +44,7 @@ pub(super) async fn serve(
     Ended::Gone
 }
 
-/// Says that there is no room.
+/// Refuses a client because there are too many.
 pub(super) async fn turn_away(stream: Box<dyn Stream>) {
     let (mut reading, mut writing) = tokio::io::split(stream);
     let full = StationLine::Error {
@@ -65,7 +65,7 @@ async fn listen(
     let mut buffer = vec![0; READ_MAX];
     loop {
         let count = match reading.read(&mut buffer).await {
-            // It has nothing to say and may go on reading, as `nc` does at the end of its input.
+            // A client that only receives may close its sending side, as `nc` does at the end of its input.
             Ok(0) if !outbox.converses() => std::future::pending().await,
             Ok(0) | Err(_) => return,
             Ok(count) => count,
@@ -95,12 +95,12 @@ async fn write(writing: &mut WriteHalf<Box<dyn Stream>>, outbox: &Outbox) -> std
     }
 }
 
-/// Reads on for a moment: a socket that is closed over unread bytes may lose what was written last.
+/// Reads for a moment before closing: closing a socket with unread bytes may lose the bytes written last.
 async fn linger(reading: &mut ReadHalf<Box<dyn Stream>>, writing: &mut WriteHalf<Box<dyn Stream>>) {
     let rest = async {
         writing.shutdown().await?;
         tokio::io::copy(reading, &mut tokio::io::sink()).await
     };
-    // It has had its chance.
+    // A client that does not close in time is dropped.
     let _ = timeout(LINGER, rest).await;
 }

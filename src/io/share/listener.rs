@@ -1,4 +1,4 @@
-//! Opening the socket that others connect to.
+//! Opens the socket that clients connect to.
 
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -9,12 +9,12 @@ use super::client::Stream;
 use super::socket_file::SocketFile;
 use crate::share::Address;
 
-/// After the system refused a connection (too many open files), it is asked again not before this.
+/// Pause after the system refused a connection, such as for too many open files.
 const REST: Duration = Duration::from_millis(200);
 
 pub(super) struct Opened {
     pub(super) listener: Listener,
-    /// As others have to name it.
+    /// The address for clients.
     pub(super) address: String,
     #[cfg(unix)]
     pub(super) file: Option<SocketFile>,
@@ -68,13 +68,13 @@ fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
 }
 
 impl Listener {
-    /// The next connection, and who it is for a person.
+    /// The next connection, and the client's name for people.
     pub(super) async fn accept(&self) -> (Box<dyn Stream>, String) {
         loop {
             match self {
                 Self::Tcp(listener) => {
                     if let Ok((stream, peer)) = listener.accept().await {
-                        // Steps are small and wanted at once; without it they only come later.
+                        // Statuses are small and urgent; without this option they only arrive later.
                         let _ = stream.set_nodelay(true);
                         return (Box::new(stream), peer.to_string());
                     }

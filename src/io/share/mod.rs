@@ -1,5 +1,5 @@
-//! The sockets behind a shared link: who connects is handed the raw bytes, and what it writes comes in
-//! as lines. Nobody who is slow, silent or gone holds up the radio.
+//! Sockets of a shared link. Clients get the raw bytes, and their input is split into lines. A slow or absent client
+//! never delays the radio.
 
 mod client;
 mod listener;
@@ -17,22 +17,22 @@ use crate::share::{Address, ClientId, Exposed, LINE_MAX, TooLong};
 use listener::Listener;
 use outbox::{Cut, Outbox};
 
-/// Connections at a time.
+/// Maximum connections.
 const CLIENTS_MAX: usize = 16;
 
-/// Inputs that wait for the station; clients wait when it is full.
+/// Maximum inputs that wait for the station; further clients wait.
 const INPUTS: usize = 32;
 
-/// Why a link cannot be shared.
+/// Reason why a link cannot be shared.
 #[derive(Debug, thiserror::Error)]
 pub enum ShareError {
-    /// It would be open to a network.
+    /// The address is open to a network without permission.
     #[error(transparent)]
     Exposed(#[from] Exposed),
-    /// Something that must not be replaced has this name.
+    /// The path exists and must not be replaced.
     #[error("cannot share on {0}: {1}")]
     Taken(String, &'static str),
-    /// The system refuses.
+    /// The system's error.
     #[error("cannot share on {0}: {1}; {hint}", hint = match .1.kind() {
         io::ErrorKind::NotFound => "make the folder first",
         io::ErrorKind::PermissionDenied => "choose a port above 1023 or a folder of yours",
@@ -41,43 +41,43 @@ pub enum ShareError {
     Listen(String, io::Error),
 }
 
-/// What clients do.
+/// An input from a client.
 #[derive(Debug)]
 pub enum FromClient {
     /// A client connected.
     Connected {
         /// Its number.
         client: ClientId,
-        /// Who it is, for a person.
+        /// Its name for people.
         peer: String,
     },
-    /// A line came.
+    /// A client sent a line.
     Line {
-        /// From whom.
+        /// The client.
         client: ClientId,
         /// The line without its end.
         line: Result<Vec<u8>, TooLong>,
     },
     /// A client that did not read was closed.
     TooSlow {
-        /// Who.
+        /// The client.
         client: ClientId,
-        /// Bytes that waited for it.
+        /// Number of bytes that it had not read.
         unread_bytes: usize,
     },
-    /// A reading client was closed to make room for another.
+    /// A receive-only client was closed to admit another.
     GaveWay {
-        /// Who.
+        /// The client.
         client: ClientId,
     },
     /// A client left.
     Gone {
-        /// Who.
+        /// The client.
         client: ClientId,
     },
 }
 
-/// The bytes that wait for each client.
+/// The unsent bytes of each client.
 #[derive(Clone, Debug, Default)]
 struct Outboxes(Arc<Mutex<BTreeMap<ClientId, Arc<Outbox>>>>);
 
@@ -86,8 +86,8 @@ impl Outboxes {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Where there are too many already, whoever has only read for longest gives way: a STOP must get
-    /// through. `None` when none of them only reads.
+    /// Adds a client. If there are too many, the oldest receive-only client is closed, because a STOP must get through;
+    /// `None` if there is none.
     fn add(&self, client: ClientId) -> Option<Arc<Outbox>> {
         let mut all = self.lock();
         if all.len() >= CLIENTS_MAX {
@@ -103,12 +103,12 @@ impl Outboxes {
     }
 }
 
-/// Copies received bytes to those who listen; never waits.
+/// Copies received bytes to the clients; never waits.
 #[derive(Clone, Debug)]
 pub struct Tap(Outboxes);
 
 impl Tap {
-    /// Takes what the radio delivered.
+    /// Takes bytes from the radio.
     pub fn take(&self, bytes: &[u8]) {
         for outbox in self.0.lock().values() {
             outbox.add_raw(bytes);
@@ -116,7 +116,7 @@ impl Tap {
     }
 }
 
-/// A link that is shared. It ends when this is dropped.
+/// A shared link; dropping it ends sharing.
 #[derive(Debug)]
 pub struct Share {
     address: String,
@@ -128,10 +128,10 @@ pub struct Share {
 }
 
 impl Share {
-    /// Begins to listen; must be called within the runtime.
+    /// Starts listening; must be called within the runtime.
     ///
     /// # Errors
-    /// When the address is open to a network and must not be, is taken, or the system refuses.
+    /// When the address is open to a network without permission or in use, or the system refuses.
     pub fn listen(address: &Address, open_to_network: bool) -> Result<Self, ShareError> {
         let opened = listener::open(address, open_to_network)?;
         let outboxes = Outboxes::default();
@@ -147,19 +147,19 @@ impl Share {
         })
     }
 
-    /// Where it listens, as others have to name it.
+    /// The address for clients.
     #[must_use]
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// For the thread that reads from the radio.
+    /// The tap for the link's reader thread.
     #[must_use]
     pub fn tap(&self) -> Tap {
         Tap(self.outboxes.clone())
     }
 
-    /// What clients do next. Nothing is lost when the wait is abandoned.
+    /// The next input from a client. Cancel-safe.
     pub async fn next(&mut self) -> FromClient {
         match self.inputs.recv().await {
             Some(input) => input,
@@ -168,17 +168,17 @@ impl Share {
         }
     }
 
-    /// No raw bytes for this client any more, only lines.
+    /// Stops sending raw bytes to a client.
     pub fn end_raw(&self, client: ClientId) {
         self.with(client, Outbox::end_raw);
     }
 
-    /// A line for a client.
+    /// Sends a line to a client.
     pub fn send_line(&self, client: ClientId, line: &[u8]) {
         self.with(client, |outbox| outbox.add_line(line));
     }
 
-    /// Closes a client's connection when it has its lines.
+    /// Closes a client's connection after its lines.
     pub fn close(&self, client: ClientId) {
         self.with(client, Outbox::close);
     }
@@ -222,11 +222,11 @@ async fn accept(listener: Listener, outboxes: Outboxes, to_station: mpsc::Sender
                 },
                 client::Ended::Cut(Cut::GaveWay) => FromClient::GaveWay { client },
             };
-            // A station that is gone needs no word.
+            // The station may have ended.
             let _ = to_station.send(last).await;
         });
     }
 }
 
-/// The most that is read ahead from a client.
+/// Maximum bytes read ahead from a client.
 const READ_MAX: usize = LINE_MAX;

@@ -1,27 +1,27 @@
-//! What waits for one client, in bounded memory.
+//! Unsent bytes for one client, in bounded memory.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
-/// Bytes that wait for a client that does not read: four and a half minutes of the radio.
+/// Maximum unsent bytes of a client: four and a half minutes of the radio.
 pub(super) const UNREAD_MAX: usize = 64 * 1024;
 
 #[derive(Debug, Default)]
 pub(super) struct Outbox {
     state: Mutex<State>,
-    /// Something is to be taken.
+    /// Signals bytes to write, or the close.
     filled: Notify,
-    /// Nothing more is written.
+    /// Signals that the client is cut off.
     cut: Notify,
 }
 
-/// Why nothing more is written to a client, whatever waits for it.
+/// Reason why a client is cut off; its unsent bytes are dropped.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Cut {
-    /// It did not read.
+    /// The client did not read.
     TooSlow { unread_bytes: usize },
-    /// Others need its place.
+    /// Another client needs its place.
     GaveWay,
 }
 
@@ -33,7 +33,7 @@ struct State {
     too_slow: bool,
 }
 
-/// What a client's writer does next.
+/// The next action of a client's writer.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Next {
     Write(Vec<u8>),
@@ -45,7 +45,7 @@ impl Outbox {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Bytes from the radio, unless the client converses.
+    /// Adds bytes from the radio, unless the client gets lines only.
     pub(super) fn add_raw(&self, bytes: &[u8]) {
         let mut state = self.lock();
         if !state.converses {
@@ -70,7 +70,7 @@ impl Outbox {
         }
     }
 
-    /// Only lines from here on. The line that the radio was in the middle of ends here.
+    /// Sends lines only from here on; ends a partial line of raw bytes.
     pub(super) fn end_raw(&self) {
         let mut state = self.lock();
         self.add(&mut state, b"\n");
@@ -82,7 +82,7 @@ impl Outbox {
         self.filled.notify_one();
     }
 
-    /// At once, whatever waits and whether or not anybody reads.
+    /// Cuts the client off at once.
     pub(super) fn cut_off(&self) {
         let mut state = self.lock();
         state.waiting.clear();
@@ -94,7 +94,7 @@ impl Outbox {
         self.lock().converses
     }
 
-    /// Waits until something is to be done.
+    /// Waits for the next action.
     pub(super) async fn next(&self) -> Next {
         loop {
             {
@@ -110,7 +110,7 @@ impl Outbox {
         }
     }
 
-    /// Waits until nothing more is to be written.
+    /// Waits until the client is cut off.
     pub(super) async fn cut(&self) -> Cut {
         self.cut.notified().await;
         let state = self.lock();

@@ -1,7 +1,7 @@
-//! The file of a Unix socket: for its owner alone, and gone with the station.
+//! The file of a Unix socket: private to its owner, and removed with the station.
 //!
-//! A socket that nobody answers at was left behind by a station that was killed, and is replaced. One
-//! that answers, and any other file, is left alone.
+//! A socket without a listener is a leftover of a killed station and is replaced. A socket with a listener, or any
+//! other file, is kept.
 
 use std::fs;
 use std::io;
@@ -14,7 +14,7 @@ use rustix::process::umask;
 
 use super::ShareError;
 
-/// Removes its file when dropped, if it is still the same.
+/// Removes its file when dropped, unless the file was replaced.
 #[derive(Debug)]
 pub(super) struct SocketFile {
     path: PathBuf,
@@ -41,7 +41,7 @@ impl SocketFile {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(error) => return Err(refused(error)),
         }
-        // There must be no moment at which others may connect.
+        // The socket must never be open to other users, not even for a moment.
         let before = umask(Mode::RWXG | Mode::RWXO | Mode::XUSR);
         let bound = UnixListener::bind(path);
         umask(before);
@@ -58,7 +58,7 @@ impl SocketFile {
 impl Drop for SocketFile {
     fn drop(&mut self) {
         if identity(&self.path).is_ok_and(|now| now == self.identity) {
-            // A file that cannot be removed is found stale by the next station.
+            // A file that cannot be removed is replaced by the next station.
             let _ = fs::remove_file(&self.path);
         }
     }

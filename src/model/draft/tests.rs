@@ -1,4 +1,4 @@
-//! What becomes of a draft.
+//! Changes of a draft.
 
 use super::*;
 use proptest::prelude::*;

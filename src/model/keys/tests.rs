@@ -1,4 +1,4 @@
-//! What must hold for the table as it stands.
+//! Properties of the default table.
 
 use super::*;
 use crossterm::event::KeyEvent;

@@ -1,4 +1,4 @@
-//! Anything that can happen, and much that cannot.
+//! Strategies for any event, possible or not.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::Waypoint;

@@ -1,4 +1,4 @@
-//! When there is an alarm, for how long, and what makes it go.
+//! Alarms: when they are raised, how long they last, and when they end.
 
 use super::*;
 use crate::event::{Level, LinkEvent, Recording};

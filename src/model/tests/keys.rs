@@ -1,4 +1,4 @@
-//! What keys, typed words and dialogs want done.
+//! Effects of keys, typed words and dialogs.
 
 use std::sync::Arc;
 
@@ -193,7 +193,7 @@ fn the_question_of_the_origin_names_the_dock() {
     assert!(question.text.contains("looks for its dock from there"));
 }
 
-/// Nobody answers a question or drives where there is no room to show it.
+/// On a screen that is too small, no question is asked and hand drive is off.
 #[test]
 fn on_a_screen_too_small_only_stop_and_leaving_work() {
     for keys in ["", ":go", "C", "dy", "e", "?"] {
@@ -220,8 +220,8 @@ fn on_a_screen_too_small_only_stop_and_leaving_work() {
     }
 }
 
-/// A slow line hands Esc and the key behind it over at once, which terminals take for Alt with the key. Esc counts
-/// everywhere, STOP too, and nothing else: Alt may have been meant.
+/// Over a slow connection, Esc and the next key may arrive together, which reads as Alt and the key. Esc always counts;
+/// of the key only STOP counts, because Alt may have been meant.
 #[test]
 fn esc_and_a_key_in_one_burst_act_as_esc_and_stop() {
     let alt = |code| Event::Key(KeyEvent::new(code, KeyModifiers::ALT));

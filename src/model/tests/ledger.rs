@@ -1,4 +1,4 @@
-//! What the ledger claims of commands.
+//! Claims of the ledger about commands.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Who holds the motors, for what share, and whether it changes too often.
+//! The holder of the motors, its share, and too many changes.
 
 use super::*;
 

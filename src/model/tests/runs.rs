@@ -1,4 +1,4 @@
-//! What is asked of runs: lists, comparisons, names and notes.
+//! Runs: lists, comparisons, names and notes.
 
 use super::*;
 use crate::event::Remark;

@@ -7,10 +7,10 @@ use groundwave_protocol::LINE_BYTES;
 
 use crate::capture::Observation;
 
-/// Limits the memory however long the history may be: ten hours of a radio at 2400 baud.
+/// Maximum memory of the history, bytes: ten hours of a radio at 2400 baud.
 const BYTES_MAX: usize = 8 * 1024 * 1024;
 
-/// Bytes of memory that an observation takes besides its data.
+/// Memory of an observation without its data, bytes.
 const ENTRY_BYTES: usize = size_of::<(u64, Observation)>();
 
 /// Observations that are in no finished recording, with their times in nanoseconds since 1970.
@@ -30,7 +30,7 @@ impl History {
         }
     }
 
-    /// Remembers an observation and forgets those that are too old.
+    /// Adds an observation and forgets those that are too old.
     pub(super) fn push(&mut self, at_ns: u64, observation: Observation) {
         if !self.join(at_ns, &observation) {
             self.bytes += bytes(&observation);
@@ -50,7 +50,7 @@ impl History {
         }
     }
 
-    /// Joins bytes to the line they belong to, which has the time of its last: a port may deliver single bytes.
+    /// Joins bytes to their line, because a port may deliver single bytes. The line gets the time of its last byte.
     fn join(&mut self, at_ns: u64, observation: &Observation) -> bool {
         let (Some((last_ns, Observation::Received(last))), Observation::Received(raw)) =
             (self.entries.back_mut(), observation)
@@ -76,7 +76,7 @@ impl History {
         self.entries.make_contiguous()
     }
 
-    /// Takes everything out.
+    /// Removes all observations and returns them.
     pub(super) fn take(&mut self) -> Self {
         let empty = Self {
             entries: VecDeque::new(),
@@ -86,7 +86,7 @@ impl History {
         std::mem::replace(self, empty)
     }
 
-    /// Puts back what was taken out, before what has come in since.
+    /// Puts removed observations back before newer ones.
     pub(super) fn put_back(&mut self, mut taken: Self) {
         taken.entries.append(&mut self.entries);
         taken.bytes += self.bytes;

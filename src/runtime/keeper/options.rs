@@ -9,14 +9,14 @@ use crate::capture::{Existing, Rotation};
 /// Length of the history that a recording begun from the dashboard starts with.
 pub const REMEMBERED: Duration = Duration::from_mins(10);
 
-/// The files to write, and what a recording says about itself.
+/// The files to write, and the metadata of a recording.
 #[derive(Clone, Debug)]
 pub struct KeepOptions {
-    /// Raw bytes go here.
+    /// File of the raw bytes.
     pub tee: Option<PathBuf>,
-    /// MCAP goes here.
+    /// MCAP file.
     pub mcap: Option<PathBuf>,
-    /// The MCAP has an automatic name, which is numbered when it is taken.
+    /// Whether the MCAP file has an automatic name, which gets a number if it is taken.
     pub is_unnamed: bool,
     /// What to do with files that exist.
     pub existing: Existing,
@@ -24,7 +24,7 @@ pub struct KeepOptions {
     pub link: String,
     /// Notes for the session's table in the recording.
     pub notes: BTreeMap<String, String>,
-    /// The configuration in force, as text.
+    /// The active configuration, as text.
     pub configuration: String,
     /// When a recording continues in another file.
     pub rotation: Rotation,

@@ -2,7 +2,7 @@ use super::*;
 use crate::capture::Capture;
 use std::fs;
 
-/// Nobody records in the folder of the tests: the first that is asked for goes here.
+/// A recording manager whose first recording goes into `folder`.
 fn keeper(folder: &Path, started: Instant) -> Keeper {
     let options = KeepOptions {
         mcap: Some(folder.join("first/a.mcap")),
@@ -10,7 +10,7 @@ fn keeper(folder: &Path, started: Instant) -> Keeper {
     };
     fs::create_dir(folder.join("first")).unwrap();
     let keeper = Keeper::open(&options, started).unwrap();
-    // Nobody looks for interrupted recordings while the folder goes.
+    // No thread may look for interrupted recordings while the folder is removed.
     let threads = std::mem::take(&mut keeper.lock().threads);
     for thread in threads {
         thread.join().unwrap();
@@ -44,7 +44,7 @@ fn received(path: &Path) -> String {
     String::from_utf8(received).unwrap()
 }
 
-/// Takes the folder away under the recording, and has it look.
+/// Removes the folder of a recording under way, and lets the recorder check it.
 fn fail(keeper: &Keeper, folder: &Path, at: Instant) {
     fs::remove_dir_all(folder.join("first")).unwrap();
     let mut sink = keeper.sink();
@@ -70,7 +70,7 @@ fn what_comes_in_after_a_failure_is_in_the_next_recording() {
     assert_eq!(received(&folder.path().join("b.mcap")), all);
 }
 
-/// What cannot be begun yet is not forgotten, and a failure that has been told is not told again.
+/// A failed attempt keeps the history, and a reported failure is not reported again.
 #[test]
 fn another_attempt_loses_nothing() {
     let folder = tempfile::tempdir().unwrap();
@@ -89,7 +89,7 @@ fn another_attempt_loses_nothing() {
     assert_eq!(received(&folder.path().join("c.mcap")), "one\ntwo\n");
 }
 
-/// A failed recording in another folder than the next one's is recovered too.
+/// A failed recording is recovered even if the next one has another folder.
 #[test]
 fn a_recording_that_failed_is_recovered_when_the_next_begins() {
     let folder = tempfile::tempdir().unwrap();
@@ -109,7 +109,7 @@ fn a_recording_that_failed_is_recovered_when_the_next_begins() {
     assert_eq!(received(&moved), "one\ntwo\n");
 }
 
-/// What is in a recording that has ended well is not in the next besides.
+/// A finished recording's observations are not in the next one.
 #[test]
 fn a_finished_recording_is_not_remembered() {
     let folder = tempfile::tempdir().unwrap();
@@ -127,7 +127,7 @@ fn a_finished_recording_is_not_remembered() {
     assert_eq!(received(&folder.path().join("b.mcap")), "two\n");
 }
 
-/// A note finds its moment again: counted as whoever plays the recording counts.
+/// The time of a note counts as in a replay of the recording.
 #[test]
 fn a_moment_of_a_recording_counts_from_the_first_that_is_in_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -179,7 +179,7 @@ fn a_panic_leaves_a_finished_recording() {
         ..KeepOptions::default()
     };
     let keeper = Keeper::open(&options, Instant::now()).unwrap();
-    // The reader thread of the link holds on to this.
+    // The link's reader thread keeps the sink.
     let _sink = keeper.sink();
     let panicked = std::panic::catch_unwind(|| {
         let _finish = keeper.finish_on_drop();

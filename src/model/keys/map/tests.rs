@@ -1,4 +1,4 @@
-//! Keys chosen otherwise.
+//! Rebound keys.
 
 use super::*;
 
