@@ -21,9 +21,7 @@ pub enum ShareClientError {
     )]
     Connect(Address, io::Error),
     /// The server at the address is no station.
-    #[error(
-        "the server at {0} is no groundwave station that shares its link; check the address"
-    )]
+    #[error("the server at {0} is no groundwave station that shares its link; check the address")]
     NoStation(Address),
     /// The connection ended.
     #[error("the station at {0} closed the connection{1}")]
