@@ -14,7 +14,7 @@ const SEEDS: u64 = 50;
 /// A perfect radio, and one that spoils a line in two.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
 
-const PROVEN: CommandStatus = CommandStatus::Confirmed { digest: None };
+const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 
 /// Runs a property over all seeds and channels.
 fn over_seeds(property: impl Fn(u64, &str) + Sync) {
@@ -31,7 +31,7 @@ fn a_mode_change_arrives() {
         let mut co = CoSimulation::new("house", seed, channel);
         assert_eq!(
             co.deliver(Request::Mode(Mode::Reactive)),
-            PROVEN,
+            CONFIRMED,
             "{}",
             co.context()
         );
@@ -54,7 +54,7 @@ fn a_layer_is_switched_off_and_on_and_the_others_stay() {
         let sonar = LayerMask::NONE.with(Layer::Sonar);
         assert_eq!(
             co.deliver(Request::Disable(sonar)),
-            PROVEN,
+            CONFIRMED,
             "{}",
             co.context()
         );
@@ -62,7 +62,7 @@ fn a_layer_is_switched_off_and_on_and_the_others_stay() {
         assert!(!without.contains(Layer::Sonar), "{}", co.context());
         assert_eq!(
             co.deliver(Request::Enable(sonar)),
-            PROVEN,
+            CONFIRMED,
             "{}",
             co.context()
         );
@@ -128,7 +128,9 @@ fn a_stop_before_anything_was_heard_goes_out() {
     over_seeds(|seed, channel| {
         let mut co = CoSimulation::new("house", seed, channel);
         let stop = co.request(Request::Stop);
-        co.run_until("STOP is proven", 60, |co| co.fate(stop) == Some(PROVEN));
+        co.run_until("STOP is confirmed", 60, |co| {
+            co.fate(stop) == Some(CONFIRMED)
+        });
         assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
     });
 }
@@ -140,7 +142,9 @@ fn stop_stops_and_nothing_sent_before_it_moves_the_robot_again() {
         co.run(1 + seed % 5);
         let prowl = co.request(Request::Mode(Mode::Prowl));
         let stop = co.request(Request::Stop);
-        co.run_until("STOP is proven", 60, |co| co.fate(stop) == Some(PROVEN));
+        co.run_until("STOP is confirmed", 60, |co| {
+            co.fate(stop) == Some(CONFIRMED)
+        });
         assert!(
             matches!(co.fate(prowl), Some(CommandStatus::Failed(_))),
             "{}",
@@ -177,7 +181,7 @@ fn a_command_that_is_given_up_leaves_the_others_alone() {
         co.station.handle_give_up(now, second);
         co.station.handle_give_up(now, first);
         co.run_until("the third ends", 120, |co| co.fate(third).is_some());
-        assert_eq!(co.fate(third), Some(PROVEN), "{}", co.context());
+        assert_eq!(co.fate(third), Some(CONFIRMED), "{}", co.context());
         for given_up in [first, second] {
             let fate = co.fate(given_up);
             let failed = Some(CommandStatus::Failed(Failure::TimedOut));

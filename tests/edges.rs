@@ -106,7 +106,7 @@ fn cable_pulled_during_a_transfer() {
 
 #[test]
 fn cable_pulled_before_the_confirmation() {
-    pull_at("pull-proof", "nearly all");
+    pull_at("pull-confirm", "nearly all");
 }
 
 #[test]
@@ -149,11 +149,11 @@ fn commands_of_two_senders_are_confirmed_one_after_the_other() {
         Telling::start(&["send", "--via", &socket, "mode", "reactive", "--json"]),
     ];
     for sender in &mut senders {
-        sender.wait_for("the proof", is_stage("confirmed"));
+        sender.wait_for("the confirmation", is_stage("confirmed"));
         assert_eq!(sender.process.0.wait().unwrap().code(), Some(0));
     }
     for id in [1, 2] {
-        station.wait_for("the proof", |value| {
+        station.wait_for("the confirmation", |value| {
             value["id"] == id && value["status"] == "confirmed"
         });
         let asked = station.wait_for("who asked", |value| {
@@ -196,7 +196,7 @@ fn command_outlives_its_client() {
     let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
     sender.wait_for("progress", is_stage("progress"));
     drop(sender);
-    station.wait_for("the proof", is_stage("confirmed"));
+    station.wait_for("the confirmation", is_stage("confirmed"));
 }
 
 #[test]

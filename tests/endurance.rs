@@ -46,7 +46,7 @@ struct Day {
     station: Station,
     model: Model,
     orders: u64,
-    proven: u64,
+    confirmed: u64,
     failed: u64,
 }
 
@@ -65,7 +65,7 @@ impl Day {
             station: Station::new(Config::new(677), true),
             model: Model::new(ModelConfig::default()),
             orders: 0,
-            proven: 0,
+            confirmed: 0,
             failed: 0,
         }
     }
@@ -109,7 +109,7 @@ impl Day {
         while let Some(event) = self.station.poll_event() {
             if let Event::Command { status, .. } = &event {
                 match status {
-                    CommandStatus::Confirmed { .. } => self.proven += 1,
+                    CommandStatus::Confirmed { .. } => self.confirmed += 1,
                     CommandStatus::Refused(_) | CommandStatus::Failed(_) => self.failed += 1,
                     _ => {}
                 }
@@ -228,13 +228,17 @@ fn a_day_of_outages() {
     day.weather("");
     day.run_s(300);
     println!(
-        "{} orders, {} proven, {} failed; {early_size} then {late_size} characters of state, resident \
+        "{} orders, {} confirmed, {} failed; {early_size} then {late_size} characters of state, resident \
          {early_kib:?} then {late_kib:?} KiB",
-        day.orders, day.proven, day.failed
+        day.orders, day.confirmed, day.failed
     );
     assert!(day.station.is_settled(), "everything has ended");
-    assert_eq!(day.proven + day.failed, day.orders);
-    assert!(day.proven > day.orders / 2, "{} proven", day.proven);
+    assert_eq!(day.confirmed + day.failed, day.orders);
+    assert!(
+        day.confirmed > day.orders / 2,
+        "{} confirmed",
+        day.confirmed
+    );
     assert!(late_size < early_size + early_size / 10);
     if let (Some(early), Some(late)) = (early_kib, late_kib) {
         assert!(late < early + 1024, "resident {early} then {late} KiB");

@@ -74,10 +74,10 @@ impl Watched {
             return false;
         };
         let (successor, _) = self.lists[held];
-        let proven = self.co.events[..self.taken].iter().any(|(_, event)| {
+        let confirmed = self.co.events[..self.taken].iter().any(|(_, event)| {
             matches!(event, Event::Command { id, status: CommandStatus::Confirmed { .. } } if *id == successor)
         });
-        claimed == held || (claimed + 1 == held && !proven)
+        claimed == held || (claimed + 1 == held && !confirmed)
     }
 
     fn step(&mut self) {

@@ -20,20 +20,20 @@ fn under(channel_of: impl Fn(u64) -> String + Sync) {
 fn over_seeds(trial_of: impl Fn(u64) -> Trial + Sync) {
     let trials = on_all_cores(seeds(SEEDS), |seed| {
         let mut trial = trial_of(seed);
-        let mut proven = 0;
+        let mut confirmed = 0;
         for _ in 0..ORDERS {
             let pause_ms = trial.below(3000);
             trial.run_ms(pause_ms);
             let deed = trial.some_deed();
             let number = trial.order(deed);
             trial.run_to_end(number);
-            proven += usize::from(trial.is_proven(number));
+            confirmed += usize::from(trial.is_confirmed(number));
         }
         trial.finish();
-        proven
+        confirmed
     });
-    let proven: usize = trials.iter().map(|(_, proven)| proven).sum();
-    println!("{proven} of {} orders proven", trials.len() * ORDERS);
+    let confirmed: usize = trials.iter().map(|(_, confirmed)| confirmed).sum();
+    println!("{confirmed} of {} orders confirmed", trials.len() * ORDERS);
 }
 
 #[test]
@@ -142,8 +142,8 @@ fn a_cold_stop_takes_its_turn() {
         for _ in 0..30_000 {
             trial.step();
         }
-        let proven = CommandStatus::Confirmed { digest: None };
-        assert_eq!(trial.stopped(), Some(&proven), "seed {seed}");
+        let confirmed = CommandStatus::Confirmed { digest: None };
+        assert_eq!(trial.stopped(), Some(&confirmed), "seed {seed}");
         let mode = trial.co.simulation.robot().mode();
         assert_eq!(mode, Mode::Stop, "seed {seed}");
     });

@@ -13,7 +13,7 @@ const SEEDS: u64 = 5;
 /// A perfect radio, and one that damages every second long line.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
 
-const PROVEN: CommandStatus = CommandStatus::Confirmed { digest: None };
+const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 
 fn over_seeds(property: impl Fn(&mut CoSimulation) + Sync) {
     on_all_cores(seeds(SEEDS), |seed| {
@@ -46,7 +46,7 @@ fn told(co: &CoSimulation) -> Vec<ParameterLine> {
 #[test]
 fn parameter_is_set_confirmed_saved_and_restored_by_a_reset() {
     over_seeds(|co| {
-        assert_eq!(co.deliver(set(8)), PROVEN, "{}", co.context());
+        assert_eq!(co.deliver(set(8)), CONFIRMED, "{}", co.context());
         let parameters = co.simulation.robot().parameters();
         assert_eq!(parameters.get(Parameter::TopSpeed), 8, "{}", co.context());
         let said = told(co).last().map(|line| line.value);
@@ -57,9 +57,9 @@ fn parameter_is_set_confirmed_saved_and_restored_by_a_reset() {
         assert_eq!(parameters.get(Parameter::TopSpeed), 12, "not kept yet");
         co.run(3);
 
-        assert_eq!(co.deliver(set(7)), PROVEN, "{}", co.context());
+        assert_eq!(co.deliver(set(7)), CONFIRMED, "{}", co.context());
         let save = Request::Parameter(Tuning::Save);
-        assert_eq!(co.deliver(save), PROVEN, "{}", co.context());
+        assert_eq!(co.deliver(save), CONFIRMED, "{}", co.context());
         co.run(1);
         co.simulation.reboot();
         let parameters = co.simulation.robot().parameters();
@@ -89,9 +89,9 @@ fn decimal_value_is_in_the_whole_unit() {
     };
     over_seeds(|co| {
         let low = set("battery-low", "11.8");
-        assert_eq!(co.deliver(low), PROVEN, "{}", co.context());
+        assert_eq!(co.deliver(low), CONFIRMED, "{}", co.context());
         let charge = set("motion-charge", "2.0");
-        assert_eq!(co.deliver(charge), PROVEN, "{}", co.context());
+        assert_eq!(co.deliver(charge), CONFIRMED, "{}", co.context());
         let parameters = co.simulation.robot().parameters();
         let values = [Parameter::LowBattery, Parameter::Charge].map(|one| parameters.get(one));
         assert_eq!(values, [118, 20], "{}", co.context());
@@ -117,7 +117,7 @@ fn decimal_value_is_in_the_whole_unit() {
 fn parameter_list_is_complete() {
     over_seeds(|co| {
         let list = Request::Parameter(Tuning::List);
-        assert_eq!(co.deliver(list), PROVEN, "{}", co.context());
+        assert_eq!(co.deliver(list), CONFIRMED, "{}", co.context());
         let mut names: Vec<_> = told(co)
             .iter()
             .map(|line| line.name.as_str().to_owned())
@@ -138,9 +138,9 @@ fn stop_ends_a_parameter_list() {
         let id = co.request(Request::Parameter(Tuning::List));
         co.run(4);
         assert_eq!(co.fate(id), None, "{}", co.context());
-        assert_eq!(co.deliver(Request::Stop), PROVEN, "{}", co.context());
+        assert_eq!(co.deliver(Request::Stop), CONFIRMED, "{}", co.context());
         assert!(co.fate(id).is_some(), "{}", co.context());
-        assert_eq!(co.deliver(set(8)), PROVEN, "{}", co.context());
+        assert_eq!(co.deliver(set(8)), CONFIRMED, "{}", co.context());
     });
 }
 
@@ -156,7 +156,7 @@ fn layers_are_switched_one_by_one_and_as_a_set() {
             ] {
                 let end = co.deliver(request);
                 // The simulated robot may lack a sensor: then it says so and nothing changes.
-                if end == PROVEN {
+                if end == CONFIRMED {
                     assert_eq!(allowed(co).contains(layer), is_on, "{}", co.context());
                 } else {
                     assert_eq!(end, CommandStatus::Refused(Outcome::NotFitted));
@@ -164,7 +164,12 @@ fn layers_are_switched_one_by_one_and_as_a_set() {
             }
         }
         let only = LayerMask::NONE.with(Layer::Bumpers).with(Layer::Sonar);
-        assert_eq!(co.deliver(Request::Only(only)), PROVEN, "{}", co.context());
+        assert_eq!(
+            co.deliver(Request::Only(only)),
+            CONFIRMED,
+            "{}",
+            co.context()
+        );
         assert_eq!(co.simulation.robot().allowed(), only, "{}", co.context());
     });
 }

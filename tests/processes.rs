@@ -110,7 +110,7 @@ fn the_dashboard_obeys_keys_and_restores_the_terminal() {
     });
     assert!(watch.is_alternate());
     watch.type_keys(" ");
-    watch.wait_for("STOP in the ledger and proven", |text| {
+    watch.wait_for("STOP in the ledger and confirmed", |text| {
         text.lines()
             .any(|line| line.contains("stop") && line.contains("confirmed"))
     });

@@ -65,10 +65,10 @@ fn restart_at(restart: Restart, at_ms: u64, seed: u64, channel: &str, lists: (us
     }
     if matches!(restart, Restart::Robot) {
         trial.run_to_end(number);
-        // Its list was empty when it came back, so whoever says proven says it of the robot's present life
+        // Its list was empty when it came back, so whoever says confirmed says it of the robot's present life
         // or said it before.
         assert!(
-            trial.is_executed(number) || !trial.is_proven(number),
+            trial.is_executed(number) || !trial.is_confirmed(number),
             "{}",
             trial.co.context()
         );
@@ -125,7 +125,7 @@ fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
             let pose = trial.some_pose();
             let number = trial.order(pose);
             trial.run_to_end(number);
-            assert!(trial.is_proven(number), "{}", trial.co.context());
+            assert!(trial.is_confirmed(number), "{}", trial.co.context());
             // Whoever looks every millisecond would see any of it done again.
             trial.co.simulation.handle_uplink(&earlier);
             trial.run_ms(5000);
@@ -134,7 +134,7 @@ fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
     }
 }
 
-const PROVEN: CommandStatus = CommandStatus::Confirmed { digest: None };
+const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 
 /// The gate tries every fourth moment, the night every one.
 fn sampling() -> usize {
@@ -175,7 +175,7 @@ fn stop_at(phase_ms: u64, seed: u64, channel: &str, lists: (usize, usize)) {
     // Only a whole line A proves it. Of those one in five survives where bytes are doubled, and once in a
     // thousand none within fifteen seconds.
     assert!(
-        is_standing && (channel.contains("dup") || trial.stopped() == Some(&PROVEN)),
+        is_standing && (channel.contains("dup") || trial.stopped() == Some(&CONFIRMED)),
         "{:?}: {}",
         trial.stopped(),
         trial.co.context()
@@ -213,7 +213,9 @@ fn stop_ends_hand_drive() {
                 co.step();
             }
             let stop = co.request(Request::Stop);
-            co.run_until("STOP is proven", 30, |co| co.fate(stop) == Some(PROVEN));
+            co.run_until("STOP is confirmed", 30, |co| {
+                co.fate(stop) == Some(CONFIRMED)
+            });
             for _ in 0..5000 {
                 assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
                 co.step();

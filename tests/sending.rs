@@ -233,12 +233,15 @@ fn script_is_read_from_standard_input() {
     let output = with_input(&arguments, "mode reactive\ngoto 12 -5\n");
     let out = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(0), "{out}");
-    let proven: Vec<String> = json_lines(&out)
+    let confirmed: Vec<String> = json_lines(&out)
         .iter()
         .filter(|step| step["status"] == "confirmed")
         .map(|step| format!("{} {}", step["line"], step["command"].as_str().unwrap()))
         .collect();
-    assert_eq!(proven, ["1 mode reactive", "2 goto 12 -5", "2 mode prowl"]);
+    assert_eq!(
+        confirmed,
+        ["1 mode reactive", "2 goto 12 -5", "2 mode prowl"]
+    );
     let output = with_input(&["send", &sim.path, "-f", "-"], "dock\nstop\n");
     let err = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(5), "{err}");

@@ -157,10 +157,10 @@ fn a_station_measures_what_it_does() {
         );
     }
     let seen = co.station.statistics(co.now());
-    let proof = seen.proof.unwrap();
-    assert_eq!(proof.count, 3);
+    let confirmation = seen.confirmation.unwrap();
+    assert_eq!(confirmation.count, 3);
     assert!(
-        proof.worst_s >= proof.mean_s && proof.mean_s > 0.1,
+        confirmation.worst_s >= confirmation.mean_s && confirmation.mean_s > 0.1,
         "{seen:?}"
     );
     // A request for a session and three commands are the least.

@@ -156,7 +156,9 @@ fn esc_and_an_arrow_in_one_burst_send_nothing() {
         watch.wait_for("no prompt", |text| !text.contains("Esc cancel"));
     }
     watch.type_keys("p");
-    watch.wait_for("proof", |text| text.contains("mode prowl: confirmed"));
+    watch.wait_for("confirmation", |text| {
+        text.contains("mode prowl: confirmed")
+    });
     let text = watch.text();
     for word in ["forage", "wander", "photo", "clear"] {
         let asked = format!("{word}: ");

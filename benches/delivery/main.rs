@@ -1,4 +1,4 @@
-//! How long until the robot has proved what it was sent: the real station, the robot's real program and a
+//! Time until the robot has confirmed a command: the real station, the robot's real program and a
 //! radio that flips bits, in virtual time, beside the least that is possible and beside MAVLink's mission
 //! protocol over the same radio. Prints Markdown.
 //!
@@ -39,7 +39,7 @@ fn main() {
     }
 }
 
-/// Seconds until proof of a list: mean and 95th percentile.
+/// Seconds until a list is confirmed: mean and 95th percentile.
 fn lists(wishes: &Wishes) {
     println!(
         "Lists, {} seeds a cell: mean (95 % within), seconds",
@@ -98,7 +98,7 @@ fn mavlink_row(wishes: &Wishes, duplex: Duplex, count: usize) {
     }
 }
 
-/// Seconds until proof of a single order.
+/// Seconds until a single command is confirmed.
 fn commands(wishes: &Wishes) {
     println!(
         "One command, session open, {} seeds a cell: seconds",
@@ -169,10 +169,15 @@ fn stop(wishes: &Wishes) {
             let stops =
                 common::on_all_cores(0..wishes.seeds, |seed| ours::stop_s(duplex, channel, seed));
             let effect = stops.iter().map(|(seed, (effect, _))| (*seed, *effect));
-            let proof = stops.iter().map(|(seed, (_, proof))| (*seed, *proof));
-            let (effect, proof) = (Times::of(effect.collect()), Times::of(proof.collect()));
+            let confirmation = stops
+                .iter()
+                .map(|(seed, (_, confirmation))| (*seed, *confirmation));
+            let (effect, confirmation) = (
+                Times::of(effect.collect()),
+                Times::of(confirmation.collect()),
+            );
             report::row(effect.columns(&format!("{duplex}, robot in mode stop"), channel));
-            report::row(proof.columns(&format!("{duplex}, proven"), channel));
+            report::row(confirmation.columns(&format!("{duplex}, confirmed"), channel));
         }
     }
 }

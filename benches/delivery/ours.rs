@@ -11,7 +11,7 @@ use sr04_sim::{SimulationConfig, World};
 use crate::common::{CoSimulation, owner};
 use crate::wishes::Duplex;
 
-/// Later than this nothing has failed but the bench: every task ends before, proven or not.
+/// Later than this nothing has failed but the bench: every task ends before, confirmed or not.
 const LIMIT_S: u64 = 600;
 
 /// Robot and station with a session open between them over this channel, in the quiet that follows a while
@@ -41,7 +41,7 @@ fn channel(spec: &str) -> sr04_sim::ChannelSpec {
     spec.parse().expect("the bench's own words")
 }
 
-/// Seconds from the order to send a list until the robot has proved it; the order comes when a line has
+/// Seconds from the order to send a list until the robot has confirmed it; the order comes when a line has
 /// just been heard.
 pub fn list_s(duplex: Duplex, spec: &str, seed: u64, count: usize) -> Option<f64> {
     let mut co = at_rest(duplex, spec, seed);
@@ -51,17 +51,17 @@ pub fn list_s(duplex: Duplex, spec: &str, seed: u64, count: usize) -> Option<f64
             .iter()
             .any(|(_, event)| matches!(event, Event::Line { .. }))
     });
-    proof_s(&mut co, Request::Route(route(seed, count)))
+    confirmation_s(&mut co, Request::Route(route(seed, count)))
 }
 
-/// Seconds until a single command is proven, given at any moment.
+/// Seconds until a single command is confirmed, given at any moment.
 pub fn command_s(duplex: Duplex, spec: &str, seed: u64) -> Option<f64> {
     let mut co = at_rest(duplex, spec, seed);
     wait(&mut co, seed);
-    proof_s(&mut co, Request::Mode(Mode::Prowl))
+    confirmation_s(&mut co, Request::Mode(Mode::Prowl))
 }
 
-/// Seconds until proof for a station that starts beside a robot at work; `count` waypoints, or one command.
+/// Seconds until confirmation for a station that starts beside a running robot: of `count` waypoints, or of one command.
 pub fn cold_s(duplex: Duplex, spec: &str, seed: u64, count: Option<usize>) -> Option<f64> {
     let mut co = switched_on(duplex, seed);
     co.simulation.run_for_ms(3000 + phase_ms(seed));
@@ -70,10 +70,10 @@ pub fn cold_s(duplex: Duplex, spec: &str, seed: u64, count: Option<usize>) -> Op
     let request = count.map_or(Request::Mode(Mode::Reactive), |count| {
         Request::Route(route(seed, count))
     });
-    proof_s(&mut co, request)
+    confirmation_s(&mut co, request)
 }
 
-fn proof_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
+fn confirmation_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
     let begun_ms = co.simulation.now_ms();
     let id = co.request(request);
     co.run_until("it ends", LIMIT_S, |co| co.fate(id).is_some());
@@ -103,7 +103,9 @@ pub const STOP_EFFECTS: [Effect; 5] = [
     ("wheels standing", |co, _| {
         co.simulation.truth().speed_in_s.abs() < STANDING_IN_S
     }),
-    ("proven at the station", |co, stop| co.fate(stop).is_some()),
+    ("confirmed at the station", |co, stop| {
+        co.fate(stop).is_some()
+    }),
 ];
 
 /// Presses STOP so many milliseconds into a transfer of 100 waypoints to a robot that drives; how many
@@ -131,7 +133,7 @@ pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [u64; 5] {
     first_ms.map(|ms| ms.expect("run_until has seen them all"))
 }
 
-/// Seconds from STOP, at any moment of a quiet hour, to its effect on the robot and to its proof.
+/// Seconds from STOP, at any moment of a quiet hour, to its effect on the robot and to its confirmation.
 pub fn stop_s(duplex: Duplex, spec: &str, seed: u64) -> (Option<f64>, Option<f64>) {
     let mut co = at_rest(duplex, spec, seed);
     wait(&mut co, seed);
@@ -145,8 +147,8 @@ pub fn stop_s(duplex: Duplex, spec: &str, seed: u64) -> (Option<f64>, Option<f64
         }
         co.fate(stop).is_some()
     });
-    let is_proven = co.fate(stop) == Some(CommandStatus::Confirmed { digest: None });
-    (effect_s, is_proven.then(|| since_s(&co)))
+    let is_confirmed = co.fate(stop) == Some(CommandStatus::Confirmed { digest: None });
+    (effect_s, is_confirmed.then(|| since_s(&co)))
 }
 
 /// Any moment within a second, different from seed to seed.

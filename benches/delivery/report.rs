@@ -8,12 +8,12 @@ use sr04_sim::ChannelSpec;
 pub struct Times {
     /// Seconds, shortest first.
     sorted_s: Vec<f64>,
-    /// Seeds that ended without proof.
+    /// Seeds that ended without confirmation.
     failed: usize,
 }
 
 impl Times {
-    /// Of every seed; `None` is one without proof.
+    /// Of every seed; `None` is one without confirmation.
     pub fn of(results: Vec<(u64, Option<f64>)>) -> Self {
         let all = results.len();
         let mut sorted_s: Vec<f64> = results.into_iter().filter_map(|(_, time)| time).collect();
@@ -38,7 +38,7 @@ impl Times {
     fn failures(&self) -> String {
         match self.failed {
             0 => String::new(),
-            failed => format!(", {failed} without proof"),
+            failed => format!(", {failed} without confirmation"),
         }
     }
 

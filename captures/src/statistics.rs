@@ -7,7 +7,7 @@
 //! - *Again*: a repeated frame: the same STOP within a second, the same session request, the same command, or waypoints of which
 //!   some were sent before. Hand drive and keepalives are never repeated and not counted. The station repeats frames while it
 //!   waits for an acknowledgement, also on a link without loss.
-//! - *Proof*: from the moment a command was asked for until it was proven, the wait for its turn included.
+//! - *Confirmation*: from the moment a command was asked for until it was confirmed, the wait for its turn included.
 //! - *Airtime*: share of the time in which the radio carried bytes, noise included, at 240 a second. Bytes arrive in bunches, each
 //!   of which was in the air before. Bytes handed to the device count as sent.
 
@@ -43,7 +43,8 @@ pub struct Statistics {
     /// Repeated frames among them.
     pub frames_again: u64,
     /// Time to confirmation; `None` before the first.
-    pub proof: Option<Proof>,
+    #[serde(rename = "proof")]
+    pub confirmation: Option<Confirmation>,
     /// Downlink airtime over the latest 20 s, per cent.
     pub airtime_down_pct: f64,
     /// Uplink airtime over the latest 20 s, per cent.
@@ -90,7 +91,7 @@ pub struct Resync {
 
 /// Time from the queueing of a command to its confirmation, seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Proof {
+pub struct Confirmation {
     /// Commands confirmed.
     pub count: u64,
     /// The latest.
@@ -171,7 +172,7 @@ pub struct LinkMeter {
     up: Airtime,
     uplink: Uplink,
     asked: Vec<(CommandId, Moment)>,
-    proven: u64,
+    confirmed: u64,
     last: Moment,
     sum: Moment,
     worst: Moment,
@@ -208,13 +209,13 @@ impl LinkMeter {
     }
 
     /// Takes the end of a command, confirmed or not.
-    pub fn take_end(&mut self, now: Moment, id: CommandId, is_proven: bool) {
+    pub fn take_end(&mut self, now: Moment, id: CommandId, is_confirmed: bool) {
         let Some(at) = self.asked.iter().position(|(asked, _)| *asked == id) else {
             return;
         };
         let (_, asked_at) = self.asked.remove(at);
-        if is_proven {
-            self.proven += 1;
+        if is_confirmed {
+            self.confirmed += 1;
             self.last = now.saturating_sub(asked_at);
             self.sum += self.last;
             self.worst = self.worst.max(self.last);
@@ -228,10 +229,10 @@ impl LinkMeter {
             resync: self.gaps.resync(),
             frames: self.uplink.frames(),
             frames_again: self.uplink.frames_again(),
-            proof: (self.proven > 0).then(|| Proof {
-                count: self.proven,
+            confirmation: (self.confirmed > 0).then(|| Confirmation {
+                count: self.confirmed,
                 last_s: self.last.as_secs_f64(),
-                mean_s: self.sum.as_secs_f64() / self.proven as f64,
+                mean_s: self.sum.as_secs_f64() / self.confirmed as f64,
                 worst_s: self.worst.as_secs_f64(),
             }),
             airtime_down_pct: self.down.share_pct(now),

@@ -28,7 +28,7 @@ pub(crate) struct Entry {
     /// When it was queued.
     pub(crate) asked_at: Moment,
     /// From the command to its confirmation.
-    pub(crate) proof: Option<Moment>,
+    pub(crate) confirmed_after: Option<Moment>,
     /// Why the robot refused and what to do, where more than the outcome is known.
     pub(crate) reason: Option<String>,
     /// How far its list was driven by the latest line B.
@@ -86,7 +86,7 @@ impl Ledger {
             CommandStatus::Refused(_) | CommandStatus::Failed(_) => entry.status = *status,
             CommandStatus::Confirmed { digest } => {
                 entry.status = *status;
-                entry.proof = Some(now.saturating_sub(entry.asked_at));
+                entry.confirmed_after = Some(now.saturating_sub(entry.asked_at));
                 if let (Some(digest), Request::Route(waypoints)) = (*digest, &entry.request) {
                     self.active = Some(ActiveList {
                         id,
@@ -122,7 +122,7 @@ impl Ledger {
             progress: None,
             at: now,
             asked_at: now,
-            proof: None,
+            confirmed_after: None,
             reason: None,
             driven: None,
         });

@@ -67,7 +67,7 @@ impl Screen<'_> {
         match (entry.status, entry.progress) {
             (CommandStatus::Queued, _) => (glyphs.waiting, "queued".to_owned(), theme.dim),
             (CommandStatus::Confirmed { digest: None }, _) => {
-                let says = format!("confirmed{}", self.proof(entry));
+                let says = format!("confirmed{}", self.delay(entry));
                 (glyphs.done, says, theme.good)
             }
             (
@@ -109,7 +109,7 @@ impl Screen<'_> {
                 let says = format!("replaced {digest:08X}, driven {driven}/{count}");
                 return (glyph, says, theme.dim);
             }
-            (Some(_), None) => format!("confirmed {digest:08X}{}", self.proof(entry)),
+            (Some(_), None) => format!("confirmed {digest:08X}{}", self.delay(entry)),
             (Some(_), Some(ListPlace { driven, count })) => {
                 let state = if driven == count { "done" } else { "driving" };
                 format!("{state} {driven}/{count}, {digest:08X}")
@@ -119,15 +119,15 @@ impl Screen<'_> {
     }
 
     /// Time and frames until the confirmation.
-    fn proof(&self, entry: &Entry) -> String {
-        let Some(proof) = entry.proof else {
+    fn delay(&self, entry: &Entry) -> String {
+        let Some(delay) = entry.confirmed_after else {
             return String::new();
         };
         let frames = match entry.attempts {
             0 | 1 => String::new(),
             frames => format!(", sent {}{frames}", self.theme.glyphs.times),
         };
-        format!(" in {:.1} s{frames}", proof.as_secs_f64())
+        format!(" in {:.1} s{frames}", delay.as_secs_f64())
     }
 
     /// The draft, and a route of another station that the robot holds.

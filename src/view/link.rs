@@ -10,7 +10,7 @@ use super::Screen;
 use super::text::First;
 use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
-use crate::statistics::{Proof, Rejected, Resync, Statistics};
+use crate::statistics::{Confirmation, Rejected, Resync, Statistics};
 
 /// Minimum height of the panel beside others, rows.
 pub(super) const ROWS_MIN: u16 = 5;
@@ -86,8 +86,8 @@ impl Screen<'_> {
         rows.push(("resync", resync, theme.plain));
         if !link.is_receive_only() {
             rows.push(self.up_row(statistics, &air(statistics.airtime_up_pct)));
-            let proof = match statistics.proof {
-                Some(Proof {
+            let answer = match statistics.confirmation {
+                Some(Confirmation {
                     last_s,
                     mean_s,
                     worst_s,
@@ -95,7 +95,7 @@ impl Screen<'_> {
                 }) => format!("{last_s:.1} s last, {mean_s:.1} mean, {worst_s:.1} worst"),
                 None => "none yet".to_owned(),
             };
-            rows.push(("proof", proof, theme.plain));
+            rows.push(("answer", answer, theme.plain));
         }
         rows.extend(alone);
         rows

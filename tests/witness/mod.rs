@@ -42,7 +42,7 @@ impl Deed {
         }
     }
 
-    /// The time within which it must end, proven or not: fifteen seconds for the session, for each block of
+    /// The time within which it must end, confirmed or not: fifteen seconds for the session, for each block of
     /// four waypoints, for the command, and for a list that was staged wrongly and begins anew.
     pub fn limit(&self) -> Duration {
         let blocks = match self {
@@ -168,7 +168,7 @@ impl Trial {
         self.issued[number].end.as_ref()
     }
 
-    pub fn is_proven(&self, number: usize) -> bool {
+    pub fn is_confirmed(&self, number: usize) -> bool {
         matches!(self.end(number), Some(CommandStatus::Confirmed { .. }))
     }
 
@@ -270,7 +270,7 @@ impl Trial {
             let number = self.order(deed);
             self.run_to_end(number);
             let end = self.end(number);
-            assert!(self.is_proven(number), "{end:?}: {}", self.co.context());
+            assert!(self.is_confirmed(number), "{end:?}: {}", self.co.context());
         }
         assert_eq!(
             odometer_resets(&self.co.simulation),

@@ -156,7 +156,7 @@ fn frames_that_go_again_are_told_from_new_ones() {
 }
 
 #[test]
-fn time_to_proof_is_from_the_wish_and_of_what_was_proven() {
+fn time_to_confirmation_counts_from_the_queueing() {
     let mut meter = LinkMeter::default();
     for (id, at) in [(1, 0), (2, 100), (3, 200)] {
         meter.take_asked(at_ms(at), CommandId(id));
@@ -165,16 +165,19 @@ fn time_to_proof_is_from_the_wish_and_of_what_was_proven() {
     meter.take_end(at_ms(900), CommandId(2), false);
     meter.take_end(at_ms(1200), CommandId(3), true);
     meter.take_end(at_ms(1300), CommandId(3), true);
-    let Some(proof) = meter.statistics(at_ms(2000), &Counters::default()).proof else {
-        panic!("two are proven");
+    let Some(confirmation) = meter
+        .statistics(at_ms(2000), &Counters::default())
+        .confirmation
+    else {
+        panic!("two are confirmed");
     };
-    assert_eq!(proof.count, 2);
+    assert_eq!(confirmation.count, 2);
     for (found, by_pencil) in [
-        (proof.last_s, 1.0),
-        (proof.mean_s, 0.75),
-        (proof.worst_s, 1.0),
+        (confirmation.last_s, 1.0),
+        (confirmation.mean_s, 0.75),
+        (confirmation.worst_s, 1.0),
     ] {
-        assert!((found - by_pencil).abs() < 1e-9, "{proof:?}");
+        assert!((found - by_pencil).abs() < 1e-9, "{confirmation:?}");
     }
 }
 

@@ -155,7 +155,7 @@ mod tests {
         check_row(&format!("| full duplex | 0 | {mean_s:.2} | {p95_s:.2} |"));
         let Typical { mean_s, p95_s, .. } = STOP;
         check_row(&format!(
-            "| full duplex, proven | 0 | {mean_s:.2} | {p95_s:.2} |"
+            "| full duplex, confirmed | 0 | {mean_s:.2} | {p95_s:.2} |"
         ));
     }
 }

@@ -50,7 +50,7 @@ impl Table {
     }
 }
 
-const PROVEN: CommandStatus = CommandStatus::Confirmed { digest: None };
+const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 
 #[test]
 fn each_is_told_the_steps_of_its_own_commands() {
@@ -74,9 +74,9 @@ fn each_is_told_the_steps_of_its_own_commands() {
         bytes: 80,
         lines: 1,
     };
-    table.broker.handle_status(second, &PROVEN, heard);
-    table.broker.handle_status(first, &PROVEN, heard);
-    table.broker.handle_status(first, &PROVEN, heard);
+    table.broker.handle_status(second, &CONFIRMED, heard);
+    table.broker.handle_status(first, &CONFIRMED, heard);
+    table.broker.handle_status(first, &CONFIRMED, heard);
     let lines = table.outputs();
     assert_eq!(lines.len(), 2, "each ends once: {lines:?}");
     assert!(lines[0].starts_with("2 < ") && lines[1].starts_with("1 < "));

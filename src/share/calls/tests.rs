@@ -39,7 +39,7 @@ fn refusal(payload: &str) -> String {
 }
 
 #[test]
-fn a_list_is_answered_when_the_robot_has_proven_it() {
+fn a_list_is_answered_when_the_robot_has_confirmed_it() {
     let mut calls = called(r#"{"route":[{"x_in":48,"y_in":0},{"x_in":48,"y_in":-48}]}"#);
     let points = [(48, 0), (48, -48)].map(|(x, y)| Waypoint::new(x, y).unwrap());
     assert_eq!(start(&mut calls, 7), Request::Route(points.to_vec()));

@@ -8,7 +8,7 @@ use super::{flight, row, screen};
 use crate::event::{Event, LinkEvent};
 use crate::model::Config;
 use crate::model::testing::Scene;
-use crate::statistics::{Proof, Rejected, Resync, Statistics};
+use crate::statistics::{Confirmation, Rejected, Resync, Statistics};
 
 fn statistics() -> Statistics {
     Statistics {
@@ -28,7 +28,7 @@ fn statistics() -> Statistics {
         }),
         frames: 37,
         frames_again: 5,
-        proof: Some(Proof {
+        confirmation: Some(Confirmation {
             count: 4,
             last_s: 0.42,
             mean_s: 0.61,
@@ -66,7 +66,7 @@ fn figures_are_beside_the_log() {
     );
     row(&wide, "resync 80 B last, 96 mean, 412 worst");
     row(&wide, "up     2 % air, 37 frames, 5 repeated");
-    row(&wide, "proof  0.4 s last, 0.6 mean, 1.3 worst");
+    row(&wide, "answer 0.4 s last, 0.6 mean, 1.3 worst");
     let status = wide.lines().next().unwrap();
     assert!(
         status.contains("failsafe home after 30 s of silence, armed"),
@@ -83,7 +83,7 @@ fn figures_are_reachable_on_the_smallest_screen() {
     row(&narrow, "── F7 link");
     row(&narrow, "down   99 % air, loss 6.0 %");
     row(&narrow, "errors 41 CRC, 17 shape, 0 field");
-    row(&narrow, "proof  0.4 s last, 0.6 mean, 1.3 worst");
+    row(&narrow, "answer 0.4 s last, 0.6 mean, 1.3 worst");
     row(&narrow, "alone  home after 30 s of silence, ar");
     // On a low screen the figures replace the log.
     assert!(screen(&scene, 110, 34).contains("── F7 link"));
@@ -120,5 +120,5 @@ fn meaningless_figures_are_left_out() {
         name: "-".to_owned(),
         can_send: false,
     }));
-    assert!(!screen(&scene, 120, 40).contains("proof  "));
+    assert!(!screen(&scene, 120, 40).contains("answer "));
 }
