@@ -1,4 +1,4 @@
-//! Decoding captures, in lines a second, beside the `nmea` crate on sentences of the same length.
+//! Speed of decoding captures, lines per second, compared with the `nmea` crate on sentences of the same length.
 //!
 //! `cargo bench --bench decode`
 
@@ -15,17 +15,17 @@ use groundwave::capture::decode::{Format, decode};
 use groundwave::capture::info::Info;
 use groundwave_protocol::decoder::Decoder;
 
-/// Most of an hour of the robot.
+/// Number of line slots: most of an hour.
 const SLOTS: u32 = 10_000;
 
-/// What a read from a disk brings.
+/// Size of a read from a disk, bytes.
 const READ_BYTES: usize = 64 * 1024;
 
 fn main() {
     divan::main();
 }
 
-/// Every line of a stream, as the station decodes it.
+/// Decodes every line of a stream, as the station does.
 fn decode_lines(stream: &[u8], read_bytes: usize) -> u64 {
     let mut decoder = Decoder::default();
     for read in stream.chunks(read_bytes) {
@@ -55,7 +55,7 @@ fn decoder_noisy(bencher: Bencher) {
     bench_decoder(bencher, &streams::noisy(SLOTS, 1), READ_BYTES);
 }
 
-/// The clumps of 16 ms that a serial port delivers.
+/// Bunches of 16 ms, as a serial port delivers them.
 #[divan::bench]
 fn decoder_in_clumps(bencher: Bencher) {
     bench_decoder(bencher, &streams::lines(SLOTS), 4);
@@ -79,7 +79,7 @@ fn sentences(count: u32) -> Vec<u8> {
     stream
 }
 
-/// The yardstick: the `nmea` crate, handed each sentence of the stream.
+/// The reference: the `nmea` crate on each sentence of the stream.
 #[divan::bench]
 fn nmea(bencher: Bencher) {
     let stream = sentences(SLOTS);

@@ -1,4 +1,4 @@
-//! The cost of drawing: a whole page from the model, and its way through `Terminal` to the bytes that the terminal gets.
+//! Cost of drawing: a whole screen from the model, and through `Terminal` to the terminal's bytes.
 //!
 //! `cargo bench --bench draw`
 
@@ -20,7 +20,7 @@ fn main() {
     divan::main();
 }
 
-/// A minute of the house, and then line upon line of it.
+/// A dashboard after a minute in the house, to which further lines are added.
 struct Watched {
     simulation: Simulation,
     station: Station,
@@ -52,7 +52,7 @@ impl Watched {
         Duration::from_millis(self.simulation.now_ms())
     }
 
-    /// Runs until the model has taken another line.
+    /// Runs the simulation until the model has taken another line.
     fn next_line(&mut self) {
         loop {
             self.simulation.step();
@@ -88,7 +88,7 @@ fn a_page_after_a_new_line(bencher: Bencher, (width, height): (u16, u16)) {
     });
 }
 
-/// To be taken off the above: simulating and decoding a line's worth of time.
+/// The share of simulating and decoding, to be subtracted from the others.
 #[divan::bench]
 fn a_new_line_without_a_frame(bencher: Bencher) {
     let mut watched = Watched::new(120, 40);

@@ -1,8 +1,8 @@
-//! What recording, converting and recovering cost, on a day of the simulated robot.
+//! Cost of recording, converting and recovering a day of the simulated robot.
 //!
-//! `cargo bench --bench recording` prints a line a figure, the least of three runs; with `-- --month` it records thirty
-//! days too, in parts of a day, and prints what that takes of memory; `--day FILE` takes raw text for the day that it
-//! would simulate. Linux only: it asks the kernel.
+//! `cargo bench --bench recording` prints one line per figure, the least of three runs. `-- --month` also records
+//! thirty days in parts of a day and prints the memory that it takes. `--day FILE` uses raw text instead of simulating
+//! a day. Linux only, because it asks the kernel.
 
 use std::cmp::Ordering;
 use std::error::Error;
@@ -109,25 +109,25 @@ fn session() -> Session {
     }
 }
 
-/// How a day comes, in reads of so many bytes: half a line as a port delivers them at best, or 16 ms of the wire as an
-/// adapter hands them over.
+/// Pace and size of reads, bytes: half a line, as a port delivers at best, or 16 ms of the wire, as an adapter
+/// delivers.
 #[derive(Clone, Copy)]
 enum Way {
-    /// At its times, and as fast as the disk takes it.
+    /// With the recorded times, as fast as the disk accepts.
     Live(usize),
-    /// All at the same time: nothing is due to be flushed because of its age.
+    /// All at the same time, so that no sync is due because of age.
     AtOnce(usize),
 }
 
 impl Way {
-    /// How many reads a day takes; each is a message of its own in the recording.
+    /// Number of reads of a day; each is one message in the recording.
     fn reads(self, day: &[u8]) -> f64 {
         let (Self::Live(bytes) | Self::AtOnce(bytes)) = self;
         day.len() as f64 / bytes as f64
     }
 }
 
-/// All threads are counted, waiting for the disk and reading back too.
+/// Records days; all threads, waiting for the disk and reading back included.
 fn record(path: &Path, day: &[u8], days: u64, way: Way) -> Result<(), Box<dyn Error>> {
     let mut recorder = Recorder::start(path, Existing::Refuse, &session())?;
     for n in 0..days {
@@ -154,10 +154,10 @@ fn feed(recorder: &mut Recorder, day: &[u8], days: u64, way: Way) {
     }
 }
 
-/// A recording that is not finished.
+/// Makes an unfinished recording.
 fn interrupted(path: &Path, day: &[u8]) -> Result<(), Box<dyn Error>> {
     let mut recorder = Recorder::start(path, Existing::Refuse, &session())?;
-    // A moment less than a day: the next part has not begun.
+    // A moment less than a day, so that the next part does not begin.
     feed(&mut recorder, &day[..day.len() - 800], 0, Way::Live(40));
     recorder.abandon();
     Ok(())

@@ -1,8 +1,8 @@
-//! What replay costs: opening a capture, going anywhere in it, reading it through, and memory.
+//! Cost of replay: opening a capture, seeking in it, reading it completely, and memory.
 //!
-//! `cargo bench --bench replay` makes a day of the house with the simulator, as raw text and as MCAP, in a
-//! temporary folder; `cargo bench --bench replay -- 1 24 240` captures of so many hours. Peak memory is
-//! that of the whole process, in the order of the rows.
+//! `cargo bench --bench replay` simulates a day in the house, as raw text and as MCAP, in a temporary folder; `cargo
+//! bench --bench replay -- 1 24 240` makes captures of 1, 24 and 240 hours. Peak memory is that of the whole process so
+//! far.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -19,7 +19,7 @@ use sr04_sim::{Simulation, SimulationConfig, World};
 
 const SEEKS: u32 = 500;
 
-/// Of the robot.
+/// Lines per second of the robot.
 const LINES_PER_S: f64 = 3.0;
 
 fn main() {
@@ -57,12 +57,12 @@ fn main() {
     }
 }
 
-/// An hour of the house over and over, which is as good as a day of it to whoever reads it.
+/// Makes a capture of a repeated hour in the house, which costs a reader as much as different hours.
 fn make(path: &Path, hours: u64) {
     let world = World::built_in("house").expect("it comes with the simulator");
     let mut simulation = Simulation::new(&SimulationConfig::new(world, 1));
     let mut hour = Vec::new();
-    // The simulated radio holds but a few minutes of what nobody has read.
+    // The simulated radio keeps only a few minutes of unread bytes.
     for _ in 0..3600 {
         simulation.run_for_ms(1000);
         hour.extend(std::iter::from_fn(|| simulation.poll_downlink()));
@@ -92,7 +92,7 @@ fn measure(hours: u64, form: &str, path: &Path) {
     let nine_tenths = length.mul_f64(0.9 * LINES_PER_S).as_secs();
     timeline.seek_about_line(nine_tenths).expect("it is there");
     let packet = begun.elapsed();
-    // There is none: all of the second half is looked through, as far as that cannot be left out.
+    // There is none: the whole second half is searched, except for parts that the index rules out.
     let begun = Instant::now();
     timeline.find_next(Landmark::Command, length / 2, 1);
     while timeline.is_searching() {
@@ -111,7 +111,7 @@ fn measure(hours: u64, form: &str, path: &Path) {
     let (mut all, mut worst, mut back) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);
     let mut place = 0.5;
     for _ in 0..SEEKS {
-        // The golden section goes everywhere and never twice.
+        // Steps of the golden section spread evenly and never repeat.
         place = (place + 0.618_033_988_749_895_f64).fract();
         let begun = Instant::now();
         timeline.seek(length.mul_f64(place));
@@ -148,7 +148,7 @@ fn measure(hours: u64, form: &str, path: &Path) {
     );
 }
 
-/// Peak memory of this process where the system tells it.
+/// Peak memory of this process, MB; `None` if the system does not report it.
 fn peak_mb() -> f64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -9,7 +9,7 @@ use std::error::Error;
 use pictures::flight::Flight;
 use pictures::svg;
 
-/// How long each picture is seen.
+/// Duration of each picture.
 const EACH_S: f64 = 1.2;
 
 fn main() -> Result<(), Box<dyn Error>> {

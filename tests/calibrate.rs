@@ -52,7 +52,7 @@ fn calibrate(way: &[&str]) -> String {
     let mut child = Running(child);
     let mut answers = child.0.stdin.take().unwrap();
     let told = BufReader::new(child.0.stderr.take().unwrap());
-    // The first is no measurement and is asked for again.
+    // The first answer is no measurement, so the question is repeated.
     let mut measured = ["a bit to the left", "3.0 -2.0", "-3.0 -2.0"].into_iter();
     let mut said = String::new();
     for line in told.lines() {
@@ -71,7 +71,7 @@ fn calibrate(way: &[&str]) -> String {
 fn calibration_is_sent_and_saved() {
     let folder = scratch("calibrate");
     let (robot, eeprom) = robot_in_a_hall(&folder);
-    // Somebody tries another speed, and does not mean it to stay.
+    // Another parameter is changed but not saved.
     expect(0, &["param", &robot.path, "set", "top-speed", "8"]);
     let said = calibrate(&[&robot.path]);
     for words in [
@@ -83,7 +83,7 @@ fn calibration_is_sent_and_saved() {
     ] {
         assert!(said.contains(words), "`{words}` is not in:\n{said}");
     }
-    // Both squares ended behind and outside the mark: every corner fell short, as over a wider track.
+    // Both squares ended behind and outside the mark: every corner turned too little, as with a wider track.
     let kept = fs::read_to_string(&eeprom).unwrap();
     let track = kept.lines().find_map(|line| line.strip_prefix("track="));
     let track: i32 = track
@@ -129,7 +129,7 @@ fn calibration_works_over_a_shared_link() {
     robot.end();
 }
 
-/// The station may wait for the robot for minutes; Ctrl-C does not.
+/// The station may wait for the robot for minutes; Ctrl-C ends at once.
 #[test]
 fn interrupted_calibration_over_a_shared_link_ends_at_once() {
     let folder = scratch("calibrate-given-up");

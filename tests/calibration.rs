@@ -50,7 +50,8 @@ fn two_squares_reduce_the_error_to_one_per_cent_of_the_path() {
             .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         let after = squares(gauge);
         assert!(after.error_share() <= 0.01, "seed {seed}: {after:?}");
-        // A robot that was right by luck cannot get five times better: a parameter's step is an inch and a half.
+        // A robot that was accurate by chance cannot get five times better: one step of a parameter moves the end by an
+        // inch and a half.
         if before.error_share() > 0.01 {
             let times = before.error_in() / after.error_in();
             assert!(times >= 5.0, "seed {seed}: {times} times better");

@@ -1,4 +1,4 @@
-//! Captures from end to end: what was recorded is what was received, byte for byte, in either form.
+//! Captures from end to end: either form holds exactly the received bytes.
 
 use crate::streams;
 use std::fs;
@@ -29,7 +29,7 @@ fn session() -> Session {
     }
 }
 
-/// Feeds a stream as the station does, `sizes` bytes at a read in turn, at 240 bytes a second.
+/// Feeds a stream as the station does, at 240 bytes per second, in reads of `sizes` in turn.
 fn feed(stream: &[u8], sizes: &[usize], raw: &mut RawWriter, recorder: &mut Recorder) -> Duration {
     let mut sizes = sizes.iter().cycle();
     let mut rest = stream;
@@ -67,7 +67,7 @@ fn wait_for_disk(recorder: &Recorder) {
     }
 }
 
-/// Everything that can be read, and why that was not all.
+/// All readable bytes, and the error if some are missing.
 fn read_back(path: &Path) -> (Vec<u8>, Option<CaptureError>) {
     let mut capture = Capture::open(path).unwrap();
     let mut content = Vec::new();
@@ -80,7 +80,7 @@ fn read_back(path: &Path) -> (Vec<u8>, Option<CaptureError>) {
     }
 }
 
-/// Checks that whatever can be read is what `stream` has at that place; whether all of it was read.
+/// Checks that all readable bytes equal those of `stream` at their offset; returns whether all were read.
 fn is_read_at_its_place(path: &Path, stream: &[u8]) -> (bool, Option<CaptureError>) {
     let mut capture = Capture::open(path).unwrap();
     let mut read = 0;
@@ -94,7 +94,7 @@ fn is_read_at_its_place(path: &Path, stream: &[u8]) -> (bool, Option<CaptureErro
             }
             Ok(None) => break (read == stream.len(), None),
             Err(error) => {
-                // Said once, at the end.
+                // The error is returned once, at the end.
                 assert!(matches!(capture.next_chunk(), Ok(None)), "{error}");
                 break (read == stream.len(), Some(error));
             }
@@ -114,7 +114,7 @@ fn decoded(path: &Path, format: Format) -> String {
     String::from_utf8(output).unwrap()
 }
 
-/// Records without their times, which only MCAP knows.
+/// Records without their times, which only MCAP has.
 fn timeless(table: &str) -> Vec<&str> {
     table
         .lines()
@@ -180,7 +180,7 @@ fn every_type_of_line_as_json_and_as_csv() {
     }
 }
 
-/// Whoever pulls the plug pulls it in the middle of a line; that is no noise.
+/// The partial line at a pulled plug is no noise.
 #[test]
 fn half_a_line_at_the_end_is_no_noise() {
     let stream = streams::clean(18);
@@ -213,7 +213,7 @@ fn info_tells_what_happened() {
     assert_eq!(raw.rejected, mcap.rejected);
     assert_eq!(raw.holders, mcap.holders);
 
-    // 3.5 inches a slot, none of them lost: the way is exact.
+    // 3.5 inches per slot without loss: the distance is exact.
     let stream = streams::clean(900);
     let info = Info::read(&mut Capture::read("", Box::new(Cursor::new(stream))).unwrap());
     assert!(
@@ -289,7 +289,7 @@ fn a_killed_recording_holds_everything_that_was_read() {
     // A power cut takes the last 10 s at most.
     recorder.handle_timeout(now + Duration::from_secs(8));
     wait_for_disk(&recorder);
-    // What a kill would leave, at this moment and in the middle of the next write.
+    // The file after a kill at this moment, and in the middle of the next write.
     let mut killed = fs::read(folder.path().join("a.mcap")).unwrap();
     for torn in [0, 5, 400] {
         killed.extend(&[6; 400][..torn]);
@@ -374,11 +374,11 @@ fn a_clock_set_back_leaves_the_times_in_order() {
     while let Some(chunk) = capture.next_chunk().unwrap() {
         at_s.push(chunk.at.as_secs());
     }
-    // The recording begins at 0; the clock that is set back stands still.
+    // The recording begins at 0; when the clock is set back, time stands still.
     assert_eq!(at_s, [100, 130, 130, 131]);
 }
 
-/// Takes a few bytes and then no more.
+/// Accepts a few bytes and then fails.
 struct Closing(usize);
 
 impl std::io::Write for Closing {
@@ -433,7 +433,7 @@ fn a_full_disk_is_remembered_to_the_end() {
     assert!(error.to_string().contains("create the folder"), "{error}");
 }
 
-/// Hands out `sizes` bytes in turn.
+/// Returns reads of `sizes` bytes in turn.
 struct Reads {
     stream: Cursor<Vec<u8>>,
     sizes: std::iter::Cycle<std::vec::IntoIter<usize>>,

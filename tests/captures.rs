@@ -1,4 +1,4 @@
-//! The recordings in `captures/` still say what they said when they were made.
+//! The recordings in `captures/` still decode as when they were made.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ fn each_has_its_provenance() {
     }
 }
 
-/// The commands of the table, carried out: the same robot in the same world sends the same bytes.
+/// Runs the commands of the table: the same robot in the same world sends the same bytes.
 #[test]
 fn raw_captures_come_again_byte_for_byte() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
@@ -73,7 +73,7 @@ fn raw_captures_come_again_byte_for_byte() {
     assert_eq!(made, 3);
 }
 
-/// The README's recipes for the tools of 1998, on a capture with every byte a bad radio can make.
+/// The README's recipes for the tools of 1998, on a capture with arbitrary bytes of a bad radio.
 #[cfg(unix)]
 #[test]
 fn the_recipes_work_on_a_noisy_capture() {

@@ -1,4 +1,4 @@
-//! What a recovery claims, and what it keeps where it can claim nothing.
+//! Claims of a recovery, and the files that it keeps.
 
 use crate::streams;
 use std::fs;
@@ -7,7 +7,7 @@ use crate::recordings::{chunks, finished, killed};
 use groundwave::capture::recover::{Outcome, recover};
 use tempfile::TempDir;
 
-/// An older file of that name is another's evidence.
+/// An existing backup with this name is kept.
 #[test]
 fn a_damaged_file_is_kept_under_a_name_that_is_free() {
     let folder = TempDir::new().unwrap();
@@ -25,7 +25,7 @@ fn a_damaged_file_is_kept_under_a_name_that_is_free() {
     assert_eq!(fs::read(&kept).unwrap(), bad);
 }
 
-/// Our reader stops at the end mark, as others do; `verify` and the next station do not.
+/// Our reader stops at the end mark, as others do; `verify` and `recover` do not.
 #[test]
 fn what_follows_the_end_mark_is_cut_off_and_kept() {
     let folder = TempDir::new().unwrap();
@@ -41,7 +41,7 @@ fn what_follows_the_end_mark_is_cut_off_and_kept() {
     }
 }
 
-/// "All" is said only of a file that ends with a whole message.
+/// Only a file that ends with a whole message is reported as complete.
 #[test]
 fn a_torn_end_is_reported() {
     let folder = TempDir::new().unwrap();
@@ -62,7 +62,7 @@ fn a_torn_end_is_reported() {
     }
 }
 
-/// The end of a finished file is lost with what was in it.
+/// A finished file without its end has lost messages.
 #[test]
 fn a_finished_file_that_was_cut_is_kept() {
     let folder = TempDir::new().unwrap();

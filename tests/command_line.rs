@@ -141,7 +141,7 @@ fn scan_prints_its_result_or_the_reason_for_a_refusal() {
     let why = "layer rotation, which is forbidden; `enable rotation` first";
     assert!(err.contains(why), "{err}");
 
-    // The station that shares its link knows, and tells its clients.
+    // The station that shares its link is receive-only and tells its clients.
     let mut station = Telling::start(&["watch", link, "--headless", "--share", socket]);
     station.wait_for("line B", |value| value["line_type"] == "B");
     let (_, err) = expect(5, &["send", "--via", socket, "scan"]);
@@ -206,7 +206,7 @@ fn completions_and_manual_cover_all_commands() {
     }
     let send = fs::read_to_string(pages.join("groundwave-send.1")).unwrap();
     assert!(send.contains("\\fBgroundwave send\\fR"), "{send}");
-    // Each page that another names is there.
+    // Each page that another page refers to exists.
     for page in fs::read_dir(&pages).unwrap() {
         let text = fs::read_to_string(page.unwrap().path()).unwrap();
         let named = text.split_whitespace().filter_map(|word| {

@@ -1,4 +1,4 @@
-//! Promises about commands, kept over seeds: what is sent arrives, is what the robot holds, and is done.
+//! Commands over many seeds: a confirmed command has arrived, is held by the robot, and is carried out.
 
 use std::collections::HashSet;
 
@@ -11,7 +11,7 @@ use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
 const SEEDS: u64 = 50;
 
-/// A perfect radio, and one that spoils a line in two.
+/// A perfect radio, and one that damages every second line.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];
 
 const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
@@ -104,7 +104,7 @@ fn a_route_of_forty_waypoints_is_held_exactly_and_driven() {
     });
 }
 
-/// Forty points around the start, never far from it, drawn from the seed.
+/// Forty random points near the start.
 fn zigzag(seed: u64) -> Vec<Waypoint> {
     let mut rng = Rng(seed);
     let mut part = || rng.below(41) as i16 - 20;
@@ -122,7 +122,7 @@ fn no_two_seeds_draw_the_same_route() {
     assert_eq!(routes.len() as u64, SEEDS);
 }
 
-/// The operator is faster than the port's first word.
+/// The operator presses STOP before the first line arrives.
 #[test]
 fn a_stop_before_anything_was_heard_goes_out() {
     over_seeds(|seed, channel| {
@@ -157,7 +157,7 @@ fn stop_stops_and_nothing_sent_before_it_moves_the_robot_again() {
     });
 }
 
-/// What a client of a shared link asked for ends at the client's time, and nobody else's does.
+/// A client's command ends at the client's timeout; other commands continue.
 #[test]
 fn a_command_that_is_given_up_leaves_the_others_alone() {
     over_seeds(|seed, channel| {

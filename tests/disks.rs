@@ -1,4 +1,4 @@
-//! What the program does about a disk that takes no more, and about recordings it finds.
+//! Full disks, and interrupted recordings found at the start.
 #![cfg(unix)]
 
 use std::fs;
@@ -13,7 +13,7 @@ use groundwave::capture::files::find_interrupted;
 use groundwave::capture::recover::{Outcome, recover};
 use groundwave::capture::{Existing, RawWriter, Recorder, Session};
 
-/// A limit on the size of files does what a full disk does, and needs no rights.
+/// A limit on the size of files acts like a full disk and needs no privileges.
 #[test]
 fn a_full_disk_is_told_and_the_robot_is_watched_on() {
     let folder = scratch("full");
@@ -88,7 +88,7 @@ fn an_interrupted_recording_is_recovered_when_the_next_begins() {
     }
     drop(killed);
     assert_eq!(find_interrupted(&folder), [path.as_path()]);
-    // The name is wanted for another: both are kept.
+    // The name is used again: both recordings are kept.
     let (_, err) = expect(0, &["record", &sim.path, "-o", name, "--duration", "1s"]);
     assert!(err.contains("recovered"), "{err}");
     assert!(err.contains("run.interrupted.mcap"), "{err}");
@@ -125,13 +125,13 @@ fn a_disk_that_is_full_stops_a_recovery_and_changes_nothing() {
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
 }
 
-/// Recordings that cannot be saved are told in one line, however many, and how to get rid of it.
+/// All recordings that cannot be recovered are reported in one line, which says how to end the reports.
 #[test]
 fn what_cannot_be_recovered_is_told_once() {
     let folder = scratch("hopeless");
     for name in ["a.mcap", "b.mcap", "c.mcap"] {
         recorder(&folder.join(name)).abandon();
-        // In the way of what recovery writes.
+        // A folder has the name of recovery's output.
         fs::create_dir(folder.join(format!("{name}.finishing"))).unwrap();
     }
     let path = folder.join("run.mcap");
@@ -188,7 +188,7 @@ fn recover_says_what_it_did_to_people_and_to_programs() {
     assert!(out.contains("is whole"), "{out}");
     let good = fs::read(&path).unwrap();
     let mut bad = good.clone();
-    // Chunks come first, and what stands between them is shorter.
+    // Chunks come first, and records between them are shorter.
     let place = bad.len() / 4;
     bad[place] ^= 1;
     fs::write(&path, bad).unwrap();
@@ -203,7 +203,7 @@ fn recover_says_what_it_did_to_people_and_to_programs() {
     assert!(err.contains("no interrupted recordings"), "{err}");
 }
 
-/// A file in a folder, until the folder is taken away.
+/// Records into a folder until the folder is removed.
 fn recording_that_is_removed(name: &str) -> (i32, String) {
     let folder = scratch(&format!("removed-{name}"));
     let mut child = Command::new(GROUNDWAVE)
@@ -245,7 +245,7 @@ fn a_recording_whose_folder_was_removed_has_failed() {
     }
 }
 
-/// What the recorder says once it has looked.
+/// The recorder's problem after its next check.
 fn problem(recorder: &Recorder) -> String {
     let deadline = Instant::now() + Duration::from_mins(1);
     while recorder.problem().is_none() && Instant::now() < deadline {
@@ -297,7 +297,7 @@ fn files_that_are_taken_away_are_told_within_seconds() {
     assert!(replaced.finish().is_err());
     assert_eq!(fs::read(path("b.txt")).unwrap(), b"more");
 
-    // A device holds nothing that could be lost.
+    // A device has no content to lose.
     let mut device = RawWriter::create("/dev/null", Existing::Append).unwrap();
     device.look();
     assert_eq!(device.problem(), None);

@@ -26,7 +26,7 @@ fn path_in(folder: &Path, name: &str) -> String {
     folder.join(name).to_str().unwrap().to_owned()
 }
 
-/// A station without a terminal that shares its link.
+/// A headless station that shares its link.
 fn station(link: &str, socket: &str, more: &[&str]) -> Telling {
     let arguments = [&["watch", link, "--headless", "--share", socket], more].concat();
     let mut station = Telling::start(&arguments);
@@ -44,7 +44,7 @@ fn is_stage(stage: &str) -> impl Fn(&Value) -> bool {
     move |value| value["status"] == stage.as_str()
 }
 
-/// A robot whose link keeps its name over a restart.
+/// A robot whose pseudo-terminal keeps its name over a restart.
 struct Plug {
     link: String,
     eeprom: String,
@@ -75,7 +75,7 @@ fn pull_at(name: &str, point: &str) {
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
     let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
     sender.wait_for(point, |value| match point {
-        // The last blocks and the order to activate them are in the air.
+        // The last blocks and the order that activates them are being sent.
         "nearly all" => value["acknowledged"].as_i64().is_some_and(|n| n > 60),
         _ => value["status"] == point,
     });
@@ -85,7 +85,7 @@ fn pull_at(name: &str, point: &str) {
     watch.wait_for("the return", |text| {
         text.contains("newest <1 s") && text.contains("LINK LOST over")
     });
-    // It stays until the operator has seen it.
+    // The alarm stays until the operator acknowledges it.
     watch.type_keys("A");
     watch.wait_for("no alarm", |text| !text.contains("LINK LOST"));
     expect(0, &["send", "--via", &socket, "route", &route]);
@@ -263,7 +263,7 @@ fn shared_link_passes_raw_bytes() {
     let mut second = Telling::start(&["watch", &format!("unix:{socket}"), "--headless"]);
     second.wait_for("a line", |value| value["event"] == "line");
     let mut lines = BufReader::new(UnixStream::connect(&socket).unwrap()).lines();
-    // The first line may be a half; the second is whole.
+    // The first line may be partial; the second is whole.
     let _ = lines.next();
     let line = lines.next().unwrap().unwrap();
     assert_eq!(line.trim_end_matches('\r').len(), 78, "{line}");
@@ -290,7 +290,7 @@ fn garbage_closes_only_its_own_connection() {
         "{last}"
     );
     let mut flood = std::net::TcpStream::connect(&address).unwrap();
-    // It may be cut off before it has said all of it.
+    // The client may be cut off before it has sent everything.
     let _ = flood.write_all(&vec![b'x'; 1 << 20]);
     station.wait_for("that the flood was closed", |value| {
         value["level"] == "warning"
@@ -374,7 +374,7 @@ fn bytes_without_a_line_are_classified() {
     let mut stream = bridge.accept();
     let is_heard = |what: &'static str| move |value: &Value| value["code"] == what;
     watch.wait_for("nothing", is_heard("nothing"));
-    // Sampled four times too often, each bit becomes four: this is 2400 baud heard at 9600.
+    // Sampled four times too fast, each bit becomes four: 2400 baud received at 9600.
     stream
         .write_all(&[0x00, 0xF0, 0x0F, 0xF8, 0x80, 0x07].repeat(100))
         .unwrap();
@@ -449,7 +449,7 @@ fn stop_works_with_a_wrong_configuration() {
         err.contains("drak") && err.contains("Trying to stop anyway"),
         "{err}"
     );
-    // What stands beside a slip in the notation holds too.
+    // The settings beside a mistake are used.
     let text = format!(
         "[link.marvin]\nport = \"{}\"\n[keys]\nstop = 5 5\n",
         sim.path

@@ -1,7 +1,7 @@
-//! A day of a link that comes and goes, in virtual time: everything ends, and nothing grows.
+//! A day of an unreliable link in virtual time: every command ends, and memory does not grow.
 //!
-//! The robot is the real program without its world, so that a day takes seconds: it stands still and feels
-//! nothing. Station, dashboard model and radio are the real ones.
+//! The robot is the real program without a world, so that a day takes seconds; it stands still and senses nothing.
+//! Station, dashboard model and radio are real.
 
 use std::process::Command;
 use std::time::Duration;
@@ -24,7 +24,7 @@ const HOUR_MS: u64 = 3_600_000;
 /// Set for the child process.
 const ALONE: &str = "GROUNDWAVE_TEST_ALONE";
 
-/// What the radio is like, in turn, and for how many seconds.
+/// Channels in turn, with their durations in seconds.
 const WEATHER: [(&str, u64); 8] = [
     ("", 211),
     ("ber=1e-3", 97),
@@ -36,7 +36,7 @@ const WEATHER: [(&str, u64); 8] = [
     ("drop=0.01,dup=0.01", 31),
 ];
 
-/// An order every so many seconds: sometimes in fair weather, sometimes in foul.
+/// Interval of commands, seconds; they meet good and bad channels.
 const ORDER_EVERY_S: u64 = 149;
 
 struct Day {
@@ -93,7 +93,7 @@ impl Day {
         while let Some(byte) = self.radio.poll_downlink(self.now_ms) {
             self.station.handle_bytes(now, &[byte]);
         }
-        // A byte time: nothing is due more often.
+        // A byte time, the shortest interval of anything.
         if self.now_ms.is_multiple_of(4) {
             self.serve_station(now);
         }
@@ -123,7 +123,7 @@ impl Day {
 
     fn weather(&mut self, channel: &str) {
         self.radio.set(&channel.parse().expect("a channel"));
-        // Sometimes it is the cable.
+        // Some outages are those of the cable.
         if channel.starts_with("out") && self.orders.is_multiple_of(2) {
             self.station.handle_link(LinkEvent::Lost {
                 reason: "unplugged".to_owned(),
@@ -151,7 +151,7 @@ impl Day {
         self.station.handle_request(self.now(), request, None);
     }
 
-    /// An hour of weather, with orders now and then.
+    /// Runs all channels for an hour, with commands.
     fn hour(&mut self) {
         let end_ms = self.now_ms + HOUR_MS;
         let (mut weather_s, mut order_s) = (0, ORDER_EVERY_S);
@@ -173,7 +173,7 @@ impl Day {
         }
     }
 
-    /// Everything that station and model remember, written out.
+    /// Length of the printed state of station and model.
     fn size(&self) -> usize {
         format!("{:?}{:?}{:?}", self.station, self.model, self.radio).len()
     }
@@ -188,14 +188,14 @@ fn points(n: i16, count: i16) -> Vec<Waypoint> {
         .collect()
 }
 
-/// Resident memory of this process, where the system tells.
+/// Resident memory of this process; `None` if the system does not report it.
 fn resident_kib() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
-/// Runs in a process of its own: the other tests of this binary would count as resident memory.
+/// Runs as a separate process, because other tests of this binary would count as resident memory.
 #[test]
 fn nothing_grows_over_a_day_of_outages() {
     let output = Command::new(std::env::current_exe().unwrap())
@@ -208,7 +208,7 @@ fn nothing_grows_over_a_day_of_outages() {
     assert!(output.status.success(), "{}", said.concat());
 }
 
-/// The child half of the test above: a night's run takes the whole day, the gate ten hours.
+/// The child process of the test above: a whole day at night, ten hours in the gate.
 #[test]
 fn a_day_of_outages() {
     if std::env::var_os(ALONE).is_none() {
@@ -216,7 +216,7 @@ fn a_day_of_outages() {
     }
     let hours = if is_nightly() { 24 } else { 10 };
     let mut day = Day::new();
-    // Logs, trails and charts have filled up by then.
+    // Logs, trails and charts are full after this.
     for _ in 0..4 {
         day.hour();
     }

@@ -1,5 +1,5 @@
-//! A ground that is there keeps the robot's failsafe from acting, and one that is gone does not: the real station
-//! and the robot's real program, in virtual time.
+//! The robot's failsafe triggers only when the station is gone: the real station and the robot's real program, in
+//! virtual time.
 
 use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::witness::Trial;
@@ -11,10 +11,10 @@ use sr04_firmware::board::PATIENCE_BYTES;
 
 const SILENCE_S: u16 = 10;
 
-/// Left alone for so long, with a station that has nothing to say.
+/// Time without commands, with a station present.
 const QUIET_S: u64 = 300;
 
-/// Orders the failsafe, then prowl; which of both radios, the seed says.
+/// Sets the failsafe, then mode prowl; the seed selects the radio.
 fn armed(seed: u64) -> CoSimulation {
     let channel = ["", "ber=1e-3", "half-duplex", "half-duplex,ber=1e-3"][seed as usize % 4];
     let trial = if channel.starts_with("half-duplex") {
@@ -72,7 +72,7 @@ fn a_ground_that_has_gone_sends_the_robot_home_in_time() {
             "{}",
             co.context()
         );
-        // The latest keepalive cannot have been long ago.
+        // The latest keepalive was sent shortly before.
         let silent_ms = co.simulation.now_ms() - gone_ms;
         assert!(silent_ms >= u64::from(SILENCE_S) * 600, "{}", co.context());
     });

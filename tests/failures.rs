@@ -1,4 +1,4 @@
-//! What goes wrong around the program: full disks, closed streams, odd files.
+//! Failures around the program: full disks, closed streams, odd files.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -8,7 +8,7 @@ use crate::programs::{GROUNDWAVE, Sim, expect, scratch};
 
 const CAPTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
 
-/// Runs a line of shell in which `$G` is the program.
+/// Runs a shell line in which `$G` is the program.
 fn shell(line: &str) -> Output {
     Command::new("sh")
         .args(["-c", line])
@@ -24,7 +24,7 @@ fn code(line: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(both).unwrap())
 }
 
-/// A file that may not grow beyond 8 kB stands for a full disk.
+/// A limit of 8 kB on files stands for a full disk.
 #[test]
 fn a_full_disk_is_no_success() {
     let folder = scratch("full");
@@ -133,7 +133,7 @@ fn a_closed_or_full_standard_error_keeps_the_exit_code() {
     }
 }
 
-/// What the robot refused is refused, whoever reads on.
+/// A refusal keeps its exit code when the reader of standard error is gone.
 #[test]
 fn a_reader_of_standard_error_that_goes_away_keeps_the_exit_code() {
     let folder = scratch("closed-pipe");
@@ -170,7 +170,7 @@ fn bad_input_is_called_bad_input() {
     ] {
         expect(2, arguments);
     }
-    // A recording that was interrupted is told as far as it goes, and that it was.
+    // An interrupted recording is read as far as possible, with a warning.
     for arguments in [&["info", &cut][..], &["decode", &cut, "--to", "csv"]] {
         let (out, err) = expect(1, arguments);
         assert!(out.lines().count() > 5 && err.contains("cut.mcap"), "{err}");

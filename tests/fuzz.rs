@@ -1,5 +1,5 @@
-//! Arbitrary text for what people and programs write: route files, configurations, commands, the shared socket.
-//! `docs/fuzzing.md` says how to run these for longer.
+//! Fuzzing of text input: route files, configurations, commands, the shared socket. `docs/fuzzing.md` describes longer
+//! runs.
 
 use groundwave::commands::config;
 use groundwave::request::Request;
@@ -8,8 +8,7 @@ use groundwave::share::{ClientLine, Lines, StationLine};
 
 const ITERATIONS: usize = 5000;
 
-/// Whatever is read as a route is written so that it reads the same; whatever is not has an error that
-/// names the file.
+/// A route is equal after writing and reading; an invalid one gets an error with the file's name.
 #[test]
 fn fuzz_route() {
     bolero::check!()
@@ -27,7 +26,7 @@ fn fuzz_route() {
         });
 }
 
-/// A configuration is read or refused with words; whatever was read says only what can be said.
+/// A configuration is read, with all values in range, or gets an error.
 #[test]
 fn fuzz_configuration() {
     bolero::check!()
@@ -46,7 +45,7 @@ fn fuzz_configuration() {
         );
 }
 
-/// Whatever is read as a command reads the same from its own words.
+/// A command is equal after writing and reading.
 #[test]
 fn fuzz_command() {
     bolero::check!()
@@ -62,8 +61,8 @@ fn fuzz_command() {
         });
 }
 
-/// A client may send anything: lines are found whatever the chunks, none is longer than allowed, and what is
-/// read as a line is written so that it reads the same.
+/// Arbitrary bytes of a client: lines do not depend on the chunks, none is longer than allowed, and a parsed line is
+/// equal after writing and reading.
 #[test]
 fn fuzz_socket() {
     bolero::check!()
@@ -83,7 +82,7 @@ fn fuzz_socket() {
         });
 }
 
-/// The lines found in chunks of so many bytes, up to the first that is too long: its client is cut off.
+/// The lines found in chunks of `chunk` bytes, up to the first that is too long, after which the client is cut off.
 fn lines(bytes: &[u8], chunk: usize) -> Vec<Option<Vec<u8>>> {
     let mut lines = Lines::default();
     let mut found = Vec::new();

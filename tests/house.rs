@@ -10,7 +10,7 @@ fn house(seed: u64) -> Simulation {
     Simulation::new(&SimulationConfig::new(world, seed))
 }
 
-/// Stuck: less than 12 inches moved in 5 minutes while told to move.
+/// A robot is stuck if it moves less than 12 inches in 5 minutes in a driving mode.
 #[test]
 fn nineteen_of_twenty_robots_prowl_ten_minutes_without_a_stuck() {
     let stuck = on_all_cores(seeds(40), |seed| {
@@ -34,7 +34,7 @@ fn nineteen_of_twenty_robots_prowl_ten_minutes_without_a_stuck() {
     assert!(seeds.len() * 20 <= stuck.len(), "stuck on seeds {seeds:?}");
 }
 
-/// What `groundwave demo` shows without options.
+/// The scene of `groundwave demo` without options.
 #[test]
 fn the_demo_moves_at_once_and_bumps_within_ten_seconds() {
     let mut simulation = house(1);

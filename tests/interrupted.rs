@@ -1,5 +1,4 @@
-//! A recording that was interrupted, in front of the verbs that read: none takes what it finds for all of it, and each
-//! says what puts it right.
+//! Verbs that read an interrupted recording: each reports that it is incomplete, and how to finish it.
 #![cfg(unix)]
 
 use crate::streams;
@@ -12,7 +11,7 @@ use crate::programs::{GROUNDWAVE, expect, scratch};
 use crate::pty::OnTerminal;
 use groundwave::capture::{Existing, Recorder, Session, index};
 
-/// What a kill leaves.
+/// A recording after a kill.
 fn interrupted(folder: &Path, name: &str) {
     let stream = streams::clean(400);
     let session = Session {
@@ -54,7 +53,7 @@ fn every_reader_names_the_recovery_of_an_interrupted_recording() {
         let (_, err) = expect(1, &[verb, &[&*file("r.mcap")][..]].concat());
         assert!(err.contains(&remedy), "{verb:?}: {err}");
     }
-    // What `replay` opens.
+    // The function that `replay` uses.
     assert!(index::open(&folder.join("r.mcap")).is_ok());
     expect(0, &["label", &file("r.mcap"), "--name", "x"]);
     expect(0, &["recover", &file("r.mcap")]);
@@ -64,12 +63,12 @@ fn every_reader_names_the_recovery_of_an_interrupted_recording() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// What is there is shown, and what is missing from it said at once.
+/// The readable part is shown, and the missing end is reported at once.
 #[test]
 fn a_replay_of_an_unfinished_file_names_the_recovery_when_it_begins() {
     let folder = scratch("interrupted-replay");
     interrupted(&folder, "my r.mcap");
-    // As a shell takes it.
+    // Quoted for a shell.
     let hint = format!(
         "`groundwave recover '{}'`",
         folder.join("my r.mcap").display()

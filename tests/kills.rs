@@ -1,7 +1,7 @@
-//! The program is killed while it records: what it had read is in the file, and in the recording that recovery makes of it.
+//! The program is killed while it records: all bytes read are in the file, and in the recovered recording.
 //!
-//! A few kills as fast as the machine goes; `GROUNDWAVE_KILLS=200 cargo test --test kills -- --nocapture`
-//! kills it as often at 3 and again at 200 packets a second, some at a time, and prints what it found.
+//! By default a few kills at full speed; `GROUNDWAVE_KILLS=200 cargo test --test kills -- --nocapture` runs 200 kills
+//! each at 3 and at 200 lines per second, in parallel, and prints the results.
 #![cfg(unix)]
 
 use crate::streams;
@@ -19,22 +19,21 @@ use groundwave::capture::messages::RawBytes;
 use groundwave::capture::recover::{Outcome, recover};
 use prost::Message as _;
 
-/// What a read of the program brings at most.
+/// Maximum size of a read of the program, bytes.
 const READ_BYTES: usize = 4096;
 
-/// What one kill did.
+/// Result of one kill.
 #[derive(Clone, Copy, Debug, Default)]
 struct Kill {
-    /// Bytes that the program had read.
+    /// Number of bytes that the program had read.
     read: usize,
-    /// Those of them that are not in the file.
+    /// Number of these bytes that are not in the file.
     lost: usize,
 }
 
-/// Records a stream at so many packets a second, or as fast as it goes, and kills the program after
-/// `lines` of them.
+/// Records a stream at a number of lines per second, or at full speed, and kills the program after `lines`.
 fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) -> Kill {
-    // Of its own: whoever begins to record recovers what was interrupted beside it.
+    // A separate folder, because a new recording recovers interrupted ones in the same folder.
     let folder = folder.join(seed.to_string());
     fs::create_dir_all(&folder).unwrap();
     let path = folder.join("run.mcap");
@@ -50,7 +49,7 @@ fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) ->
     let mut child = Running(child);
     let stream = streams::noisy(lines as u32 + 1, seed);
     let stream = &stream[..(lines * 80).min(stream.len())];
-    // As fast as it goes, it could all be over before there is a file.
+    // At full speed, the stream could end before the file exists.
     let deadline = Instant::now() + Duration::from_mins(1);
     while !path.exists() {
         assert!(Instant::now() < deadline, "it never began to record");
@@ -64,7 +63,7 @@ fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) ->
         writer.write_all(packet).unwrap();
     }
     if let Some(radio) = &radio {
-        // Anywhere between two packets: one that is killed while the kernel hands it bytes never had them.
+        // At any moment between two lines; a program killed during a read has not received its bytes.
         radio.wait(Rng(seed ^ 1).below(1000));
     }
     child.0.kill().unwrap();
@@ -96,7 +95,7 @@ impl Radio {
         }
     }
 
-    /// So many thousandths of the time between two packets.
+    /// Waits for `thousandths` of the time between two lines.
     fn wait(&self, thousandths: usize) {
         let time = self.period * thousandths as u32 / 1000;
         self.runtime
@@ -108,7 +107,7 @@ impl Radio {
     }
 }
 
-/// Bytes that nobody has read.
+/// Number of unread bytes.
 fn rest_of(pipe: &mut PipeReader) -> usize {
     let mut rest = Vec::new();
     pipe.read_to_end(&mut rest).unwrap();
@@ -116,17 +115,17 @@ fn rest_of(pipe: &mut PipeReader) -> usize {
 }
 
 fn check(path: &Path, read: &[u8]) -> Kill {
-    // A plain reader finds as much as ours.
+    // The plain `mcap` reader finds as much as ours.
     let recorded = received(path);
     assert_eq!(recorded, received_by_others(path), "{}", path.display());
     assert!(read.starts_with(&recorded), "the file has something else");
     let lost = read.len() - recorded.len();
-    // Between the read and the write there is nothing but the way from one to the other.
+    // At most the bytes of one read are lost, between the read and the write.
     assert!(lost <= READ_BYTES, "{lost} bytes are not in the file");
     let is_begun = fs::read(path).unwrap().len() > mcap::MAGIC.len();
     assert!(is_begun || lost == read.len());
     if recorded.is_empty() {
-        // Killed before the file had its beginning.
+        // Killed before the file's header was written.
         return Kill {
             read: read.len(),
             lost,
@@ -142,7 +141,7 @@ fn check(path: &Path, read: &[u8]) -> Kill {
     }
 }
 
-/// The received bytes that the `mcap` crate reads by itself.
+/// The received bytes that the `mcap` crate reads alone.
 fn received_by_others(path: &Path) -> Vec<u8> {
     let bytes = fs::read(path).unwrap();
     let options = mcap::read::Options::IgnoreEndMagic;
@@ -156,7 +155,7 @@ fn received_by_others(path: &Path) -> Vec<u8> {
         .collect()
 }
 
-/// As much as can be read; a recording that was killed has no end.
+/// All readable received bytes; an interrupted recording has no end.
 fn received(path: &Path) -> Vec<u8> {
     let mut bytes = Vec::new();
     let Ok(mut capture) = Capture::open(path) else {
@@ -195,7 +194,7 @@ fn a_kill_at_any_moment_costs_nothing_that_was_read() {
     }
 }
 
-/// Forty at a time: they hardly do anything but wait for their radio.
+/// Forty in parallel, because they mostly wait for their radio.
 fn at_a_rate(folder: &Path, kills: u64, packets_s: u32) -> Vec<Kill> {
     let folder = folder.join(packets_s.to_string());
     fs::create_dir_all(&folder).unwrap();

@@ -1,5 +1,5 @@
-//! The command ledger as the operator reads it, beside a robot that knows better: what a row claims is so at
-//! the robot, at every moment at which the row could change.
+//! The command ledger on the screen, compared with the simulated robot: the claim of a row is true of the robot at
+//! every moment at which the row may change.
 
 use crate::common::{CoSimulation, Rng, on_all_cores, seeds};
 use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent};
@@ -17,16 +17,16 @@ const SEEDS: u64 = 50;
 
 const SIZE: (u16, u16) = (160, 50);
 
-/// A robot, a station and the screen of the operator.
+/// A robot, a station and the operator's screen.
 struct Watched {
     co: CoSimulation,
     model: Model,
     taken: usize,
     terminal: Terminal<TestBackend>,
-    /// The most that a row has claimed to be driven.
+    /// Maximum of the driven waypoints claimed by a row.
     driven_claimed: u16,
     active_claimed: bool,
-    /// The lists that were asked for, in order.
+    /// The lists sent, in order.
     lists: Vec<(CommandId, u32)>,
 }
 
@@ -60,8 +60,7 @@ impl Watched {
         id
     }
 
-    /// Whether the operator may still read that this list is the robot's: it is, or its successor has taken
-    /// its place and the proof of that is under way.
+    /// Whether the screen may claim that this list is the robot's: it is, or its successor's confirmation is under way.
     fn may_be_active(&self, claimed: &str) -> bool {
         let held = self.co.simulation.robot().lists().active_digest();
         let place = |wanted: &dyn Fn(u32) -> bool| {
@@ -84,7 +83,7 @@ impl Watched {
         self.co.step();
         while let Some((at, event)) = self.co.events.get(self.taken).cloned() {
             self.taken += 1;
-            // Rows change with the steps of a command and with line B.
+            // Rows change with the status of a command and with line B.
             let may_claim = match &event {
                 Event::Command { .. } => true,
                 Event::Line { line, .. } => matches!(line.body, Body::Status(_)),
@@ -119,7 +118,7 @@ impl Watched {
             .collect()
     }
 
-    /// Holds what the screen claims against the robot.
+    /// Compares the claims of the screen with the robot.
     fn judge(&mut self) {
         let rows = self.rows();
         let context = self.co.context();
@@ -129,7 +128,7 @@ impl Watched {
             let Some((place, digest)) = route_claim(row) else {
                 continue;
             };
-            // The row above the keys repeats what is news.
+            // The row above the keys repeats news.
             active_rows += usize::from(row.starts_with(|c: char| c.is_ascii_digit()));
             let held = robot.lists().active_digest();
             assert!(
@@ -205,7 +204,7 @@ fn no_row_says_more_than_is_so_at_the_robot() {
             watched.co.fate(prowl),
             Some(CommandStatus::Confirmed { .. })
         ));
-        // The robot forgets; as soon as any line of its new life has come, so does the screen.
+        // The robot has no list after a reboot; the screen shows none after the first line of the new life.
         watched.co.simulation.reboot();
         let heard = watched.taken;
         watched.run_until("a line of the new life", 30, |watched| {

@@ -1,6 +1,5 @@
-//! The link under fire: whatever the radio does to the bytes, the robot holds the old list or the new one, does
-//! what was ordered once, and nothing is claimed that is not so. The real station and the robot's real program,
-//! in virtual time, seeds printed.
+//! Commands over bad channels: the robot holds the old list or the new one, executes each command once, and every claim
+//! is true. The real station and the robot's real program in virtual time; failures print the seed.
 
 use crate::common::{on_all_cores, seeds};
 use crate::witness::Trial;
@@ -9,10 +8,10 @@ use groundwave_protocol::status_codes::Mode;
 
 const SEEDS: u64 = 50;
 
-/// Orders a seed, besides those at its end.
+/// Commands per seed, besides those at its end.
 const ORDERS: usize = 4;
 
-/// Runs a few orders over each seed's channel, with pauses of all lengths between them.
+/// Runs a few commands over each seed's channel, with random pauses.
 fn under(channel_of: impl Fn(u64) -> String + Sync) {
     over_seeds(|seed| Trial::new(seed, &channel_of(seed)));
 }
@@ -116,8 +115,8 @@ fn half_duplex() {
     });
 }
 
-/// An HC-12 collects 60 bytes, sends them for an eighth of a second and waits: the robot's last word and the
-/// first byte of a long answer are under way for more than half a second, and so long must the robot wait.
+/// An HC-12 collects 60 bytes, sends them for an eighth of a second and waits. More than half a second passes between
+/// the robot's last byte and the first byte of a long answer, so the robot must wait that long.
 #[test]
 fn buffered_modules() {
     let also = ["", ",ber=1e-4", ",out=2s..5s,out=8s..11s"];
@@ -131,7 +130,7 @@ fn buffered_modules() {
     });
 }
 
-/// An operator who presses STOP before anything was heard, on a radio that takes turns.
+/// STOP before the first line, on a half-duplex radio.
 #[test]
 fn a_cold_stop_takes_its_turn() {
     on_all_cores(seeds(SEEDS), |seed| {

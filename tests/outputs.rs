@@ -62,7 +62,7 @@ fn interrupted_command_leaves_no_file() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // Held open: at its end the program would leave by itself.
+        // Held open, because the program would exit at its end.
         let mut stdin = program.stdin.take().unwrap();
         std::io::Write::write_all(&mut stdin, &fs::read(CLEAN).unwrap()).unwrap();
         let names = || -> Vec<String> {

@@ -80,7 +80,7 @@ fn value_outside_the_limits_is_refused_with_the_limits() {
     });
 }
 
-/// The robot is first asked for its unit.
+/// The station first requests the unit.
 #[test]
 fn decimal_value_is_in_the_whole_unit() {
     let set = |name, word| {
@@ -155,7 +155,7 @@ fn layers_are_switched_one_by_one_and_as_a_set() {
                 (Request::Enable(mask), true),
             ] {
                 let end = co.deliver(request);
-                // The simulated robot may lack a sensor: then it says so and nothing changes.
+                // The simulated robot may lack a sensor; it then refuses and nothing changes.
                 if end == CONFIRMED {
                     assert_eq!(allowed(co).contains(layer), is_on, "{}", co.context());
                 } else {

@@ -18,7 +18,7 @@ fn cat_sees_a_robot() {
         .spawn()
         .unwrap();
     let mut lines = BufReader::new(cat.stdout.take().unwrap()).lines();
-    // The first line may be a half; the second is whole.
+    // The first line may be partial; the second is whole.
     let _ = lines.next();
     let line = lines.next().unwrap().unwrap();
     assert_eq!(line.trim_end_matches('\r').len(), 78, "{line}");
@@ -73,7 +73,7 @@ fn bad_input_is_refused_before_the_link_is_touched() {
 
 #[test]
 fn a_silent_port_is_not_confirmed() {
-    // Nobody ever opens the other side of this one.
+    // The other side of this pipe is never opened.
     let sim = Sim::start(&["--channel", "out=0s..10000s"]);
     let (_, err) = expect(3, &["send", &sim.path, "mode", "prowl", "--timeout", "1s"]);
     assert!(
@@ -147,7 +147,7 @@ fn a_robot_that_goes_and_comes_back_needs_no_key() {
     assert_eq!(watch.wait(), 0);
 }
 
-/// Eight lives later the boot counter in every line agrees: a simulator that is killed must not forget.
+/// The boot counter in every line repeats after eight boots, so a killed simulator must keep its count.
 #[test]
 fn a_robot_behind_a_steady_name_counts_its_boots() {
     let folder = scratch("boots");
@@ -159,7 +159,7 @@ fn a_robot_behind_a_steady_name_counts_its_boots() {
     assert_eq!(remembered, "boots=3\n");
 }
 
-/// Nobody ever writes into this pipe: whoever waits for it waits for ever.
+/// Nothing is ever written to this pipe; a read would block for ever.
 #[test]
 fn a_route_from_a_pipe_that_is_silent_stops_nothing() {
     let folder = scratch("silent");
@@ -175,7 +175,7 @@ fn a_route_from_a_pipe_that_is_silent_stops_nothing() {
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
     watch.type_keys(&format!("l{}\r", pipe.display()));
     watch.wait_for("what is wrong", |text| text.contains("choose a file"));
-    // The prompt stays, for the name can be mended; there STOP is Ctrl-S.
+    // The prompt stays so that the name can be corrected; in it, STOP is Ctrl-S.
     watch.type_keys("\x13");
     watch.wait_for("STOP", |text| text.contains("stop: confirmed"));
     watch.type_keys("q");
@@ -216,7 +216,7 @@ fn a_signal_ends_the_dashboard_in_good_order() {
     assert!(info.contains("lines"), "{info}");
 }
 
-/// The child half of the next test: takes the terminal over and panics.
+/// The child process of the next test: sets up the terminal and panics.
 #[test]
 fn panics_on_a_terminal_when_asked() {
     if std::env::var_os("GROUNDWAVE_TEST_PANIC").is_some() {
@@ -362,7 +362,7 @@ fn a_pipe_can_be_watched_and_is_never_written_to() {
     assert_eq!(last["state"], "ended", "{last}");
 }
 
-/// The terminal here answers no question; the dashboard must not ask any.
+/// This terminal answers no queries; the dashboard must send none.
 #[test]
 fn a_suspended_dashboard_comes_back() {
     let sim = Sim::start(&[]);
@@ -383,7 +383,7 @@ fn a_suspended_dashboard_comes_back() {
     assert_eq!(watch.wait(), 0);
 }
 
-/// A closed ssh: the terminal is gone, and what was recorded is finished all the same.
+/// A closed ssh session: the terminal is gone, and the recording is finished.
 #[test]
 fn a_closed_terminal_finishes_the_recording() {
     let folder = scratch("closed");
@@ -401,7 +401,7 @@ fn a_closed_terminal_finishes_the_recording() {
     expect(0, &["info", capture.to_str().unwrap()]);
 }
 
-/// A demo is recorded as a robot is, with the configuration in it.
+/// A recording of the demo holds the configuration, like that of a robot.
 #[test]
 fn a_demo_is_recorded_as_it_is_configured() {
     let folder = scratch("demo-configured");

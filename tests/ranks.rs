@@ -1,9 +1,9 @@
-//! Who may know whom. ARCHITECTURE.md says it, this reads the `use` lines and keeps it so.
+//! Checks the dependency rules of ARCHITECTURE.md by reading imports and paths.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A folder or file, and what must not be imported or named there.
+/// A folder or file, and paths that must not be used in it.
 const RULES: &[(&str, &[&str])] = &[
     (
         "protocol/src",
@@ -102,7 +102,7 @@ const RULES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// The words between the parts know none of the parts.
+/// The modules of the vocabulary, which depend on no part.
 const VOCABULARY: &[&str] = &[
     "crate::capture",
     "crate::commands",
@@ -115,7 +115,7 @@ const VOCABULARY: &[&str] = &[
     "SystemTime",
 ];
 
-/// The verbs that simulate the robot or its beeper, and nobody else in the station, know the simulator.
+/// The verbs that simulate the robot or its beeper; only these may use the simulator.
 const SIMULATING: &[&str] = &[
     "src/commands/sim.rs",
     "src/commands/simulated.rs",
@@ -124,7 +124,7 @@ const SIMULATING: &[&str] = &[
     "src/commands/world.rs",
 ];
 
-/// Clocks may be read here and nowhere else in the station.
+/// Modules that may read a clock.
 const CLOCK_READERS: &[&str] = &["src/io", "src/runtime", "src/commands"];
 
 #[test]
@@ -154,7 +154,7 @@ fn only_the_verbs_that_simulate_know_the_simulator() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// What parameters are called is offered; nothing else of the robot's program is known where commands come from.
+/// Only the names of parameters come from the robot's program.
 #[test]
 fn the_robots_program_is_known_for_its_names_only() {
     let names = root().join("src/request/parameters.rs");
@@ -167,7 +167,7 @@ fn the_robots_program_is_known_for_its_names_only() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Files, sockets and the environment belong to these.
+/// Modules that may use files, sockets and the environment.
 const SYSTEM: &[&str] = &["src/io", "src/commands"];
 
 #[test]
@@ -196,7 +196,7 @@ fn the_system_is_touched_at_the_edges_only() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Where a path, or the last parts of one, is imported or named.
+/// Places where a path, or its last parts, is imported or used.
 fn found(file: &Path, word: &str) -> Vec<String> {
     let module = module_of(file);
     let code = code_lines(file);
@@ -251,7 +251,7 @@ fn a_tree_of_imports_hides_nothing() {
     assert!(names("crate::io::link", "crate::io") && !names("crate::iota", "crate::io"));
 }
 
-/// Every path that `use` items import, with the line where the item begins.
+/// All paths imported by `use` items, with the line of the item.
 fn imports(code: &[(usize, String)]) -> Vec<(usize, String)> {
     let mut paths = Vec::new();
     let mut item: Option<(usize, String)> = None;
@@ -367,7 +367,7 @@ fn no_test_sleeps() {
         .iter()
         .flat_map(|folder| rust_files(&root().join(folder)))
         .filter(|file| fs::read_to_string(file).unwrap().contains(&sleep))
-        // This file names what it looks for.
+        // This file contains the searched paths itself.
         .filter(|file| !file.ends_with("tests/ranks.rs"))
         .collect();
     assert_eq!(offenders, [] as [PathBuf; 0]);
@@ -377,7 +377,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Every source file of a folder, or the one file; a place that is not there is a rule that means nothing.
+/// All source files of a folder, or the single file; a missing place fails, because its rule would check nothing.
 fn rust_files(place: &Path) -> Vec<PathBuf> {
     if place.is_file() {
         return vec![place.to_owned()];
@@ -400,7 +400,7 @@ fn rust_files(place: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Modules that exist under `cfg(test)` only.
+/// Whether the module exists under `cfg(test)` only.
 fn is_test_module(path: &Path) -> bool {
     path.file_name()
         .is_some_and(|name| name == "tests.rs" || name == "testing.rs")
@@ -409,14 +409,14 @@ fn is_test_module(path: &Path) -> bool {
             .is_some_and(|folder| folder.ends_with("tests"))
 }
 
-/// Lines of code with their numbers: no comments, and nothing from the first `mod tests` on.
+/// Lines of code with their numbers, without comments, up to the first `mod tests`.
 fn code_lines(file: &Path) -> Vec<(usize, String)> {
     let text = fs::read_to_string(file).unwrap();
     (1..)
         .zip(text.lines())
         .take_while(|(_, line)| !line.starts_with("mod tests"))
         .filter(|(_, line)| !line.trim_start().starts_with("//"))
-        // For tests on a host; the link for a microcontroller proves that nothing else uses it.
+        // For tests on a host; linking for a microcontroller shows that nothing else uses it.
         .filter(|(_, line)| *line != "extern crate std;")
         .map(|(number, line)| (number, line.to_owned()))
         .collect()

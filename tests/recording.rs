@@ -1,4 +1,4 @@
-//! A recorder while it records: its parts, what it remembers, and the folder that is taken away under it.
+//! A recorder under way: its parts, its history, and a removed folder.
 
 use crate::streams;
 use std::fs::{self, File};
@@ -84,7 +84,7 @@ fn what_was_remembered_comes_first_with_its_times() {
     assert_eq!(at_s[20], 600);
 }
 
-/// The folder goes away under a recording: it says so, and what is open stays open.
+/// A removed folder is reported, and the open file stays open.
 #[cfg(unix)]
 #[test]
 fn a_folder_that_is_removed_is_told_of_in_the_end() {
@@ -111,7 +111,7 @@ fn a_folder_that_may_not_be_written_is_told_of_at_once() {
     fs::create_dir(&closed).unwrap();
     fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).unwrap();
     if File::create(closed.join("probe")).is_ok() {
-        // Whoever runs this may do everything.
+        // The test runs as root, who may write anywhere.
         return;
     }
     let error = Recorder::start(closed.join("a.mcap"), Existing::Refuse, &session()).err();

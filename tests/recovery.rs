@@ -1,5 +1,4 @@
-//! Recordings that were killed, cut, damaged or left in the middle: what was received is saved, and what is
-//! lost is named.
+//! Recovery of killed, cut and damaged recordings: received bytes are saved, and losses are reported.
 
 use crate::streams;
 use std::fs;
@@ -17,7 +16,7 @@ use groundwave::event::{Level, NoticeCode};
 use prost::Message as _;
 use tempfile::TempDir;
 
-/// Every piece is what was received there, in order, and each step is named.
+/// Checks that every piece equals the received bytes, that pieces are in order, and that every gap is reported.
 fn assert_honest(recovery: &Recovery, stream: &[u8], what: &str) {
     let mut steps = Vec::new();
     let mut end = 0;
@@ -54,7 +53,7 @@ fn a_killed_recording_has_everything_again() {
     assert_eq!(recovery.rx_bytes, stream.len() as u64);
     assert_honest(&recovery, &stream, "killed");
     assert!(find_interrupted(folder.path()).is_empty());
-    // The same file as if it had been finished.
+    // The result equals a finished recording.
     let whole = finished(folder.path(), &stream);
     assert_eq!(fs::read(&path).unwrap(), fs::read(&whole).unwrap());
     let again = recover(&path).unwrap();
@@ -92,7 +91,7 @@ fn an_unfinished_recording_is_read_by_any_mcap_reader() {
     assert!(messages.is_sorted_by_key(|(_, at_ns, _)| at_ns));
 }
 
-/// The end of the file is wherever the disk had got to.
+/// The file may end anywhere after a power cut.
 #[test]
 fn a_cut_anywhere_loses_no_whole_message_before_it() {
     let folder = TempDir::new().unwrap();
@@ -172,7 +171,7 @@ fn a_flipped_bit_of_an_unfinished_recording_costs_one_message() {
         fs::write(&path, &bad).unwrap();
         let what = format!("round {round}: bit {bit} of byte {byte}");
         let recovery = recover(&path).unwrap_or_else(|error| panic!("{what}: {error}"));
-        // A loss at the end leaves no step behind; the rest is what was received.
+        // A loss at the end leaves no gap; the rest equals the received bytes.
         let lost = stream.len() as u64 - recovery.rx_bytes;
         assert!(lost <= 33, "{what}: {recovery:?}");
         if lost > 0 {
@@ -193,7 +192,7 @@ fn a_flipped_bit_of_an_unfinished_recording_costs_one_message() {
     }
 }
 
-/// Several damaged places cost what they hit, and what the station did is kept with the rest.
+/// Several damaged places cost only the parts that they hit; station events are kept too.
 #[test]
 fn everything_between_damaged_places_is_saved() {
     let folder = TempDir::new().unwrap();
@@ -206,7 +205,7 @@ fn everything_between_damaged_places_is_saved() {
         let mut bad = good.clone();
         let flips = round % 5 + 1;
         for _ in 0..flips {
-            // Header, topics and session are hit in other tests.
+            // Other tests damage header, topics and session.
             let byte = good.len() / 2 + rng.below(good.len() / 2);
             bad[byte] ^= 1 << rng.below(8);
         }
@@ -227,7 +226,7 @@ fn everything_between_damaged_places_is_saved() {
     }
 }
 
-/// A name is no proof that a file is ours.
+/// A file of another program may have such a name.
 #[test]
 fn files_of_others_with_such_names_are_left_alone() {
     let folder = TempDir::new().unwrap();
@@ -242,7 +241,7 @@ fn files_of_others_with_such_names_are_left_alone() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// A recovered recording is not more at risk than one under way was.
+/// A flipped bit costs a recovered recording no more than one under way.
 #[test]
 fn a_flipped_bit_of_a_recovered_recording_costs_little() {
     let folder = TempDir::new().unwrap();
@@ -265,7 +264,7 @@ fn a_flipped_bit_of_a_recovered_recording_costs_little() {
     }
 }
 
-/// Whatever a recovery has got done when it is interrupted, another makes the same of it.
+/// A recovery that was interrupted at any point can be repeated with the same result.
 #[test]
 fn recovery_can_be_interrupted_anywhere() {
     let folder = TempDir::new().unwrap();
@@ -314,7 +313,7 @@ fn an_interrupted_recording_makes_room_for_one_of_its_name() {
     assert_eq!(set_aside(&path).unwrap(), None);
 }
 
-/// Each event of the station stands once in the result, though times come out of order and texts repeat.
+/// Each event of the station is in the result once, even with times out of order and repeated texts.
 #[test]
 fn each_event_is_saved_once() {
     let folder = TempDir::new().unwrap();
@@ -329,7 +328,7 @@ fn each_event_is_saved_once() {
             Level::Info,
             if n % 3 == 0 { "the same" } else { "another" },
         );
-        // Read by another thread, a moment before.
+        // Read by another thread a moment earlier.
         recorder.handle_event(now, wall(now) - Duration::from_millis(5), &said);
     }
     let unfinished = fs::read(&live).unwrap();
@@ -344,7 +343,7 @@ fn each_event_is_saved_once() {
         assert!(whole["/log"].starts_with(logs), "{tenths} tenths");
         assert_eq!(tenths == 10, logs.len() == whole["/log"].len());
     }
-    // A finished recording that is written anew gets none twice.
+    // Rewriting a finished recording duplicates no event.
     let mut bad = fs::read(&live).unwrap();
     let end = bad.len() - 20;
     bad[end] ^= 1;
@@ -353,7 +352,7 @@ fn each_event_is_saved_once() {
     assert!(messages(&live) == whole);
 }
 
-/// What nobody can read any more is named, and nothing is made of it.
+/// Unreadable files are refused with an error, and no result is written.
 #[test]
 fn what_is_no_recording_is_refused() {
     let folder = TempDir::new().unwrap();

@@ -1,5 +1,5 @@
-//! Robot or station restart at every frame boundary of a transfer, and STOP comes in every phase of one. In
-//! virtual time; a first run finds the boundaries, then there is one run for each.
+//! Restarts of robot or station at every frame boundary of a transfer, and STOP in every phase, in virtual time. A
+//! first run finds the boundaries; then there is one run per boundary.
 
 use crate::common::{CoSimulation, is_nightly, on_all_cores};
 use crate::witness::Trial;
@@ -8,13 +8,13 @@ use groundwave::request::Request;
 use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::PATIENCE_BYTES;
 
-/// Over a radio that holds bytes back, frames of the life before arrive in the next one.
+/// Channels; over a radio with delay, frames sent before a restart arrive after it.
 const CHANNELS: [&str; 4] = ["", "ber=1e-3", "delay=700ms", "dup=0.02,delay=80ms"];
 
-/// Where the ends take turns. A station that starts anew does not know it and has to find out.
+/// Half-duplex channels. A restarted station must detect them.
 const TURNING: [&str; 2] = ["half-duplex", "half-duplex,ber=1e-3"];
 
-/// Waypoints of the list that is being replaced, none for a station that has just started, and of the new one.
+/// Numbers of waypoints of the old list, 0 for a station that has just started, and of the new list.
 const LISTS: [(usize, usize); 3] = [(20, 60), (0, 40), (5, 1)];
 
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,7 @@ enum Restart {
     Both,
 }
 
-/// Up to the moment at which the new list is ordered; its number.
+/// Runs until the new list is sent; returns its number.
 fn begin(seed: u64, channel: &str, (old, new): (usize, usize)) -> (Trial, usize) {
     let mut trial = if TURNING.contains(&channel) {
         Trial::taking_turns(seed, channel, PATIENCE_BYTES, 40)
@@ -43,7 +43,7 @@ fn begin(seed: u64, channel: &str, (old, new): (usize, usize)) -> (Trial, usize)
     (trial, number)
 }
 
-/// When frames and lines end from the order to a second after its proof.
+/// Ends of frames and lines from the command until a second after its confirmation, milliseconds.
 fn boundaries_ms(seed: u64, channel: &str, lists: (usize, usize)) -> Vec<u64> {
     let (mut trial, number) = begin(seed, channel, lists);
     trial.boundaries_ms.clear();
@@ -65,15 +65,14 @@ fn restart_at(restart: Restart, at_ms: u64, seed: u64, channel: &str, lists: (us
     }
     if matches!(restart, Restart::Robot) {
         trial.run_to_end(number);
-        // Its list was empty when it came back, so whoever says confirmed says it of the robot's present life
-        // or said it before.
+        // The restarted robot had no list, so a confirmation is about its present life or came before the restart.
         assert!(
             trial.is_executed(number) || !trial.is_confirmed(number),
             "{}",
             trial.co.context()
         );
     }
-    // Until the station has heard of it, what it begins fails.
+    // Commands begun before the station knows of the restart fail.
     trial.run_ms(3000);
     trial.finish();
 }
@@ -102,7 +101,7 @@ fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
     }
 }
 
-/// A radio that has kept everything says it all again, when a new session is open and at work.
+/// A radio repeats all bytes of an earlier session while a new session is open.
 #[test]
 fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
     for restart in [Restart::Robot, Restart::Station, Restart::Both] {
@@ -126,7 +125,7 @@ fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
             let number = trial.order(pose);
             trial.run_to_end(number);
             assert!(trial.is_confirmed(number), "{}", trial.co.context());
-            // Whoever looks every millisecond would see any of it done again.
+            // The check in every millisecond would see any repeated execution.
             trial.co.simulation.handle_uplink(&earlier);
             trial.run_ms(5000);
             trial.finish();
@@ -136,12 +135,12 @@ fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
 
 const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 
-/// The gate tries every fourth moment, the night every one.
+/// Step between moments: the gate tries every fourth, the nightly run each.
 fn sampling() -> usize {
     if is_nightly() { 1 } else { 4 }
 }
 
-/// The longest that may pass on a clean link from the key until the robot's program stops, in any phase.
+/// Maximum time from the key until the robot's program stops, on a clean link in any phase.
 const STOP_MS: u64 = 150;
 
 #[test]
@@ -172,8 +171,8 @@ fn stop_at(phase_ms: u64, seed: u64, channel: &str, lists: (usize, usize)) {
         let must_stand = is_standing || channel.is_empty() && since_ms > STOP_MS;
         assert!(!must_stand || mode == Mode::Stop, "{}", trial.co.context());
     }
-    // Only a whole line A proves it. Of those one in five survives where bytes are doubled, and once in a
-    // thousand none within fifteen seconds.
+    // Only an intact line A confirms it. With doubled bytes, one line in five survives, and in one run of a thousand
+    // none does within fifteen seconds.
     assert!(
         is_standing && (channel.contains("dup") || trial.stopped() == Some(&CONFIRMED)),
         "{:?}: {}",

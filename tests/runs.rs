@@ -207,7 +207,7 @@ fn program_without_a_command_suggests_the_newest_capture() {
     };
     let raw = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
     fs::copy(raw, folder.path().join("evening.txt")).unwrap();
-    // Nothing of ours.
+    // A file of another program.
     fs::write(folder.path().join("film.mcap.finishing"), "half").unwrap();
     let said = offered();
     assert!(said.contains("groundwave replay evening.txt"), "{said}");
@@ -224,7 +224,7 @@ fn program_without_a_command_suggests_the_newest_capture() {
     killed.abandon();
     let said = offered();
     assert!(said.contains("groundwave recover late.mcap "), "{said}");
-    // One that somebody writes at this moment.
+    // A capture that is being written.
     let writing = fs::File::open(&late).unwrap();
     writing.lock().unwrap();
     let said = offered();

@@ -62,7 +62,7 @@ fn vector(about: &str) -> String {
 
 #[test]
 fn dry_run_prints_frames_without_opening_a_link() {
-    // Whoever opened this link would say 4.
+    // Opening this link would give exit code 4.
     let (out, err) = expect(
         0,
         &[
@@ -249,7 +249,7 @@ fn script_is_read_from_standard_input() {
         err.contains("standard input:1: ") && err.contains("`stop` was not sent"),
         "{err}"
     );
-    // Its own script cannot be a list of waypoints as well.
+    // Standard input cannot be both the script and a route.
     let output = with_input(&["send", "--dry-run", "-f", "-"], "route -\n1,2\n");
     assert_eq!(output.status.code(), Some(2));
 }

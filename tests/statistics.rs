@@ -1,4 +1,4 @@
-//! How a link did: a recording made by hand, a station in the simulated world, and the program.
+//! Link statistics: of a handmade recording, of a station in the simulated world, and of the program.
 #![cfg(unix)]
 
 use std::fs;
@@ -31,8 +31,8 @@ fn line(sequence: u8) -> [u8; 80] {
     line.encode()
 }
 
-/// Ten seconds: 15 lines down at the beginning and 15 at the end, of which one is damaged; one command
-/// twice, and 4 bytes of knocking.
+/// Ten seconds with 15 lines at the beginning and 15 at the end, one of them damaged; one command sent twice, and 4
+/// bytes of knocks.
 #[test]
 fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
     let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();
@@ -133,7 +133,7 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
     }
 }
 
-/// A run appended to another: nothing of the radio is lost where they meet.
+/// A run appended to another: no line counts as lost between them.
 #[test]
 fn appended_runs_are_restarts_and_no_loss() {
     let run = fs::read("captures/house-clean.txt").unwrap();
@@ -163,7 +163,7 @@ fn a_station_measures_what_it_does() {
         confirmation.worst_s >= confirmation.mean_s && confirmation.mean_s > 0.1,
         "{seen:?}"
     );
-    // A request for a session and three commands are the least.
+    // At least a session request and three commands.
     assert_eq!(seen.frames - seen.frames_again, 4, "{seen:?}");
     assert_eq!((seen.lines_lost, seen.resync), (0, None));
     assert!(seen.airtime_down_pct > 90.0, "{seen:?}");

@@ -144,7 +144,7 @@ fn a_paste_that_is_no_route_shows_its_error() {
     leave(watch);
 }
 
-/// As from a slow line: the letters of an arrow are no keys, `D` would dock the robot.
+/// Over a slow connection, the letters of an arrow's sequence are no keys; `D` would dock the robot.
 #[test]
 fn esc_and_an_arrow_in_one_burst_send_nothing() {
     let sim = Sim::start(&[]);

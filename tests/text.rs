@@ -11,7 +11,7 @@ fn stamped(end: &[u8]) -> (Vec<u8>, Vec<u8>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt");
     let plain = fs::read(path).unwrap();
     let mut lines: Vec<&[u8]> = plain.split_inclusive(|&byte| byte == b'\n').collect();
-    // What is no whole line has no end to be changed.
+    // Partial lines have no line end to change.
     lines.retain(|line| line.ends_with(b"\r\n"));
     let mut stored = Vec::new();
     for (n, line) in lines.iter().enumerate() {
@@ -90,7 +90,7 @@ fn all_commands_read_timestamps_and_lines_without_cr() {
             "what the radio delivered"
         );
 
-        // The hour in the middle is there, by the time of the capture and by that of the day.
+        // The hour in the middle counts, in capture time and in time of day.
         for (from, to) in [
             ("1m", "1:00:00"),
             ("2025-03-14T20:01:00Z", "2025-03-14T21:00:00Z"),

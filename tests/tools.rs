@@ -1,4 +1,4 @@
-//! The verbs that work on captures: what they make is what the capture holds, and nothing is lost on the way.
+//! The verbs that convert captures lose nothing.
 
 use crate::streams;
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ fn open(bytes: &[u8]) -> Capture {
     Capture::read("", Box::new(Cursor::new(bytes.to_vec()))).unwrap()
 }
 
-/// The bytes of the radio in a capture, and why that is not all.
+/// The radio's bytes in a capture, and the error if some are missing.
 fn content(capture: &[u8]) -> (Vec<u8>, Option<CaptureError>) {
     let mut capture = open(capture);
     let mut content = Vec::new();
@@ -51,7 +51,7 @@ fn window(from: Option<Duration>, to: Option<Duration>) -> Window {
     }
 }
 
-/// Cuts at every one of `at`.
+/// Cuts a capture at each of `at`.
 fn pieces(capture: &[u8], at: &[Duration]) -> Vec<Vec<u8>> {
     let mut bounds = vec![None];
     bounds.extend(at.iter().copied().map(Some));
@@ -90,7 +90,7 @@ proptest! {
         prop_assert_eq!(verdict.is_as_raw_file, Some(true));
         let (lines, _) = streams::live(&raw);
         prop_assert_eq!(verdict.messages.get("/telemetry").copied().unwrap_or(0), lines.len() as u64);
-        // All but the bytes and the word that the recording begins.
+        // All messages except the bytes and the notice of the beginning.
         let messages: u64 = verdict.messages.values().sum();
         let told = verdict.messages.get("/raw/rx").copied().unwrap_or(0) + 1;
         prop_assert_eq!((verdict.derived_equal, verdict.derived_unchecked), (messages - told, 0));
@@ -125,11 +125,11 @@ proptest! {
         let verdict = verify_mcap(&mcap[..], None).unwrap();
         prop_assert_eq!(bytes, raw);
         prop_assert_eq!(lines, verdict.lines);
-        // Where a message with bytes is cut in two there is one more.
+        // A message of bytes that is cut in two counts twice.
         let rx = counted.remove("/raw/rx").unwrap();
         let mut expected = verdict.messages;
         prop_assert!(rx >= expected.remove("/raw/rx").unwrap());
-        // Each piece says anew what a reader of it has to know first.
+        // Each piece repeats the state that its reader needs first.
         for topic in ["/log", "/markers", "/path", "/uplink"] {
             let (pieces, whole) = (counted.remove(topic), expected.remove(topic));
             prop_assert!(pieces >= whole, "{}: {:?} {:?}", topic, pieces, whole);
@@ -154,7 +154,7 @@ fn a_piece_holds_what_was_received_in_its_time() {
         to: Some(When::Wall((start + 10) * 1_000_000_000)),
     };
     let mut same = Vec::new();
-    // The capture begins with its first bytes, a line after the clock was looked at.
+    // The capture begins with its first bytes, a line after the session's start time.
     cut_mcap(&mcap[..], by_the_clock, &mut same).unwrap();
     let same = whole(&same).len();
     assert!(same.abs_diff(length) <= 80, "{same} and {length} bytes");
@@ -162,7 +162,7 @@ fn a_piece_holds_what_was_received_in_its_time() {
 
 const UNIX_SECONDS: u64 = 1_741_944_413;
 
-/// A capture of several chunks with one of them spoilt.
+/// A capture of several chunks, one of them damaged.
 fn spoilt(mcap: &[u8], chunk: usize) -> Vec<u8> {
     let mut spoilt = mcap.to_vec();
     let summary = mcap::Summary::read(mcap).unwrap().unwrap();
@@ -195,7 +195,7 @@ fn after_a_damaged_chunk_reading_goes_on() {
     assert!(!verdict.is_good());
     assert_eq!(verdict.bytes, left.len() as u64);
     assert_eq!(verdict.missing_bytes, (raw.len() - left.len()) as u64);
-    // All agrees but for the line that was cut in two at either end.
+    // All messages agree except for the line that was cut in two at either end.
     assert!(verdict.derived_equal + 2 >= verdict.lines);
     assert!(verdict.faults[0].contains("chunk"), "{:?}", verdict.faults);
 }
@@ -278,7 +278,7 @@ fn tables_say_what_the_lines_say() {
     assert_eq!(csv.as_bytes(), direct);
 }
 
-/// A row of a table, as RFC 4180 has it.
+/// The cells of a CSV row by RFC 4180.
 fn cells(row: &str) -> Vec<String> {
     let mut cells = vec![String::new()];
     let mut quoted = false;
@@ -318,7 +318,7 @@ fn the_picture_shows_what_happened() {
     ] {
         assert!(svg.contains(word), "no {word}");
     }
-    // Every bump is a cross of two strokes, and one more stands in the legend.
+    // Every bump is a cross of two strokes, and the legend has another one.
     let crosses = |svg: &str| {
         let strokes = svg.lines().filter(|line| {
             line.contains("stroke=\"#000000\" stroke-width=\"2\"")
@@ -342,7 +342,7 @@ fn the_picture_shows_what_happened() {
         .split(')')
         .next()
         .unwrap();
-    // What the robot counted may differ from what its lines show.
+    // The robot's count may differ from the bumps in its lines.
     let shown = bumps.split(", ").last().unwrap();
     let shown = shown.trim_end_matches(" shown");
     assert_eq!(crosses(&svg), shown.parse::<usize>().unwrap() + 1);

@@ -1,4 +1,4 @@
-//! What other tools see of a capture: every topic, in metres and radians, in order and of bounded size.
+//! Topics for other tools: complete, in metres and radians, in order and of bounded size.
 
 use crate::streams;
 use std::collections::BTreeMap;
@@ -43,8 +43,7 @@ fn keep(kept: &mut Vec<Kept>) -> impl FnMut(TopicMessage<'_>) -> Result<(), ()> 
     }
 }
 
-/// Everything that follows from a stream which comes in reads of these sizes, each at the time at which
-/// its line ends.
+/// All messages derived from a stream in reads of `sizes`, each at the time at which its line ends.
 fn derive(stream: &[u8], sizes: &[usize]) -> Vec<Kept> {
     let mut deriver = Deriver::new();
     let mut kept = Vec::new();
@@ -103,8 +102,8 @@ fn raw_bytes_are_the_stream_and_telemetry_is_every_line() {
     }
 }
 
-/// Protobuf has one usual form for a message: fields in the order of their tags, nothing that need not be there. What is
-/// written here without a derived encoder has it too.
+/// Messages have the canonical protobuf form, like those of derived encoders: fields in the order of their tags,
+/// defaults omitted.
 #[test]
 fn messages_are_as_derived_encoders_write_them() {
     fn again<M: Message + Default>(data: &[u8]) -> Vec<u8> {
@@ -146,7 +145,7 @@ fn messages_are_as_derived_encoders_write_them() {
                 .unwrap();
         }
     }
-    // At the beginning of time, and at times without a fraction of a second.
+    // At time zero, and at times without a fraction of a second.
     for (at_ns, part) in [0, START_NS, START_NS + LINE_NS]
         .into_iter()
         .zip(stream.chunks(stream.len() / 3 + 1))
@@ -177,7 +176,8 @@ fn messages_are_as_derived_encoders_write_them() {
     assert_eq!(counts.len(), Topic::ALL.len() - 2, "{counts:?}");
 }
 
-/// The robot says inches, and degrees clockwise from +Y; others want x ahead, y left, counter-clockwise.
+/// Poses are converted from inches and degrees clockwise from +Y to metres and radians with x ahead, y left,
+/// counter-clockwise.
 #[test]
 fn poses_are_in_the_conventions_of_others() {
     let stream = streams::lines(60);
@@ -247,7 +247,7 @@ fn the_robots_own_time_is_the_publish_time() {
     }
 }
 
-/// 3.5 inches a line, for an hour.
+/// 3.5 inches per line for an hour.
 #[test]
 fn the_path_is_bounded_and_told_now_and_then() {
     let kept = derive(&streams::lines(10_000), &[80]);
@@ -363,7 +363,7 @@ fn what_is_no_part_of_a_capture_is_left_out() {
     assert!(to_recorded(&lost).unwrap().is_urgent());
 }
 
-/// The station decodes live; the topics are those that follow from the bytes.
+/// Topics from lines that the station decoded equal those from the bytes.
 #[test]
 fn topics_of_decoded_lines_are_those_of_the_bytes() {
     let (mut of_bytes, mut of_lines) = (Deriver::new(), Deriver::of_decoded_lines());
@@ -387,7 +387,7 @@ fn topics_of_decoded_lines_are_those_of_the_bytes() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// Every message but for its time is the same however the bytes arrive.
+    /// Messages, except for their times, do not depend on how the bytes arrive.
     #[test]
     fn reads_of_any_size_give_the_same_messages(
         seed in any::<u64>(),

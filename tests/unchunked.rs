@@ -1,5 +1,4 @@
-//! Recordings in forms that other writers make: messages outside of chunks, chunks in another compression, two
-//! recordings in one.
+//! Recordings by other writers: messages outside of chunks, chunks with another compression, two recordings merged.
 
 use crate::streams;
 use std::fs;
@@ -14,7 +13,7 @@ use groundwave::capture::when::When;
 use mcap::records::op;
 use tempfile::TempDir;
 
-/// The same messages as others write them without chunks.
+/// The same messages without chunks.
 fn unchunked(recording: &[u8]) -> Vec<u8> {
     let mut output = Cursor::new(Vec::new());
     let options = mcap::WriteOptions::new().use_chunks(false);
@@ -27,7 +26,7 @@ fn unchunked(recording: &[u8]) -> Vec<u8> {
     output.into_inner()
 }
 
-/// The same records up to the end of the data, those of the indexes left out; of chunks, what they are changed to.
+/// The records of the data section without indexes; `change` replaces each chunk.
 fn changed(recording: &[u8], mut change: impl FnMut(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let mut output = mcap::MAGIC.to_vec();
     let mut at = output.len();
@@ -44,10 +43,10 @@ fn changed(recording: &[u8], mut change: impl FnMut(&[u8]) -> Vec<u8>) -> Vec<u8
     }
 }
 
-/// Where the compression stands in a chunk: after two times, the size and the checksum.
+/// Offset of the compression in a chunk: after two times, the size and the checksum.
 const COMPRESSION_AT: usize = 9 + 8 + 8 + 8 + 4;
 
-/// Every second chunk has become what is in it.
+/// Every second chunk is replaced by its records.
 fn mixed(recording: &[u8]) -> Vec<u8> {
     let mut chunks = 0;
     changed(recording, |chunk| {
@@ -60,7 +59,7 @@ fn mixed(recording: &[u8]) -> Vec<u8> {
     })
 }
 
-/// Every chunk says that it is compressed with LZ4.
+/// Every chunk declares LZ4 compression.
 fn lz4(recording: &[u8]) -> Vec<u8> {
     changed(recording, |chunk| {
         let length = chunk.len() as u64 - 9 - 1;
@@ -144,8 +143,8 @@ fn another_compression_is_not_called_damage() {
     );
 }
 
-/// The same messages in chunks, as others write them: the channels are declared in the first chunk that needs them, and
-/// have other numbers than ours.
+/// The same messages in chunks of another writer, which declares channels in the first chunk that needs them, under
+/// other numbers than ours.
 fn rewritten(recording: &[u8], library: &str) -> Vec<u8> {
     let mut output = Cursor::new(Vec::new());
     let options = mcap::WriteOptions::new()
@@ -160,7 +159,7 @@ fn rewritten(recording: &[u8], library: &str) -> Vec<u8> {
     output.into_inner()
 }
 
-/// Nothing proves what is in no chunk: a message whose channel is damaged costs itself alone.
+/// A message with a damaged channel number is skipped; others are kept.
 #[test]
 fn a_message_of_no_channel_is_left_out() {
     let folder = TempDir::new().unwrap();
@@ -185,7 +184,7 @@ fn a_message_of_no_channel_is_left_out() {
     messages(&path);
 }
 
-/// The summary says what the first chunk said.
+/// The summary repeats the channels of the first chunk.
 #[test]
 fn channels_of_a_damaged_chunk_are_taken_from_the_summary() {
     let folder = TempDir::new().unwrap();
@@ -229,7 +228,7 @@ fn messages_without_a_channel_are_reported() {
     assert!(fs::read(recovery.original.unwrap()).unwrap() == bytes);
 }
 
-/// Every version of ours gives its topics the same numbers.
+/// Topics have the same channel numbers in every version of Groundwave.
 #[test]
 fn channels_of_another_version_need_not_be_readable() {
     let folder = TempDir::new().unwrap();
@@ -249,7 +248,7 @@ fn channels_of_another_version_need_not_be_readable() {
     assert!(stream.ends_with(&concatenated(&path)));
 }
 
-/// The first bytes of a file are those that a disk loses first.
+/// A file without its first bytes.
 #[test]
 fn a_file_without_its_beginning_is_taken_for_ours() {
     let folder = TempDir::new().unwrap();
@@ -266,8 +265,8 @@ fn a_file_without_its_beginning_is_taken_for_ours() {
     assert!(stream.ends_with(&concatenated(&path)));
 }
 
-/// The messages of a recording and once more those of another that began ten seconds later, by their times, as
-/// `mcap merge` puts them.
+/// The messages of a recording and of another one that began ten seconds later, in order of time, as `mcap merge`
+/// writes them.
 fn merged(recording: &[u8]) -> Vec<u8> {
     let once = mcap::MessageStream::new(recording).unwrap();
     let mut all: Vec<mcap::Message<'_>> = once.map(Result::unwrap).collect();

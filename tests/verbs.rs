@@ -56,7 +56,7 @@ fn results_of_several_files_are_in_order() {
     let folder = scratch("many");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     for number in 0..12_u32 {
-        // The first are the longest: they are done last.
+        // The first files are the longest and are done last.
         let raw = streams::noisy(600 - number * 40, number.into());
         fs::write(file(&format!("run-{number:02}.txt")), raw).unwrap();
     }
@@ -98,12 +98,12 @@ fn results_of_several_files_are_in_order() {
     }
     let (_, err) = expect(2, &["info", &file("absent-*.txt")]);
     assert!(err.contains("no file matches"), "{err}");
-    // Of one bad file the others are told all the same.
+    // A bad file does not prevent the results of the others.
     fs::write(file("run-05.txt"), "spoilt\n").unwrap();
     let (out, err) = expect(2, &["info", "--json", &file("run-*.txt")]);
     assert_eq!(out.lines().count(), 11);
     assert!(err.contains("run-05.txt"), "{err}");
-    // A folder can hold a file that is called like a pattern.
+    // A file name may look like a pattern.
     fs::write(file("[a].txt"), streams::clean(20)).unwrap();
     expect(0, &["info", &file("[a].txt")]);
 }

@@ -1,4 +1,4 @@
-//! What `verify` finds: messages that do not follow from the bytes, and lines lost with the link.
+//! Findings of `verify`: messages that differ from those that the bytes give, and lost lines.
 
 use crate::streams;
 use std::fs;
@@ -29,7 +29,7 @@ fn messages<'a>(mcap: &'a [u8], topic: &str) -> Vec<mcap::Message<'a>> {
         .collect()
 }
 
-/// A message that says something else than the bytes.
+/// A message that contradicts the bytes is a fault.
 #[test]
 fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
     let mcap = converted(&streams::clean(300));
@@ -58,7 +58,7 @@ fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
             let mut message = message.unwrap();
             if message.channel.topic == wrong {
                 count += 1;
-                // Not the first of `/log`, which tells of the beginning.
+                // Not the first message of `/log`, which reports the beginning.
                 if count == 2 {
                     let mut data = message.data.into_owned();
                     *data.last_mut().unwrap() ^= 1;
@@ -82,7 +82,7 @@ fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
     }
 }
 
-/// What follows from the bytes may have been told otherwise by another version: that is no fault of the recording.
+/// Messages of another version may differ from those derived today; that is no fault.
 #[test]
 fn what_another_version_told_otherwise_is_no_fault() {
     let mcap = converted(&streams::clean(300));
@@ -141,7 +141,7 @@ fn telemetry_that_is_not_what_was_received_is_found() {
     assert!(found, "{:?}", verdict.faults);
 }
 
-/// What the robot sent while the link was lost is lost for nobody: `info` and `verify` say the same.
+/// Lines sent while the link was lost do not count as lost; `info` and `verify` agree.
 #[test]
 fn a_lost_link_counts_nothing_as_lost_by_the_radio() {
     let folder = scratch("verify-lost-link");

@@ -1,14 +1,14 @@
-//! Time until the robot has confirmed a command: the real station, the robot's real program and a
-//! radio that flips bits, in virtual time, beside the least that is possible and beside MAVLink's mission
-//! protocol over the same radio. Prints Markdown.
+//! Time until the robot has confirmed a command: the real station, the robot's real program and a radio that flips
+//! bits, in virtual time, compared with the lower bound and with MAVLink's mission protocol over the same radio. Prints
+//! Markdown.
 //!
 //!     cargo bench --bench delivery                                 everything
 //!     cargo bench --bench delivery -- full 100 3e-3 --seeds 50     one cell
 //!     cargo bench --bench delivery -- half 100 mavlink             a row, with MAVLink beside it
 //!     cargo bench --bench delivery -- commands                     one section: lists commands stop cold
 //!
-//! Words choose: `full` or `half`, a number of waypoints (10, 100, 300), a bit error rate (0, 1e-4, 1e-3,
-//! 3e-3 or any other) or `burst`. The same seeds give the same figures on every machine.
+//! Arguments select `full` or `half`, a number of waypoints (10, 100, 300), a bit error rate (0, 1e-4, 1e-3, 3e-3 or
+//! any other) or `burst`. The same seeds give the same figures on every machine.
 
 #[path = "../../tests/common/mod.rs"]
 mod common;
@@ -79,7 +79,7 @@ fn lists(wishes: &Wishes) {
 }
 
 fn mavlink_row(wishes: &Wishes, duplex: Duplex, count: usize) {
-    // A vehicle that sends its lines all the time is deaf on a radio that cannot do both at once.
+    // On a half-duplex radio, a vehicle that sends telemetry all the time cannot receive.
     let telemetry = match duplex {
         Duplex::Full => &[true, false][..],
         Duplex::Half => &[false],
@@ -116,7 +116,7 @@ fn commands(wishes: &Wishes) {
     }
 }
 
-/// The same when nothing has been heard yet and no session is open.
+/// The same for a station that has received nothing and has no session.
 fn cold(wishes: &Wishes) {
     println!(
         "Cold: a station that has heard nothing, no session, {} seeds a cell: seconds",
@@ -138,7 +138,7 @@ fn cold(wishes: &Wishes) {
     }
 }
 
-/// From the key to the motors off and the wheels standing.
+/// Time from the key until the motors are off and the wheels stand still.
 fn stop(wishes: &Wishes) {
     const PHASES_MS: u64 = 2000;
     println!(

@@ -2,23 +2,21 @@
 //!
 //! After the developer guide at mavlink.io, *Packet Serialization* and *Mission Protocol*:
 //!
-//! - MAVLink 2 frames: ten bytes of header, the payload without the zeros at its end, two bytes of CRC-16
-//!   (MCRF4XX, seeded with the message's `CRC_EXTRA` at its end). The receiver waits for the start byte and
-//!   trusts the length behind it.
+//! - MAVLink 2 frames: ten bytes of header, the payload without the zeros at its end, two bytes of CRC-16 (MCRF4XX,
+//!   seeded with the message's `CRC_EXTRA` at its end). The receiver waits for the start byte and trusts the length
+//!   after it.
 //! - `MISSION_COUNT`, then for each waypoint in turn `MISSION_REQUEST_INT` from the vehicle and
 //!   `MISSION_ITEM_INT` from the ground, then `MISSION_ACK`. Items out of sequence are dropped.
 //! - The recommended timeouts: 250 ms for a requested item, 1500 ms for everything else.
 //!
-//! Where there was a choice it is the one that suits MAVLink: retries without end instead of five, since five
-//! would seldom finish on the worse channels; timers that run from the last byte on the wire and not from the
-//! moment it was queued; a vehicle that answers at once, sends what the mission needs before any telemetry
-//! that waits, repeats a lost `MISSION_ACK` when the last item comes again, and leaves it to its timer to ask
-//! again after an item out of sequence, as PX4 does: asked for at once, as the guide has it, every doubled item
-//! doubles all that follow until the wire is full of them; a receiver that looks for another
-//! start byte in what a wrong length made it keep; a vehicle that does not ask again while it is being told, and
-//! a ground that does not queue what is still on its way out. No heartbeats, no signature.
-//! Its telemetry, when there is any, is that of our robot: 80 bytes three times a second as far as there is
-//! room, a line under way never cut off.
+//! Open choices favour MAVLink. Retries are unlimited instead of five, because five would seldom suffice on the worse
+//! channels. Timers run from the last byte on the wire, not from the moment it was queued. The vehicle answers at once,
+//! sends mission messages before waiting telemetry, and repeats a lost `MISSION_ACK` when the last item is repeated.
+//! After an item out of sequence it waits for its timer, as PX4 does; a request at once, as in the guide, would double
+//! all further items after a doubled one, until the wire is full. The receiver searches the bytes kept because of a
+//! wrong length for another start byte. The vehicle does not ask again while bytes arrive, and the ground does not
+//! queue a message that is still being sent. There are no heartbeats and no signatures. The telemetry, if any, is that
+//! of our robot: 80 bytes three times a second if there is room; a line is never cut off.
 
 use std::collections::VecDeque;
 
@@ -33,10 +31,10 @@ const CRC_BYTES: usize = 2;
 const ITEM_TIMEOUT_MS: u64 = 250;
 const DEFAULT_TIMEOUT_MS: u64 = 1500;
 
-/// Later than this it is given up.
+/// Time after which an upload is given up.
 const LIMIT_MS: u64 = 4 * 3600 * 1000;
 
-/// The vehicle does not ask again while bytes come in: so long after the latest one.
+/// Pause after the latest byte before the vehicle asks again.
 const QUIET_MS: u64 = 10;
 
 const LINE_BYTES: usize = 80;
@@ -49,7 +47,7 @@ enum Message {
     Ack,
 }
 
-/// Of the vehicle as the addressee of what the ground sends, and of the ground the other way round.
+/// Target system and component: the vehicle in messages of the ground, the ground in those of the vehicle.
 const ADDRESS: [u8; 2] = [1, 1];
 
 impl Message {
@@ -80,17 +78,17 @@ impl Message {
                 payload.extend(ADDRESS);
                 payload.extend([1, 0, 1]); // local frame, not the current one, go on by itself
             }
-            // Accepted is zero.
+            // `MAV_MISSION_ACCEPTED` is zero.
             Self::Ack => payload.extend(ADDRESS),
         }
-        // The mission's type, the last byte of each, is zero and cut off with all other zeros there.
+        // The mission type, the last byte, is zero and is cut off with the other zeros at the end.
         while payload.len() > 1 && payload.last() == Some(&0) {
             payload.pop();
         }
         payload
     }
 
-    /// `number` counts the frames of one sender.
+    /// The encoded frame; `number` counts the frames of one sender.
     fn frame(self, number: &mut u8) -> Vec<u8> {
         *number = number.wrapping_add(1);
         let payload = self.payload();
@@ -125,7 +123,7 @@ impl Message {
     }
 }
 
-/// CRC-16/MCRF4XX of the bytes and, behind them, the message's own.
+/// CRC-16/MCRF4XX of the bytes and then of the message's `CRC_EXTRA`.
 fn crc16(bytes: &[u8], extra: u8) -> u16 {
     bytes.iter().chain([&extra]).fold(0xFFFF, |crc, byte| {
         (0..8).fold(crc ^ u16::from(*byte), |crc, _| {
@@ -138,8 +136,8 @@ fn crc16(bytes: &[u8], extra: u8) -> u16 {
     })
 }
 
-/// Waits for a start byte and believes the length that follows; if that was wrong, looks for the next start
-/// byte among what it has kept.
+/// Waits for a start byte and trusts the length after it; if the frame is wrong, searches the kept bytes for the next
+/// start byte.
 #[derive(Default)]
 struct Parser(VecDeque<u8>);
 
@@ -163,7 +161,7 @@ impl Parser {
     }
 }
 
-/// What is to be said again, and when its last byte left.
+/// A message to be repeated, and the time of its last byte.
 struct Asked {
     message: Message,
     timeout_ms: u64,
@@ -191,7 +189,7 @@ struct Vehicle {
     queue: VecDeque<Message>,
     is_asking: bool,
     heard_ms: u64,
-    /// Of the latest frame.
+    /// Number of the latest frame.
     number: u8,
 }
 
@@ -206,7 +204,7 @@ impl Vehicle {
             Message::ItemInt { seq, x, y } if seq == expected && seq < self.count => {
                 self.items.push((x, y));
             }
-            // The last one again: its acknowledgement was lost.
+            // The last item is repeated: its acknowledgement was lost.
             Message::ItemInt { .. } if expected == self.count => {}
             Message::ItemInt { .. } | Message::RequestInt(_) | Message::Ack => return,
         }
@@ -251,8 +249,7 @@ impl Vehicle {
     }
 }
 
-/// Seconds until the ground has the acknowledgement of `count` waypoints. The clock starts when a line of
-/// telemetry has just ended.
+/// Time until the ground has the acknowledgement of `count` waypoints, seconds, from the end of a line of telemetry.
 pub fn upload_s(spec: &str, seed: u64, count: usize, sends_telemetry: bool) -> Option<f64> {
     let spec: ChannelSpec = spec.parse().expect("the bench's own words");
     let mut radio = Radio::new(&spec, seed);
@@ -293,7 +290,7 @@ pub fn upload_s(spec: &str, seed: u64, count: usize, sends_telemetry: bool) -> O
                         continue;
                     };
                     let item = Message::ItemInt { seq, x, y };
-                    // Of the last one the acknowledgement is awaited; the others are asked for.
+                    // After the last item the ground waits for the acknowledgement; the vehicle requests the others.
                     let is_last = usize::from(seq) + 1 == count;
                     asked = is_last.then(|| Asked::new(item, DEFAULT_TIMEOUT_MS));
                     radio.transmit(&item.frame(&mut number));

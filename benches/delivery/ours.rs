@@ -1,4 +1,4 @@
-//! One run of our own protocol: the real station against the robot's real program.
+//! One run of Groundwave's protocol: the real station and the robot's real program.
 
 use groundwave::event::{CommandId, CommandStatus, Event};
 use groundwave::request::Request;
@@ -11,11 +11,10 @@ use sr04_sim::{SimulationConfig, World};
 use crate::common::{CoSimulation, owner};
 use crate::wishes::Duplex;
 
-/// Later than this nothing has failed but the bench: every task ends before, confirmed or not.
+/// Limit of a run, seconds; every task ends before, confirmed or not.
 const LIMIT_S: u64 = 600;
 
-/// Robot and station with a session open between them over this channel, in the quiet that follows a while
-/// later.
+/// Robot and station with an open session over this channel, after all traffic has ended.
 fn at_rest(duplex: Duplex, spec: &str, seed: u64) -> CoSimulation {
     let mut co = switched_on(duplex, seed);
     co.deliver(Request::Mode(Mode::Reactive));
@@ -24,7 +23,7 @@ fn at_rest(duplex: Duplex, spec: &str, seed: u64) -> CoSimulation {
     co
 }
 
-/// Both ends set up for the kind of radio.
+/// Robot and station, configured for the kind of radio.
 fn switched_on(duplex: Duplex, seed: u64) -> CoSimulation {
     let world = World::built_in("open-room").expect("it comes with the simulator");
     let mut config = SimulationConfig::new(world, seed);
@@ -41,8 +40,8 @@ fn channel(spec: &str) -> sr04_sim::ChannelSpec {
     spec.parse().expect("the bench's own words")
 }
 
-/// Seconds from the order to send a list until the robot has confirmed it; the order comes when a line has
-/// just been heard.
+/// Time from the command to send a list until the robot has confirmed it, seconds; the command is given when a line has
+/// just arrived.
 pub fn list_s(duplex: Duplex, spec: &str, seed: u64, count: usize) -> Option<f64> {
     let mut co = at_rest(duplex, spec, seed);
     let seen = co.events.len();
@@ -54,7 +53,7 @@ pub fn list_s(duplex: Duplex, spec: &str, seed: u64, count: usize) -> Option<f64
     confirmation_s(&mut co, Request::Route(route(seed, count)))
 }
 
-/// Seconds until a single command is confirmed, given at any moment.
+/// Time until a single command is confirmed, seconds; it is given at any moment.
 pub fn command_s(duplex: Duplex, spec: &str, seed: u64) -> Option<f64> {
     let mut co = at_rest(duplex, spec, seed);
     wait(&mut co, seed);
@@ -81,13 +80,13 @@ fn confirmation_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
         .then(|| (co.simulation.now_ms() - begun_ms) as f64 / 1000.0)
 }
 
-/// Slower than this is standing.
+/// Speed below which the wheels stand still.
 const STANDING_IN_S: f64 = 0.05;
 
-/// Something that a STOP brings about, and whether it has.
+/// An effect of a STOP, and whether it has occurred.
 type Effect = (&'static str, fn(&CoSimulation, CommandId) -> bool);
 
-/// What a STOP brings about, in whatever order.
+/// The effects of a STOP, in any order.
 pub const STOP_EFFECTS: [Effect; 5] = [
     ("robot in mode stop", |co, _| {
         co.simulation.robot().mode() == Mode::Stop
@@ -108,8 +107,8 @@ pub const STOP_EFFECTS: [Effect; 5] = [
     }),
 ];
 
-/// Presses STOP so many milliseconds into a transfer of 100 waypoints to a robot that drives; how many
-/// milliseconds after the key each of [`STOP_EFFECTS`] was first seen.
+/// Presses STOP `phase_ms` into a transfer of 100 waypoints to a driving robot; returns the time from the key until
+/// each of [`STOP_EFFECTS`], milliseconds.
 pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [u64; 5] {
     let mut co = switched_on(duplex, 1);
     co.deliver(Request::Mode(Mode::Prowl));
@@ -133,7 +132,7 @@ pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [u64; 5] {
     first_ms.map(|ms| ms.expect("run_until has seen them all"))
 }
 
-/// Seconds from STOP, at any moment of a quiet hour, to its effect on the robot and to its confirmation.
+/// Time from STOP, at any moment without traffic, to its effect on the robot and to its confirmation, seconds.
 pub fn stop_s(duplex: Duplex, spec: &str, seed: u64) -> (Option<f64>, Option<f64>) {
     let mut co = at_rest(duplex, spec, seed);
     wait(&mut co, seed);
@@ -151,7 +150,7 @@ pub fn stop_s(duplex: Duplex, spec: &str, seed: u64) -> (Option<f64>, Option<f64
     (effect_s, is_confirmed.then(|| since_s(&co)))
 }
 
-/// Any moment within a second, different from seed to seed.
+/// A moment within a second; it depends on the seed.
 fn phase_ms(seed: u64) -> u64 {
     seed * 617 % 1000
 }
@@ -162,7 +161,7 @@ fn wait(co: &mut CoSimulation, seed: u64) {
     }
 }
 
-/// Waypoints all over the plane, different for each seed.
+/// Waypoints all over the plane; they depend on the seed.
 pub fn route(seed: u64, count: usize) -> Vec<Waypoint> {
     let mut state = seed;
     let mut part = || {

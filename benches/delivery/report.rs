@@ -1,10 +1,10 @@
-//! Figures and how they are printed.
+//! Statistics of the times, and their output.
 
 use std::fmt;
 
 use sr04_sim::ChannelSpec;
 
-/// How long each seed took.
+/// Times of all seeds.
 pub struct Times {
     /// Seconds, shortest first.
     sorted_s: Vec<f64>,
@@ -13,7 +13,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Of every seed; `None` is one without confirmation.
+    /// The times of all seeds; `None` means without confirmation.
     pub fn of(results: Vec<(u64, Option<f64>)>) -> Self {
         let all = results.len();
         let mut sorted_s: Vec<f64> = results.into_iter().filter_map(|(_, time)| time).collect();
@@ -28,7 +28,7 @@ impl Times {
         self.sorted_s.iter().sum::<f64>() / self.sorted_s.len() as f64
     }
 
-    /// The time within which this share of the seeds was done.
+    /// The time within which this share of the seeds was confirmed, seconds.
     fn within_s(&self, share: f64) -> f64 {
         let rank = (self.sorted_s.len() as f64 * share).ceil() as usize;
         let time = self.sorted_s.get(rank.saturating_sub(1));
@@ -81,17 +81,17 @@ pub fn row(cells: impl IntoIterator<Item = String>) {
     println!("| {} |", cells.join(" | "));
 }
 
-/// Data bits a second: of the ten bits of a byte eight can say something.
+/// Data bits per second: eight of the ten bits of a byte.
 const DATA_BITS_PER_S: f64 = 1920.0;
 
-/// Whole inches from -9999 to 9999, twice.
+/// Information of a waypoint: two whole numbers from -9999 to 9999, bits.
 fn bits_per_waypoint() -> f64 {
     2.0 * 19_999_f64.log2()
 }
 
-/// The least time in which so many arbitrary waypoints can pass the wire at all: their information over the
-/// capacity of the channel. Of bursts it supposes that both ends know when one lasts, and that nothing
-/// passes then. No framing, no acknowledgement.
+/// Lower bound of the time for `count` arbitrary waypoints, seconds: their information over the capacity of the
+/// channel, without framing and acknowledgement. For bursts it assumes that both ends know when one lasts, and that
+/// nothing passes then.
 pub fn bound_s(channel: &str, count: usize) -> f64 {
     let spec: ChannelSpec = channel.parse().expect("the bench's own words");
     let capacity = match spec.burst_bits {
@@ -101,7 +101,7 @@ pub fn bound_s(channel: &str, count: usize) -> f64 {
     bits_per_waypoint() * count as f64 / (DATA_BITS_PER_S * capacity)
 }
 
-/// Of a bit that is one with this probability, in bits.
+/// Entropy of a bit that is one with probability `p`, bits.
 fn entropy(p: f64) -> f64 {
     if p == 0.0 {
         return 0.0;

@@ -1,8 +1,8 @@
-//! Which cells are wanted.
+//! The selection of cells from the command line.
 
 use std::fmt;
 
-/// Whether both sides can send at once.
+/// Whether both ends can send at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Duplex {
     Full,
@@ -10,7 +10,7 @@ pub enum Duplex {
 }
 
 impl Duplex {
-    /// A channel as on the command line, with this.
+    /// A channel specification with this kind of radio.
     pub fn over(self, channel: &str) -> String {
         match self {
             Self::Full => channel.to_owned(),
@@ -38,24 +38,24 @@ pub enum Section {
     Cold,
 }
 
-/// Errors in clumps of 50 bits on average, of which every other one flips: five bytes are spoiled at a time,
-/// and between two such clumps lie 25,000 bits, that is ten seconds.
+/// Errors in bursts of 50 bits on average, in which every other bit flips. A burst damages five bytes; on average
+/// 25,000 bits, or ten seconds, lie between two bursts.
 pub const BURST: &str = "ber=1e-3,burst=50";
 
-/// Everything that was asked for.
+/// The selected cells.
 #[derive(Debug)]
 pub struct Wishes {
     pub sections: Vec<Section>,
     pub duplexes: Vec<Duplex>,
     pub counts: Vec<usize>,
-    /// As on the command line, without the radio's kind.
+    /// Channel specifications without the kind of radio.
     pub channels: Vec<String>,
     pub mavlink: bool,
     pub seeds: u64,
 }
 
 impl Wishes {
-    /// Reads the words behind `--`.
+    /// Reads the arguments after `--`.
     pub fn from_words(words: impl Iterator<Item = String>) -> Result<Self, String> {
         let mut wishes = Self {
             sections: Vec::new(),
@@ -68,7 +68,7 @@ impl Wishes {
         let mut words = words;
         while let Some(word) = words.next() {
             match word.as_str() {
-                // Cargo says so to every bench.
+                // Cargo passes this to every bench.
                 "--bench" => {}
                 "full" => wishes.duplexes.push(Duplex::Full),
                 "half" => wishes.duplexes.push(Duplex::Half),
@@ -133,7 +133,7 @@ impl Wishes {
         Ok(())
     }
 
-    /// For the table's head.
+    /// Channel names for the header of the table.
     pub fn channel_names(&self) -> Vec<&str> {
         self.channels
             .iter()

@@ -27,7 +27,7 @@ pub struct Flight {
 
 #[allow(dead_code, reason = "each picture uses its own part")]
 impl Flight {
-    /// Begins one on a screen of so many columns and rows.
+    /// Starts the demo on a screen of `size` columns and rows.
     pub fn begin(seed: u64, size: (u16, u16)) -> Result<Self, Box<dyn Error>> {
         let world = World::built_in("house").ok_or("the house comes with the simulator")?;
         let mut flight = Self {
@@ -50,7 +50,7 @@ impl Flight {
         Ok(flight)
     }
 
-    /// Lets it fly until this many seconds after its beginning.
+    /// Runs until `end_s` seconds after the start.
     pub fn fly_to(&mut self, end_s: f64) {
         let end = Duration::from_secs_f64(end_s);
         while self.now < end {

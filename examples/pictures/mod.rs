@@ -1,4 +1,4 @@
-//! What the pictures of the documents are made with: a flight of the demo in virtual time, and its screen as SVG.
+//! Tools for the pictures of the documents: a run of the demo in virtual time, and its screen as SVG.
 
 pub mod flight;
 pub mod svg;

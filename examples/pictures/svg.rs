@@ -1,4 +1,4 @@
-//! Screens as SVG: one of them, or several that follow each other.
+//! Screens as SVG: one, or an animation of several.
 
 use std::fmt::Write as _;
 
@@ -21,7 +21,8 @@ pub fn still(screen: &Buffer) -> String {
     svg + "</svg>\n"
 }
 
-/// Screens of one size, each seen for so many seconds, over and over. A row that stays the same is drawn once.
+/// An endless animation of screens of one size, each shown for `each_s` seconds. A row that stays the same is drawn
+/// once.
 #[allow(dead_code, reason = "each picture uses its own part")]
 pub fn moving(screens: &[Buffer], each_s: f64) -> String {
     let Some(first) = screens.first() else {
@@ -82,7 +83,7 @@ fn head(screen: &Buffer) -> String {
     )
 }
 
-/// How a cell looks, apart from what is in it.
+/// Appearance of a cell without its text.
 #[derive(Clone, Copy, PartialEq)]
 struct Look {
     ink: &'static str,
@@ -108,7 +109,7 @@ impl Look {
     }
 }
 
-/// A row: cells that look alike and stand side by side are one text, stretched to their columns.
+/// Draws a row; adjacent cells of equal appearance become one text, stretched to their columns.
 fn row_text(screen: &Buffer, row: u16) -> String {
     let cell = |column: u16| &screen[(column, row)];
     let width = screen.area.width;
@@ -136,7 +137,7 @@ fn draw(svg: &mut String, look: Look, text: &str, column: u16, row: u16) {
             look.paper
         );
     }
-    // Blank columns at either end need no text.
+    // Blank columns at the ends need no text.
     let blank = text.chars().take_while(|c| *c == ' ').count();
     let text = text.trim_matches(' ');
     if text.is_empty() {

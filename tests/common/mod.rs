@@ -16,7 +16,7 @@ use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Body;
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
-/// The seeds of a property: `few` from 0 on. `GROUNDWAVE_SEEDS=FIRST`, which `cargo xtask nightly` sets, takes ten
+/// The seeds of a property: `few` seeds from 0 on. With `GROUNDWAVE_SEEDS=FIRST`, as set by `cargo xtask nightly`, ten
 /// times as many from `FIRST` on.
 pub fn seeds(few: u64) -> Range<u64> {
     match std::env::var("GROUNDWAVE_SEEDS").map(|first| first.parse::<u64>()) {
@@ -26,12 +26,12 @@ pub fn seeds(few: u64) -> Range<u64> {
     }
 }
 
-/// Whether `cargo xtask nightly` runs the tests: it has time for the whole of what the gate samples.
+/// Whether `cargo xtask nightly` runs the tests; it tries everything that the gate samples.
 pub fn is_nightly() -> bool {
     std::env::var_os("GROUNDWAVE_SEEDS").is_some()
 }
 
-/// Runs something for each seed, on every core; the results come in order.
+/// Runs `run` for each seed on all cores; returns the results in order.
 pub fn on_all_cores<T: Send>(seeds: Range<u64>, run: impl Fn(u64) -> T + Sync) -> Vec<(u64, T)> {
     let next = AtomicU64::new(seeds.start);
     let results = Mutex::new(Vec::new());
@@ -57,12 +57,12 @@ pub fn on_all_cores<T: Send>(seeds: Range<u64>, run: impl Fn(u64) -> T + Sync) -
     results
 }
 
-/// The owner a station draws for itself, from a seed.
+/// The owner's nonce of a station, from a seed.
 pub const fn owner(seed: u64) -> u16 {
     (seed % 1023) as u16 + 1
 }
 
-/// Numbers from a seed, the same everywhere, by the `SplitMix64` of Steele, Lea and Flood.
+/// A random generator with the same numbers on every platform: `SplitMix64` by Steele, Lea and Flood.
 pub struct Rng(pub u64);
 
 impl Rng {
@@ -76,21 +76,21 @@ impl Rng {
     }
 }
 
-/// One world, one robot, one radio, one station.
+/// A world, a robot, a radio and a station.
 pub struct CoSimulation {
     pub simulation: Simulation,
     pub station: Station,
     pub events: Vec<(Duration, Event)>,
-    /// Every byte that the station handed to the radio.
+    /// All bytes that the station has sent.
     pub sent: Vec<u8>,
-    /// Every mode that line A has reported, in order, without repetitions.
+    /// Modes reported by line A, in order, without repetitions.
     pub modes: Vec<Mode>,
     /// The latest mask of allowed layers in line B.
     pub allowed: Option<LayerMask>,
     /// The latest line B: waypoints driven, waypoints in the list, digest.
     pub list: Option<(u16, u16, u32)>,
-    /// Whether a claim must be true of the robot when it is made: it is only when nothing is delayed, since
-    /// a robot can restart while the proof is under way.
+    /// Whether a claim must be true of the robot at the moment of the claim. With delays it need not be, because the
+    /// robot may restart while the confirmation is under way.
     pub claims_hold: bool,
     channel: ChannelSpec,
     context: String,
@@ -105,7 +105,7 @@ impl CoSimulation {
         Self::with(&config, Config::new(owner(seed)))
     }
 
-    /// Any simulation and any station.
+    /// Joins a simulation and a station.
     pub fn with(config: &SimulationConfig, station: Config) -> Self {
         Self {
             simulation: Simulation::new(config),
@@ -126,12 +126,12 @@ impl CoSimulation {
         }
     }
 
-    /// What to print beside a failure.
+    /// Seed and channel, to print with a failure.
     pub fn context(&self) -> String {
         format!("{}, at {:.3} s", self.context, self.now().as_secs_f64())
     }
 
-    /// The radio that it began with.
+    /// The channel at the start.
     pub const fn channel(&self) -> &ChannelSpec {
         &self.channel
     }
@@ -140,7 +140,7 @@ impl CoSimulation {
         Duration::from_millis(self.simulation.now_ms())
     }
 
-    /// A millisecond.
+    /// Advances by a millisecond.
     pub fn step(&mut self) {
         self.simulation.step();
         let now = self.now();
@@ -172,7 +172,7 @@ impl CoSimulation {
                 }
                 _ => {}
             },
-            // What the ledger claims must hold at the robot at this very moment.
+            // A claim of the ledger must be true of the robot at this moment.
             Event::Command {
                 status:
                     CommandStatus::Confirmed {
@@ -193,7 +193,7 @@ impl CoSimulation {
         }
     }
 
-    /// Runs until something holds; fails after so many virtual seconds.
+    /// Runs until a condition holds; fails after `limit_s` virtual seconds.
     pub fn run_until(&mut self, what: &str, limit_s: u64, mut done: impl FnMut(&Self) -> bool) {
         for _ in 0..limit_s * 1000 {
             if done(self) {
@@ -209,7 +209,7 @@ impl CoSimulation {
         self.station.handle_request(now, request, None)
     }
 
-    /// Delivers a request and returns the step that ended it.
+    /// Delivers a request; returns its last status.
     pub fn deliver(&mut self, request: Request) -> CommandStatus {
         let what = format!("`{request}` ends");
         let id = self.request(request);
@@ -221,7 +221,7 @@ impl CoSimulation {
         end.expect("run_until has seen it")
     }
 
-    /// How a command ended, if it has.
+    /// The last status of a command that has ended.
     pub fn fate(&self, id: CommandId) -> Option<CommandStatus> {
         self.events.iter().rev().find_map(|(_, event)| match event {
             Event::Command { id: of, status } if *of == id && status.is_end() => Some(*status),

@@ -1,4 +1,4 @@
-//! The program in processes of its own: robots, stations and what they say.
+//! Processes of the program: robots and stations, and their output.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -11,10 +11,10 @@ use serde_json::Value;
 
 pub const GROUNDWAVE: &str = env!("CARGO_BIN_EXE_groundwave");
 
-/// Nothing here takes this long unless it hangs.
+/// Timeout of a test that hangs.
 const PATIENCE: Duration = Duration::from_mins(1);
 
-/// A process that ends with the test.
+/// A process that is killed at the end of the test.
 pub struct Running(pub Child);
 
 impl Drop for Running {
@@ -24,7 +24,7 @@ impl Drop for Running {
     }
 }
 
-/// A simulated robot in a process of its own.
+/// A simulated robot as a process.
 pub struct Sim {
     pub process: Running,
     pub path: String,
@@ -51,8 +51,7 @@ impl Sim {
 }
 
 impl Sim {
-    /// Ends it in good order, so that no link is left behind that points to a terminal which somebody
-    /// else is given next.
+    /// Ends the process in order, so that no link remains to a pseudo-terminal that another test gets next.
     pub fn end(mut self) {
         let pid = self.process.0.id().to_string();
         Command::new("kill").arg(&pid).status().unwrap();
@@ -64,7 +63,7 @@ impl Sim {
 pub struct Telling {
     pub process: Running,
     lines: Receiver<Value>,
-    /// Everything it said so far.
+    /// All its output so far.
     pub said: Vec<Value>,
 }
 
@@ -73,7 +72,7 @@ impl Telling {
         Self::start_as(GROUNDWAVE, arguments)
     }
 
-    /// Likewise through another program.
+    /// As [`Self::start`], through another program.
     pub fn start_as(program: &str, arguments: &[&str]) -> Self {
         let mut child = Command::new(program)
             .args(arguments)
@@ -98,7 +97,7 @@ impl Telling {
         }
     }
 
-    /// Waits until it says something; what was said before counts.
+    /// Waits for a line that matches, earlier lines included.
     pub fn wait_for(&mut self, what: &str, mut is_it: impl FnMut(&Value) -> bool) -> Value {
         if let Some(said) = self.said.iter().find(|value| is_it(value)) {
             return said.clone();
@@ -106,7 +105,7 @@ impl Telling {
         self.wait_for_new(what, is_it)
     }
 
-    /// Waits until it says something from now on.
+    /// Waits for a new line that matches.
     pub fn wait_for_new(&mut self, what: &str, mut is_it: impl FnMut(&Value) -> bool) -> Value {
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -136,7 +135,7 @@ pub fn groundwave(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Runs to its end; checks the exit code; returns standard output and standard error.
+/// Runs the program to its end and checks the exit code; returns standard output and standard error.
 pub fn expect(code: i32, arguments: &[&str]) -> (String, String) {
     let output = groundwave(arguments);
     let out = String::from_utf8(output.stdout).unwrap();

@@ -1,4 +1,4 @@
-//! A program on a terminal of its own, and what its screen shows.
+//! A program on a pseudo-terminal, and its screen.
 
 use std::io::{Read, Write};
 use std::num::NonZero;
@@ -11,17 +11,17 @@ use std::time::{Duration, Instant};
 
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, native_pty_system};
 
-/// Nothing here takes this long unless it hangs.
+/// Timeout of a test that hangs.
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
 pub struct OnTerminal {
     screen: vt100::Parser,
     output: Receiver<Vec<u8>>,
     reader: JoinHandle<()>,
-    /// Tells the reader to read no more.
+    /// Stops the reader.
     blind: Arc<AtomicBool>,
     stall: Arc<Stall>,
-    /// Bytes that were processed.
+    /// Number of bytes processed.
     pub taken: usize,
     keys: Box<dyn Write + Send>,
     pub child: Program,
@@ -96,7 +96,7 @@ impl OnTerminal {
             .set_size(nonzero(rows), nonzero(columns));
     }
 
-    /// Takes nothing more from the program, as a stalled ssh does, but for what is being read already.
+    /// Stops reading from the program, like a stalled ssh; a read under way is finished.
     pub fn stall(&self) {
         self.stall.set(true);
     }
@@ -114,12 +114,12 @@ impl OnTerminal {
         self.screen.screen().alternate_screen()
     }
 
-    /// Waits until the screen shows something.
+    /// Waits until the screen matches.
     pub fn wait_for(&mut self, what: &str, mut shown: impl FnMut(&str) -> bool) {
         self.wait_for_terminal(what, |screen| shown(&screen.contents()));
     }
 
-    /// Waits until the terminal is in some state.
+    /// Waits until the terminal matches.
     pub fn wait_for_terminal(
         &mut self,
         what: &str,
@@ -143,7 +143,7 @@ impl OnTerminal {
         self.screen.process(bytes);
     }
 
-    /// Waits until the program has been stopped: whoever continues it before is too early.
+    /// Waits until the program is stopped; continuing it earlier would have no effect.
     pub fn wait_until_stopped(&self) {
         let pid = self.child.process_id().expect("it runs").to_string();
         let deadline = Instant::now() + PATIENCE;
@@ -159,8 +159,8 @@ impl OnTerminal {
         panic!("it was never stopped");
     }
 
-    /// Takes the terminal away, as a closed window does: no descriptor of our side of it stays open. The
-    /// program must be drawing, for its output is what wakes the reader up to let go. Returns the exit code.
+    /// Closes the terminal like a closed window: no descriptor of our side stays open. Returns the exit code. The
+    /// program must be drawing, because its output wakes the reader, which then closes its descriptor.
     pub fn close(self) -> u32 {
         let Self {
             blind,
@@ -180,7 +180,7 @@ impl OnTerminal {
     /// Waits for the program to end; returns its exit code.
     pub fn wait(&mut self) -> u32 {
         let deadline = Instant::now() + PATIENCE;
-        // Its output ends when it does.
+        // The output ends with the program.
         while let Ok(bytes) = self
             .output
             .recv_timeout(deadline.saturating_duration_since(Instant::now()))
@@ -190,7 +190,7 @@ impl OnTerminal {
         self.wait_stalled()
     }
 
-    /// Waits for the program to end although nobody takes what it writes; returns its exit code.
+    /// Waits for the program to end while its output is not read; returns its exit code.
     pub fn wait_stalled(&mut self) -> u32 {
         let deadline = Instant::now() + PATIENCE;
         while Instant::now() < deadline {
@@ -203,7 +203,7 @@ impl OnTerminal {
     }
 }
 
-/// Where a reader waits while nothing is to be taken.
+/// Blocks the reader while the terminal is stalled.
 #[derive(Default)]
 struct Stall {
     is_on: Mutex<bool>,
@@ -226,7 +226,7 @@ fn nonzero(cells: u16) -> NonZero<u16> {
     NonZero::new(cells).expect("a terminal has cells")
 }
 
-/// A running program, killed when nobody waits for it any more.
+/// A running program, killed when dropped.
 pub struct Program(Box<dyn Child + Send + Sync>);
 
 impl Program {
@@ -241,7 +241,7 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // Gone already, if all went well.
+        // The program has usually ended already.
         let _ = self.0.kill();
     }
 }

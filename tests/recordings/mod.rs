@@ -1,4 +1,4 @@
-//! Recordings made without a robot, and what others' code reads in them.
+//! Recordings made without a robot, and readers that use the `mcap` crate alone.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -28,7 +28,7 @@ pub fn session() -> Session {
     }
 }
 
-/// Feeds a stream at 240 bytes a second, with a command now and then.
+/// Feeds a stream at 240 bytes per second, with some commands.
 pub fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
     let mut now = Duration::ZERO;
     for (n, read) in (0_u32..).zip(stream.chunks(33)) {
@@ -59,7 +59,7 @@ pub fn finished(folder: &Path, stream: &[u8]) -> PathBuf {
     path
 }
 
-/// What a kill leaves after this stream: a copy of a recording under way.
+/// The file that a kill leaves after this stream: a copy of a recording under way.
 pub fn killed(folder: &Path, stream: &[u8]) -> PathBuf {
     let live = folder.join("live.mcap");
     let mut recorder = Recorder::start(&live, Existing::Refuse, &session()).unwrap();
@@ -71,7 +71,7 @@ pub fn killed(folder: &Path, stream: &[u8]) -> PathBuf {
     killed
 }
 
-/// Byte and length of every chunk that holds, by others' code.
+/// Offset and length of every intact chunk, found by the `mcap` crate.
 pub fn chunks(path: &Path) -> Vec<(usize, usize)> {
     let bytes = fs::read(path).unwrap();
     let mut reader = mcap::sans_io::LinearReader::new_with_options(
@@ -102,8 +102,7 @@ pub fn chunks(path: &Path) -> Vec<(usize, usize)> {
     found
 }
 
-/// Every message by its topic, read by others' code with every checksum on; that the index and the
-/// statistics say the same.
+/// All messages by topic, read by the `mcap` crate with every checksum; also checks index and statistics.
 pub fn messages(path: &Path) -> BTreeMap<String, Vec<Vec<u8>>> {
     let bytes = fs::read(path).unwrap();
     let options = LinearReaderOptions::default()
@@ -144,7 +143,7 @@ pub fn messages(path: &Path) -> BTreeMap<String, Vec<Vec<u8>>> {
     messages
 }
 
-/// What came from the radio, in pieces: the first byte's place in the stream and the bytes.
+/// The received bytes in pieces, each with its offset in the stream.
 pub fn received(path: &Path) -> Vec<(u64, Vec<u8>)> {
     let messages = messages(path);
     let raw = messages.get("/raw/rx").cloned().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! A robot's stream without a robot: lines of every type, and a radio that adds noise.
+//! Handmade streams: lines of every type, with and without noise.
 #![allow(
     dead_code,
     reason = "each of those who include this needs a part of it"
@@ -11,7 +11,7 @@ use groundwave_protocol::telemetry::{
     Outcome, StateLine, StatusLine, TextLine,
 };
 
-/// A small generator whose values never change.
+/// A small random generator with fixed values.
 pub struct Rng(pub u64);
 
 impl Rng {
@@ -24,7 +24,7 @@ impl Rng {
     }
 }
 
-/// What the robot sends in `slots` slots: five lines A of six, then B, C or T.
+/// The lines of `slots` slots: five lines A, then B, C or T.
 pub fn lines(slots: u32) -> Vec<u8> {
     send(slots, false)
 }
@@ -78,7 +78,7 @@ pub fn noisy(slots: u32, seed: u64) -> Vec<u8> {
     stream
 }
 
-/// What the live decoder makes of a stream.
+/// The lines and counters that the live decoder finds in a stream.
 pub fn live(stream: &[u8]) -> (Vec<Received>, Counters) {
     let mut decoder = Decoder::default();
     let lines = decoder.lines(stream).collect();

@@ -1,5 +1,5 @@
-//! A robot, a station and somebody who looks at both every millisecond: what the robot holds and does must be
-//! what was ordered, once, in that order, and what the station claims must be so.
+//! A robot and a station, both checked every millisecond: the robot executes every command once and in order, and every
+//! claim of the station is true.
 
 use std::time::Duration;
 
@@ -15,19 +15,19 @@ use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
 use crate::common::{CoSimulation, owner};
 
-/// Without progress a task is given up after this; what cannot even start, after a minute.
+/// Time without progress after which a task fails, seconds; a task that cannot start fails after a minute.
 const GIVE_UP_S: u64 = 15;
 const START_S: u64 = 60;
 
-/// Farther than the robot gets within a millisecond, or a tick.
+/// Maximum plausible step of the robot within a tick.
 const JUMP_IN: i32 = 20;
 
-/// An order whose execution can be seen on the robot.
+/// A command whose execution is visible on the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Deed {
-    /// The active list becomes this; not empty.
+    /// Replaces the active list; not empty.
     List(Vec<Waypoint>),
-    /// The robot believes to be here.
+    /// Sets the robot's pose.
     Pose(Waypoint),
 }
 
@@ -42,8 +42,8 @@ impl Deed {
         }
     }
 
-    /// The time within which it must end, confirmed or not: fifteen seconds for the session, for each block of
-    /// four waypoints, for the command, and for a list that was staged wrongly and begins anew.
+    /// Time within which the command must end, confirmed or not: fifteen seconds each for the session, for each block
+    /// of four waypoints, for the command, and for a list that must be staged again.
     pub fn limit(&self) -> Duration {
         let blocks = match self {
             Self::List(waypoints) => waypoints.len().div_ceil(4) as u64,
@@ -57,25 +57,25 @@ impl Deed {
 struct Issued {
     deed: Deed,
     at: Duration,
-    /// While its station lives.
+    /// Number of the command; `None` after its station has restarted.
     id: Option<CommandId>,
     end: Option<CommandStatus>,
 }
 
-/// The two and what has been seen of them.
+/// Robot and station, and the observations so far.
 pub struct Trial {
     pub co: CoSimulation,
     issued: Vec<Issued>,
-    /// Which were executed, in order.
+    /// Numbers of the executed commands, in order.
     executed: Vec<usize>,
-    /// Since the robot's latest boot.
+    /// Poses executed since the robot's latest boot.
     poses_executed: usize,
     list: Vec<Waypoint>,
     pose_in: (i32, i32),
     stops: Vec<(CommandId, Option<CommandStatus>)>,
-    /// When a frame or a line had just ended on the wire.
+    /// Ends of frames and lines on the wire, milliseconds.
     pub boundaries_ms: Vec<u64>,
-    /// Bytes of the station that have left the wire.
+    /// Number of bytes of the station that have left the wire.
     bytes_gone: usize,
     rng: u64,
 }
@@ -85,8 +85,8 @@ impl Trial {
         Self::of(CoSimulation::new("open-room", seed, channel), seed)
     }
 
-    /// Both ends know that they have to take turns; the robot waits so many byte times for the ground's first
-    /// word, which the radio may hold back for so long.
+    /// A trial on a half-duplex radio known to both ends; the robot waits `patience` byte times for the ground's first
+    /// byte.
     pub fn taking_turns(seed: u64, channel: &str, patience_bytes: u8, latency_ms: u64) -> Self {
         let world = World::built_in("open-room").expect("it comes with the program");
         let mut config = SimulationConfig::new(world, seed);
@@ -115,14 +115,14 @@ impl Trial {
         }
     }
 
-    /// Evenly from 0 up to, not including, this.
+    /// A uniform random number from 0 to `below` - 1.
     pub fn below(&mut self, below: u64) -> u64 {
         self.rng = self.rng.wrapping_mul(6_364_136_223_846_793_005);
         self.rng = self.rng.wrapping_add(1_442_695_040_888_963_407);
         (self.rng >> 33) % below
     }
 
-    /// A list unlike any other.
+    /// A list that differs from all others.
     pub fn some_list(&mut self, count: usize) -> Deed {
         let mut part = || self.below(19_999) as i16 - 9999;
         let point = |_| Waypoint {
@@ -132,7 +132,7 @@ impl Trial {
         Deed::List((0..count).map(point).collect())
     }
 
-    /// A pose far from where any other order of its kind puts the robot.
+    /// A pose far from that of any other command.
     pub fn some_pose(&mut self) -> Deed {
         let number = self.issued.len() as i16;
         Deed::Pose(Waypoint {
@@ -141,7 +141,7 @@ impl Trial {
         })
     }
 
-    /// A list or a pose, as the rng fall.
+    /// A random list or pose.
     pub fn some_deed(&mut self) -> Deed {
         if self.below(2) == 0 {
             return self.some_pose();
@@ -150,7 +150,7 @@ impl Trial {
         self.some_list(count)
     }
 
-    /// Orders something; the number is for [`Trial::end`].
+    /// Gives a command; returns its number for [`Trial::end`].
     pub fn order(&mut self, deed: Deed) -> usize {
         let id = self.co.request(deed.request());
         self.issued.push(Issued {
@@ -163,7 +163,7 @@ impl Trial {
         self.issued.len() - 1
     }
 
-    /// How an order ended, if it has.
+    /// The last status of a command that has ended.
     pub fn end(&self, number: usize) -> Option<&CommandStatus> {
         self.issued[number].end.as_ref()
     }
@@ -184,12 +184,12 @@ impl Trial {
         id
     }
 
-    /// How the latest STOP ended, if it has.
+    /// The last status of the latest STOP, if it has ended.
     pub fn stopped(&self) -> Option<&CommandStatus> {
         self.stops.last().and_then(|(_, end)| end.as_ref())
     }
 
-    /// Resets the robot: its list is gone, what it did stays done.
+    /// Reboots the robot: its list is gone, executed commands stay executed.
     pub fn reboot_robot(&mut self) {
         self.co.simulation.reboot();
         self.list.clear();
@@ -197,8 +197,7 @@ impl Trial {
         self.pose_in = pose_in(&self.co.simulation);
     }
 
-    /// The station dies with all it knows, and another one starts. What it had handed to the operating system
-    /// still goes out.
+    /// Replaces the station by a new one. Bytes already handed to the operating system are still sent.
     pub fn restart_station(&mut self, seed: u64) {
         self.co.station = Station::new(Config::new(owner(seed)), true);
         for issued in &mut self.issued {
@@ -207,7 +206,7 @@ impl Trial {
         self.stops.clear();
     }
 
-    /// A millisecond, and a look.
+    /// Advances by a millisecond and checks both ends.
     pub fn step(&mut self) {
         self.co.step();
         self.note_boundary();
@@ -224,7 +223,7 @@ impl Trial {
         }
     }
 
-    /// Notes when the end of a frame has left the wire. What the radio doubles counts as pending, too.
+    /// Notes when the end of a frame has left the wire; doubled bytes count as pending.
     fn note_boundary(&mut self) {
         let pending = self.co.simulation.uplink_pending();
         let gone = self.co.sent.len().saturating_sub(pending);
@@ -235,21 +234,21 @@ impl Trial {
         self.bytes_gone = self.bytes_gone.max(gone);
     }
 
-    /// So many milliseconds.
+    /// Runs for `time_ms` milliseconds.
     pub fn run_ms(&mut self, time_ms: u64) {
         for _ in 0..time_ms {
             self.step();
         }
     }
 
-    /// Until an order has ended.
+    /// Runs until a command has ended.
     pub fn run_to_end(&mut self, number: usize) {
         while self.end(number).is_none() {
             self.step();
         }
     }
 
-    /// Once the channel is clean everything works again, and the counts agree.
+    /// Checks that commands work again on a clean channel, and that the counts agree.
     pub fn finish(&mut self) {
         let spec = self.co.channel().clone();
         self.co.simulation.set_channel(&ChannelSpec {
@@ -263,7 +262,7 @@ impl Trial {
             }
         }
         if !self.co.claims_hold {
-            // What a radio holds back for two seconds must have come out.
+            // Bytes delayed by up to two seconds must have arrived.
             self.run_ms(4500);
         }
         for deed in [self.some_pose(), self.some_list(9)] {
@@ -280,7 +279,7 @@ impl Trial {
         );
     }
 
-    /// Compares the robot with what it was a millisecond ago.
+    /// Compares the robot with its state a millisecond ago.
     fn look(&mut self) {
         let robot = self.co.simulation.robot();
         let now_ms = self.co.simulation.now_ms();
@@ -324,8 +323,7 @@ impl Trial {
     }
 
     fn execute(&mut self, number: usize) {
-        // Each waits for the one before: one that comes after a later one is stale, one that comes again has
-        // been executed twice.
+        // Commands are executed in order: a smaller number is stale, an equal one is a repetition.
         assert!(
             self.executed.last().is_none_or(|latest| *latest < number),
             "order {number} was executed after {:?}: {}",
@@ -372,8 +370,7 @@ fn distance_in(a: (i32, i32), b: (i32, i32)) -> i32 {
     (a.0 - b.0).abs().max((a.1 - b.1).abs())
 }
 
-/// How many poses the robot has taken since its boot, modulo 100, out of the mouth of its twin: the next
-/// line B that it would send.
+/// Number of odometer resets since boot, modulo 100, from the next line B of a copy of the robot.
 fn odometer_resets(simulation: &Simulation) -> usize {
     let mut twin = simulation.robot().clone();
     let mut decoder = Decoder::default();

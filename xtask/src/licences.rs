@@ -1,4 +1,4 @@
-//! Every crate that people install with Groundwave has a licence that lets them.
+//! Checks that every installed crate has a permitted licence.
 
 use std::process::Command;
 

@@ -1,5 +1,5 @@
-//! What developers and CI run: `cargo xtask check` needs nothing but Rust, `cargo xtask ci` adds the microcontroller and
-//! the outside judges, `cargo xtask nightly` tries many other seeds. `cargo xtask STEP` runs one step.
+//! Checks for developers and CI: `cargo xtask check` needs nothing but Rust, `cargo xtask ci` adds the microcontroller
+//! and the outside judges, `cargo xtask nightly` tries many other seeds. `cargo xtask STEP` runs one step.
 
 mod licences;
 mod mutants;
@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-/// A step's name and what it does; an error says what went wrong.
+/// Name and function of a step; the function returns an error message.
 type Step = (&'static str, fn() -> Result<(), String>);
 
-/// Every step builds with these: one set of features, so that no step builds a dependency again.
+/// Options of every build: one set of features, so that dependencies are built once.
 const EVERYTHING: [&str; 3] = ["--workspace", "--all-features", "--locked"];
 
 const CHECK: &[Step] = &[
@@ -67,7 +67,7 @@ fn main() -> ExitCode {
     run_steps(&steps)
 }
 
-/// Runs the steps in order up to the first failure; prints how long each took and keeps the table in
+/// Runs the steps in order up to the first failure; prints the duration of each and writes the table to
 /// `target/steps.md`.
 fn run_steps(steps: &[Step]) -> ExitCode {
     let began = Instant::now();
@@ -123,14 +123,14 @@ fn doc() -> Result<(), String> {
         .env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-/// Lets the tools of others judge the program that the tests were built with.
+/// Runs the tools of others on the program that the tests were built with.
 fn judge(script: &str) -> Result<(), String> {
     cargo(&[&["build", "--bin", "groundwave"], &EVERYTHING[..]].concat())?;
     let program = root().join("target/debug/groundwave");
     run(Command::new("bash").arg(script).env("GROUNDWAVE", program))
 }
 
-/// Tries what is claimed of the robot; `--help` describes the options.
+/// Runs the trials of the robot; `--help` describes the options.
 fn acceptance(arguments: &[String]) -> Result<(), String> {
     cargo(&[&["build", "--bin", "sr04-trials"], &EVERYTHING[..]].concat())?;
     run(Command::new(root().join("target/debug/sr04-trials")).args(arguments))

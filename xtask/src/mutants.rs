@@ -1,21 +1,20 @@
-//! Breaks a copy of the protocol in one place at a time: the named test has to notice, and for the
-//! right reason. A test that cannot fail shows nothing.
+//! Breaks a copy of the protocol in one place at a time; the named test must fail, for the right reason.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// One thing broken.
+/// A single change.
 struct Mutant {
     name: &'static str,
-    /// Below `protocol/src`.
+    /// Path below `protocol/src`.
     file: &'static str,
-    /// Must occur exactly once in the file.
+    /// Text to replace; must occur exactly once in the file.
     from: &'static str,
     to: &'static str,
     /// Module and function of the integration test.
     test: &'static str,
-    /// What a failure has to say.
+    /// Text that the failure must contain.
     finds: &'static str,
 }
 
@@ -147,7 +146,7 @@ pub(crate) fn check() -> Result<(), String> {
     Ok(())
 }
 
-/// Every test of the table, once.
+/// All tests of the table, without repetition.
 fn tests() -> Vec<&'static str> {
     let mut tests: Vec<_> = MUTANTS.iter().map(|mutant| mutant.test).collect();
     tests.sort_unstable();
@@ -170,11 +169,11 @@ fn judge(mutant: &Mutant, output: &Output) -> Result<(), String> {
     }
 }
 
-/// The protocol as a workspace of its own. Libraries are shared with the main one.
+/// Creates a separate workspace with the protocol. Built libraries are shared with the main workspace.
 fn fill(copy: &Path) -> Result<(), String> {
     let root = super::root();
     let from = root.join("protocol");
-    // What is left of the sources of an earlier run would be compiled.
+    // Old sources of an earlier run would be compiled.
     let to = copy.join("protocol");
     if to.exists() {
         fs::remove_dir_all(&to).map_err(|error| trouble("cannot remove", &to, &error))?;
@@ -194,7 +193,7 @@ fn fill(copy: &Path) -> Result<(), String> {
         .split_once("[profile.")
         .map_or("", |(_, profiles)| profiles);
     let lines = workspace.lines().filter(|line| {
-        // Members that are not copied.
+        // Entries about members that are not copied.
         !["members", "exclude", "groundwave-", "sr04-"]
             .iter()
             .any(|word| line.starts_with(word))

@@ -1,12 +1,12 @@
-//! Steps that try more than the gate has time for, with seeds that change from day to day.
+//! Longer steps than those of the gate, with seeds that change daily.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Seeds that a day has to itself.
+/// Seeds per day.
 const SEEDS_A_DAY: u64 = 10_000;
 
-/// How long each fuzz target looks for a failure, milliseconds.
+/// Duration of each fuzz target, milliseconds.
 const FUZZ_MS: u64 = 600_000;
 
 /// Runs every test with the seeds of today, ten times as many.
@@ -38,7 +38,7 @@ pub(crate) fn fuzz() -> Result<(), String> {
     )
 }
 
-/// Tries everything that is claimed of the robot, the short way.
+/// Runs a short version of all trials of the robot.
 pub(crate) fn trials() -> Result<(), String> {
     super::acceptance(&["--short".to_owned()])
 }
