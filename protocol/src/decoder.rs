@@ -163,14 +163,6 @@ impl Decoder {
         None
     }
 
-    /// Takes bytes up to and including the first that completes an intact line. Returns how many were
-    /// taken, at least one unless `bytes` is empty, and the line.
-    pub fn handle_bytes(&mut self, bytes: &[u8]) -> (usize, Option<Received>) {
-        let mut rest = bytes;
-        let received = self.next_line(&mut rest);
-        (bytes.len() - rest.len(), received)
-    }
-
     /// Shortcut for a whole line right after another one, without search and copy. It changes no result,
     /// because an intact line has no line feed before its end.
     fn take_whole(&mut self, bytes: &[u8]) -> Option<Received> {

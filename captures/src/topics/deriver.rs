@@ -292,10 +292,8 @@ impl Deriver {
         self.encoder.raw(self.rx_offset, bytes);
         self.rx_offset = self.rx_offset.saturating_add(bytes.len() as u64);
         take(self.encoder.message(Topic::RawRx, self.now_ns, None))?;
-        while !bytes.is_empty() && self.lines == Lines::OfBytes {
-            let (taken, received) = self.decoder.handle_bytes(bytes);
-            bytes = &bytes[taken..];
-            if let Some(received) = received {
+        if self.lines == Lines::OfBytes {
+            while let Some(received) = self.decoder.next_line(&mut bytes) {
                 self.handle_line(&received, take)?;
             }
         }

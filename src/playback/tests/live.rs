@@ -82,11 +82,13 @@ fn cached_states_are_forgotten_with_their_events() {
     let mut decoder = Decoder::default();
     let mut heard = Vec::new();
     while let Some(piece) = tape.next_piece() {
-        if let Piece::Received(bytes) = piece
-            && let (_, Some(Received::Line(line, raw))) = decoder.handle_bytes(bytes)
-        {
-            let line = Box::new(line);
-            heard.push(Event::Line { line, raw });
+        if let Piece::Received(bytes) = piece {
+            for received in decoder.lines(bytes) {
+                if let Received::Line(line, raw) = received {
+                    let line = Box::new(line);
+                    heard.push(Event::Line { line, raw });
+                }
+            }
         }
     }
     let mut session = Session::new();
