@@ -39,6 +39,10 @@ const BELIEVED_BAUD_MAX: u32 = 4800;
 #[cfg(unix)]
 const BITS_PER_BYTE: u32 = 10;
 
+/// Largest screen that is drawn, columns and rows: more than a display of 7680 x 4320 pixels shows in characters of 8 x 16.
+/// A terminal that claims 65535 x 65535 would need 4 G cells.
+const SIZE_MAX: (u16, u16) = (1000, 500);
+
 /// Whether standard output is a terminal.
 #[must_use]
 pub fn is_there() -> bool {
@@ -87,7 +91,7 @@ impl Screen {
     /// # Errors
     /// When the terminal is gone.
     pub fn resize(&mut self, width: u16, height: u16) -> io::Result<()> {
-        self.size = Rect::new(0, 0, width, height);
+        self.size = area(width, height);
         self.drawing.redraw()
     }
 
@@ -128,8 +132,13 @@ impl Drop for Screen {
 }
 
 fn size() -> io::Result<Rect> {
-    let (width, height) = terminal::size()?;
-    Ok(Rect::new(0, 0, width, height))
+    terminal::size().map(|(width, height)| area(width, height))
+}
+
+/// The part of a terminal that is drawn on.
+fn area(width: u16, height: u16) -> Rect {
+    let (columns, rows) = SIZE_MAX;
+    Rect::new(0, 0, width.min(columns), height.min(rows))
 }
 
 /// Starts a drawing thread that sets the terminal up.
@@ -266,5 +275,17 @@ fn next_in_sequence() -> io::Result<Option<Event>> {
         crossterm::event::read().map(Some)
     } else {
         Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_terminal_of_any_size_needs_bounded_memory() {
+        assert_eq!(area(80, 24), Rect::new(0, 0, 80, 24));
+        let largest = Buffer::empty(area(u16::MAX, u16::MAX));
+        assert_eq!(largest.content.len(), 500_000);
     }
 }

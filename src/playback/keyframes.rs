@@ -32,10 +32,15 @@ impl<T> Keyframes<T> {
         newest.is_none_or(|(newest, _)| at.saturating_sub(*newest) >= self.spacing)
     }
 
-    /// Adds a frame; ignored unless it is newer than all others.
+    /// Adds a frame, in place of one of the same moment; ignored if it is older than another.
     pub fn push(&mut self, at: Moment, frame: T) {
-        if self.frames.back().is_some_and(|(newest, _)| *newest >= at) {
-            return;
+        match self.frames.back_mut() {
+            Some((newest, _)) if *newest > at => return,
+            Some((newest, kept)) if *newest == at => {
+                *kept = frame;
+                return;
+            }
+            _ => {}
         }
         if self.frames.len() == FRAMES_MAX {
             let mut keep = false;
@@ -84,6 +89,13 @@ impl<T> Keyframes<T> {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
+    }
+
+    /// Drops the oldest frame unless it is the only one.
+    pub fn forget_oldest(&mut self) {
+        if self.frames.len() > 1 {
+            self.frames.pop_front();
+        }
     }
 
     /// Drops frames that another one not after `at` follows; returns whether any went.

@@ -2,18 +2,25 @@
 
 use std::collections::VecDeque;
 
+use groundwave_protocol::telemetry::Line;
+
 use super::control::{Control, Mark, Playback};
 use super::cursor::Cursor;
 use super::player::Player;
 use super::timeline::Timeline;
-use crate::event::{Event, Level, Moment, Notice, NoticeCode};
+use crate::event::{Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::model::{Change, Facts};
+use crate::request::Request;
+use crate::statistics::Statistics;
 
 /// How far back a live session is remembered.
 pub const REMEMBERED: Moment = Moment::from_hours(1);
 
-/// Most events remembered; a robot on 2400 baud causes a quarter of that in an hour.
-const EVENTS_MAX: usize = 65_536;
+/// Most bytes of events remembered; a robot on 2400 baud causes a quarter of that in an hour.
+pub(super) const BYTES_MAX: usize = 16 * 1024 * 1024;
+
+/// Bytes of events after which another state is kept, so that old events can go before the next is due.
+const STATE_BYTES: usize = BYTES_MAX / 4;
 
 /// Time between two kept states.
 pub const SPACING: Moment = Moment::from_secs(30);
@@ -22,6 +29,9 @@ pub const SPACING: Moment = Moment::from_secs(30);
 #[derive(Clone, Debug, Default)]
 pub struct EventHistory {
     events: VecDeque<(Moment, Event)>,
+    bytes: usize,
+    /// Bytes of the events since the newest kept state.
+    unkept_bytes: usize,
     /// Events forgotten before the first remembered one.
     forgotten: u64,
 }
@@ -29,19 +39,10 @@ pub struct EventHistory {
 impl EventHistory {
     /// Adds an event.
     pub fn push(&mut self, at: Moment, event: Event) {
+        let bytes = bytes(&event);
+        self.bytes += bytes;
+        self.unkept_bytes += bytes;
         self.events.push_back((at, event));
-    }
-
-    /// Whether the oldest events must be dropped.
-    #[must_use]
-    pub fn is_full(&self) -> bool {
-        self.events.len() > EVENTS_MAX
-    }
-
-    /// When the event after the oldest quarter happened.
-    #[must_use]
-    pub fn quarter_at(&self) -> Option<Moment> {
-        self.events.get(EVENTS_MAX / 4).map(|(at, _)| *at)
     }
 
     /// Number of events so far, forgotten ones included.
@@ -50,17 +51,35 @@ impl EventHistory {
         self.forgotten + self.events.len() as u64
     }
 
-    /// Forgets the events before a number.
-    pub fn forget_before(&mut self, number: u64) {
+    /// Forgets the events before a number; returns whether there were any.
+    pub fn forget_before(&mut self, number: u64) -> bool {
         let count = number.saturating_sub(self.forgotten) as usize;
-        self.events.drain(..count.min(self.events.len()));
+        let gone = self.events.drain(..count.min(self.events.len()));
+        self.bytes -= gone.map(|(_, event)| bytes(&event)).sum::<usize>();
         self.forgotten += count as u64;
+        count > 0
     }
 
     fn get(&self, number: u64) -> Option<&(Moment, Event)> {
         let place = number.checked_sub(self.forgotten)?;
         self.events.get(place as usize)
     }
+}
+
+/// Memory that a remembered event takes.
+fn bytes(event: &Event) -> usize {
+    let heap = match event {
+        Event::Line { .. } => size_of::<Line>(),
+        Event::Statistics(_) => size_of::<Statistics>(),
+        Event::Notice(notice) => notice.text.len(),
+        Event::Link(LinkEvent::Lost { reason }) => reason.len(),
+        Event::Asked {
+            request: Request::Route(waypoints),
+            ..
+        } => size_of_val(&waypoints[..]),
+        _ => 0,
+    };
+    size_of::<(Moment, Event)>() + heap
 }
 
 /// The facts at a moment of a live session.
@@ -160,6 +179,13 @@ impl LivePlayer {
         }
     }
 
+    /// Bytes of the events remembered.
+    #[cfg(test)]
+    pub(super) fn remembered_bytes(&self) -> usize {
+        let history = self.player.timeline().source();
+        history.events.iter().map(|(_, event)| bytes(event)).sum()
+    }
+
     /// Where the screen stands in the past; `None` when it shows now.
     #[must_use]
     pub fn playback(&self) -> Option<Playback> {
@@ -185,17 +211,20 @@ impl LivePlayer {
     /// Keeps a state if one is due, and drops old events and states.
     fn keep(&mut self, now: Moment) {
         let timeline = self.player.timeline_mut();
-        let history = timeline.source();
-        let mut oldest = now.saturating_sub(REMEMBERED);
-        if history.is_full() {
-            oldest = oldest.max(history.quarter_at().unwrap_or(oldest));
-        }
-        if timeline.wants(now) {
-            let next = history.count();
+        if timeline.wants(now) || timeline.source().unkept_bytes >= STATE_BYTES {
+            let next = timeline.source().count();
             timeline.keep(LiveState::new(self.facts.clone(), now, next));
+            timeline.source_mut().unkept_bytes = 0;
         }
+        let oldest = now.saturating_sub(REMEMBERED);
         if let Some(next) = timeline.forget_before(oldest).map(LiveState::next) {
             timeline.source_mut().forget_before(next);
+        }
+        while timeline.source().bytes > BYTES_MAX {
+            let next = timeline.forget_oldest().map_or(0, LiveState::next);
+            if !timeline.source_mut().forget_before(next) {
+                break;
+            }
         }
         self.stretch(now);
     }

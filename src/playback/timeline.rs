@@ -139,7 +139,17 @@ impl<C: Cursor> Timeline<C> {
     /// Forgets states that are not needed to show `at` or later; returns the oldest left if any went.
     pub fn forget_before(&mut self, at: Moment) -> Option<&C> {
         let has_gone = self.frames.forget_before(at);
-        let (oldest_at, oldest) = self.frames.get(0).filter(|_| has_gone)?;
+        has_gone.then(|| self.oldest_left()).flatten()
+    }
+
+    /// Forgets the oldest state unless it is the only one; returns the oldest left.
+    pub fn forget_oldest(&mut self) -> Option<&C> {
+        self.frames.forget_oldest();
+        self.oldest_left()
+    }
+
+    fn oldest_left(&mut self) -> Option<&C> {
+        let (oldest_at, oldest) = self.frames.get(0)?;
         // A cached state of the same moment may stand before forgotten events.
         self.cache.states.retain(|state| state.at() > *oldest_at);
         Some(oldest)

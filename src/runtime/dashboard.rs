@@ -195,6 +195,7 @@ impl Running {
             Terminal::Paste(text) => self.tell(Event::Paste(text)),
             Terminal::Resize(width, height) => {
                 self.screen.resize(width, height)?;
+                let (width, height) = self.screen.size();
                 self.tell(Event::Resize { width, height })
             }
             Terminal::Mouse(mouse) => self.take_mouse(mouse),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use proptest::prelude::*;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -14,7 +14,7 @@ use crate::capture::index::Piece;
 use crate::event::{Level, LinkEvent, Notice, NoticeCode};
 use crate::model::testing::{Scene as Robot, any_event};
 use crate::model::{Shown, Ui};
-use crate::playback::live::{REMEMBERED, SPACING};
+use crate::playback::live::{BYTES_MAX, LivePlayer, REMEMBERED, SPACING};
 use crate::recorded::{self, from_recorded};
 use crate::station::Station;
 use crate::view;
@@ -155,6 +155,40 @@ fn a_live_session_of_hours_is_remembered_in_bounded_memory() {
             .find_last(Landmark::Bump, session.now, STEPS_MAX),
         Found::Nowhere
     );
+}
+
+/// A peer on a fast network floods the station between two kept states.
+#[test]
+fn a_flood_is_remembered_in_bounded_memory() {
+    let flood = 3 * BYTES_MAX / size_of::<Event>();
+    let text = "x".repeat(70);
+    let counters = |n| {
+        Event::Counters(Counters {
+            shape_rejected: n,
+            ..Counters::default()
+        })
+    };
+    let notice = |_| Event::Notice(Notice::new(NoticeCode::Other, Level::Info, text.as_str()));
+    let kinds: [&dyn Fn(u64) -> Event; 2] = [&counters, &notice];
+    for (kind, event) in kinds.into_iter().enumerate() {
+        for step in [Moment::ZERO, Moment::from_nanos(1)] {
+            let mut now = Moment::ZERO;
+            let mut live = LivePlayer::new(Facts::new(Arc::default()), now, None);
+            for n in 0..flood as u64 {
+                now += step;
+                live.take(now, &event(n));
+            }
+            let bytes = live.remembered_bytes();
+            let place = format!("kind {kind}, a step of {step:?}: {bytes} bytes");
+            assert!(bytes <= BYTES_MAX, "{place}");
+            assert!(step.is_zero() || bytes >= BYTES_MAX / 2, "{place}");
+            // The past can still be shown, and now as well.
+            live.handle(now, Control::TogglePause);
+            live.handle(now, Control::Seek(Position::Back(Moment::from_micros(1))));
+            live.handle(now, Control::Newest);
+            assert_eq!(told(live.shown(now).0), told(live.present()), "{place}");
+        }
+    }
 }
 
 /// The whole screen.

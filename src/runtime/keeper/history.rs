@@ -4,8 +4,10 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use groundwave_protocol::LINE_BYTES;
+use prost::Message as _;
 
 use crate::capture::Observation;
+use crate::capture::topics::StationEvent;
 
 /// Maximum memory of the history, bytes: ten hours of a radio at 2400 baud.
 const BYTES_MAX: usize = 8 * 1024 * 1024;
@@ -100,7 +102,7 @@ impl History {
 fn bytes(observation: &Observation) -> usize {
     let data = match observation {
         Observation::Received(raw) | Observation::Sent(raw) => raw.data.len(),
-        Observation::Event(_) => 0,
+        Observation::Event(event) => size_of::<StationEvent>() + event.encoded_len(),
     };
     data + ENTRY_BYTES
 }
@@ -109,6 +111,7 @@ fn bytes(observation: &Observation) -> usize {
 mod tests {
     use super::*;
     use crate::capture::messages::RawBytes;
+    use crate::event::{Level, NoticeCode};
 
     const S_NS: u64 = 1_000_000_000;
 
@@ -159,6 +162,18 @@ mod tests {
             push(&mut history, 0, &[0; 4096]);
         }
         let bytes = history.observations().len() * 4096;
+        assert!(bytes <= BYTES_MAX && bytes > BYTES_MAX / 2, "{bytes}");
+    }
+
+    #[test]
+    fn the_text_of_events_counts() {
+        let mut history = History::new(Duration::from_mins(10));
+        let text = "x".repeat(4096);
+        let event = StationEvent::notice(NoticeCode::Other, Level::Info, text.as_str());
+        for _ in 0..5000 {
+            history.push(0, Observation::Event(Box::new(event.clone())));
+        }
+        let bytes = history.observations().len() * text.len();
         assert!(bytes <= BYTES_MAX && bytes > BYTES_MAX / 2, "{bytes}");
     }
 }
