@@ -68,6 +68,8 @@ coded! {
         Radio = "radio",
         /// The device accepts no bytes.
         NotTaken = "not-taken",
+        /// The other end closed connections without a byte.
+        EmptyConnections = "empty-connections",
         /// The link is shared.
         Shared = "shared",
         /// A client of the shared link was closed.

@@ -287,10 +287,19 @@ impl Driver {
 
     fn handle_input(&mut self, input: LinkInput) {
         match input {
-            LinkInput::Opened { renamed } => self.station.handle_link(LinkEvent::Opened {
-                name: renamed.unwrap_or_else(|| self.name.clone()),
-                can_send: self.can_send(),
-            }),
+            LinkInput::Opened { renamed, empty } => {
+                self.station.handle_link(LinkEvent::Opened {
+                    name: renamed.unwrap_or_else(|| self.name.clone()),
+                    can_send: self.can_send(),
+                });
+                if empty > 1 {
+                    self.events.push_back(Event::Notice(Notice::new(
+                        NoticeCode::EmptyConnections,
+                        Level::Warning,
+                        format!("{empty} connections before this one were closed without a byte"),
+                    )));
+                }
+            }
             LinkInput::Bytes(at, bytes) => {
                 let at = at.saturating_duration_since(self.started);
                 if let Some(live) = &mut self.live {

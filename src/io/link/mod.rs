@@ -3,6 +3,7 @@
 //! Two threads own it. The reader hands every chunk to the [`Sink`] (the recorder) before anything else sees it, and reopens
 //! a lost link. The writer takes frames from the transmit queue, so that a stuck device delays nothing else.
 
+mod backoff;
 mod connection;
 mod error;
 mod identity;
@@ -10,6 +11,8 @@ mod reader;
 mod spec;
 mod tx_queue;
 
+use std::hash::{BuildHasher as _, RandomState};
+use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -22,6 +25,7 @@ pub use error::OpenError;
 pub use identity::{Plugged, UsbIdentity};
 pub use spec::LinkSpec;
 
+use backoff::Backoff;
 use connection::Reopener;
 use reader::{Reader, Reopen};
 use tx_queue::TxQueue;
@@ -36,6 +40,8 @@ pub enum LinkInput {
     Opened {
         /// The device's name, if it differs from the operator's.
         renamed: Option<String>,
+        /// Connections since the latest loss that brought no byte; none of them was reported.
+        empty: u32,
     },
     /// Bytes, and the time at which their read returned.
     Bytes(Instant, Vec<u8>),
@@ -56,7 +62,7 @@ pub struct Link {
 
 impl Link {
     /// Starts the threads of an open link. A loss is reported as [`LinkInput::Lost`], and the link is reopened as soon as
-    /// possible; a USB adapter under another name too.
+    /// possible; a USB adapter under another name too. A peer that closes each connection without a byte is reported once.
     #[must_use]
     pub fn start(
         spec: LinkSpec,
@@ -85,6 +91,7 @@ impl Link {
             inputs,
             tx_queue: tx_queue.clone(),
             is_eager: Arc::clone(&is_eager),
+            backoff: Backoff::new(RandomState::new().hash_one(process::id())),
         };
         thread::spawn(move || reader.run(connection));
         Self {

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use groundwave_protocol::LINE_BYTES;
 use tokio::sync::mpsc::Sender;
 
+use super::backoff::Backoff;
 use super::connection::{Connection, Reading, Reopener};
 use super::error::OpenError;
 use super::tx_queue::TxQueue;
@@ -24,6 +25,10 @@ pub(super) trait Reopen: Send {
     fn is_final(&self) -> bool;
     /// The reason to show for an end of file.
     fn end_of_file(&self) -> &'static str;
+    /// Waits before the link is opened again.
+    fn rest(&mut self, pause: Duration) {
+        thread::sleep(pause);
+    }
 }
 
 impl Reopen for Reopener {
@@ -56,6 +61,14 @@ pub(super) struct Reader<R> {
     pub(super) tx_queue: TxQueue,
     /// Whether to deliver every byte at once, for a station that sends in the robot's pauses.
     pub(super) is_eager: Arc<AtomicBool>,
+    pub(super) backoff: Backoff,
+}
+
+/// The beginning of a connection.
+struct Beginning {
+    /// The report that it is open, until it is made.
+    opened: Option<LinkInput>,
+    first_byte_at: Option<Instant>,
 }
 
 impl<R: Reopen> Reader<R> {
@@ -66,11 +79,21 @@ impl<R: Reopen> Reader<R> {
             mut renamed,
             ..
         } = connection;
+        let (mut empty, mut is_doubtful) = (0, false);
         loop {
-            if self.tell(LinkInput::Opened { renamed }).is_none() {
+            let mut beginning = Beginning {
+                opened: Some(LinkInput::Opened { renamed, empty }),
+                first_byte_at: None,
+            };
+            // After a connection without a byte the next one has to bring a byte or to last.
+            if !is_doubtful && self.tell_opened(&mut beginning).is_none() {
                 return;
             }
-            let reason = match self.read_until_lost(&mut reading) {
+            let end = self.read_until_lost(&mut reading, &mut beginning);
+            // Both halves are closed at once: a device that is still open keeps its name from the one that comes back.
+            self.tx_queue.connect(None);
+            drop(reading);
+            let reason = match end {
                 End::Closed => return,
                 End::Finished if self.reopener.is_final() => {
                     // The station may be gone already.
@@ -80,13 +103,17 @@ impl<R: Reopen> Reader<R> {
                 End::Finished => self.reopener.end_of_file().to_owned(),
                 End::Failed(error) => describe(&error),
             };
-            // Both halves are closed at once: a device that is still open keeps its name from the one that comes back.
-            self.tx_queue.connect(None);
-            drop(reading);
-            let Some(again) = self
-                .tell(LinkInput::Lost(reason))
-                .and_then(|()| self.reopen())
-            else {
+            if beginning.opened.is_none() {
+                empty = 0;
+                if self.tell(LinkInput::Lost(reason)).is_none() {
+                    return;
+                }
+            }
+            is_doubtful = beginning.first_byte_at.is_none();
+            empty += u32::from(is_doubtful);
+            let brought_for = beginning.first_byte_at.map(|at| at.elapsed());
+            self.reopener.rest(self.backoff.handle_end(brought_for));
+            let Some(again) = self.reopen() else {
                 return;
             };
             self.tx_queue.connect(again.writing);
@@ -97,6 +124,13 @@ impl<R: Reopen> Reader<R> {
     /// `None` when the station is gone.
     fn tell(&self, input: LinkInput) -> Option<()> {
         self.inputs.blocking_send(input).ok()
+    }
+
+    fn tell_opened(&self, beginning: &mut Beginning) -> Option<()> {
+        beginning
+            .opened
+            .take()
+            .map_or(Some(()), |opened| self.tell(opened))
     }
 
     fn reopen(&mut self) -> Option<Connection> {
@@ -116,14 +150,14 @@ impl<R: Reopen> Reader<R> {
                     latest = reason;
                 }
             }
-            thread::sleep(RETRY_EVERY);
+            self.reopener.rest(RETRY_EVERY);
         }
         None
     }
 
     /// Reads until the connection ends. The sink gets every chunk at once; the station is woken when a line may be complete,
     /// three times a second instead of sixty.
-    fn read_until_lost(&mut self, reading: &mut Reading) -> End {
+    fn read_until_lost(&mut self, reading: &mut Reading, beginning: &mut Beginning) -> End {
         let mut buffer = [0; 4096];
         let mut held = Held::default();
         let end = loop {
@@ -131,7 +165,11 @@ impl<R: Reopen> Reader<R> {
                 Ok(0) => break End::Finished,
                 Ok(count) => {
                     let now = Instant::now();
+                    beginning.first_byte_at.get_or_insert(now);
                     (self.sink)(now, &buffer[..count]);
+                    if self.tell_opened(beginning).is_none() {
+                        return End::Closed;
+                    }
                     held.add(now, &buffer[..count]);
                     let is_eager = self.is_eager.load(Ordering::Relaxed);
                     if (is_eager || held.may_be_whole) && self.hand_over(&mut held).is_none() {
@@ -141,7 +179,9 @@ impl<R: Reopen> Reader<R> {
                 Err(error) => match error.kind() {
                     io::ErrorKind::Interrupted => {}
                     io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => {
-                        if self.inputs.is_closed() || self.hand_over(&mut held).is_none() {
+                        let told = self.tell_opened(beginning);
+                        let told = told.and_then(|()| self.hand_over(&mut held));
+                        if self.inputs.is_closed() || told.is_none() {
                             return End::Closed;
                         }
                     }

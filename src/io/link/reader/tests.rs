@@ -49,6 +49,8 @@ impl Write for Stuck {
 struct Planned {
     openings: VecDeque<Result<Connection, OpenError>>,
     is_final: bool,
+    /// Pauses between the openings; nobody waits for them.
+    pauses: Feed<Duration>,
 }
 
 impl Reopen for Planned {
@@ -65,6 +67,11 @@ impl Reopen for Planned {
     fn end_of_file(&self) -> &'static str {
         "unplugged"
     }
+
+    fn rest(&mut self, pause: Duration) {
+        let _ = self.pauses.send(pause);
+        thread::yield_now();
+    }
 }
 
 fn fed() -> (Feed<io::Result<Vec<u8>>>, Connection) {
@@ -77,20 +84,33 @@ fn fed() -> (Feed<io::Result<Vec<u8>>>, Connection) {
     (feed, connection)
 }
 
+/// A time-out of a read: the link is open and silent.
+fn pass(feed: &Feed<io::Result<Vec<u8>>>) {
+    feed.send(Err(io::ErrorKind::TimedOut.into()))
+        .expect("a reader");
+}
+
 struct Bench {
     link: Link,
     inputs: mpsc::Receiver<LinkInput>,
+    pauses: Receiver<Duration>,
 }
 
 impl Bench {
     fn new(connection: Connection, openings: Vec<Result<Connection, OpenError>>) -> Self {
+        let (to_pauses, pauses) = channel();
         let planned = Planned {
             is_final: openings.is_empty(),
             openings: openings.into(),
+            pauses: to_pauses,
         };
         let (to_station, inputs) = mpsc::channel(64);
         let link = Link::start_with(planned, connection, Box::new(|_, _| ()), to_station);
-        Self { link, inputs }
+        Self {
+            link,
+            inputs,
+            pauses,
+        }
     }
 
     fn next(&mut self) -> String {
@@ -104,7 +124,13 @@ impl Bench {
                 .expect("nothing came: the link hangs")
         });
         match next.expect("the reader has ended") {
-            LinkInput::Opened { renamed } => format!("opened {}", renamed.unwrap_or_default()),
+            LinkInput::Opened {
+                renamed,
+                empty: 0 | 1,
+            } => {
+                format!("opened {}", renamed.unwrap_or_default())
+            }
+            LinkInput::Opened { empty, .. } => format!("opened after {empty}"),
             LinkInput::Bytes(_, bytes) => format!("bytes {}", String::from_utf8_lossy(&bytes)),
             LinkInput::Lost(reason) => format!("lost {reason}"),
             LinkInput::Ended => "ended".to_owned(),
@@ -155,7 +181,8 @@ fn a_stuck_device_does_not_delay_the_loss() {
     let (asked, was_asked) = channel();
     let (_held, until) = channel();
     connection.writing = Some(Box::new(Stuck { asked, until }));
-    let (_second, again) = fed();
+    let (second, again) = fed();
+    pass(&second);
     let mut bench = Bench::new(connection, vec![Ok(again)]);
     bench.link.send(b"\n");
     was_asked.recv_timeout(PATIENCE).expect("a write");
@@ -197,7 +224,8 @@ fn bytes_that_a_stuck_device_does_not_take_are_counted() {
 #[test]
 fn the_reason_for_a_missing_link_is_reported_once() {
     let (feed, connection) = fed();
-    let (_second, mut again) = fed();
+    let (second, mut again) = fed();
+    pass(&second);
     again.renamed = Some("/dev/ttyUSB1".to_owned());
     let busy = || Err(OpenError::Another("it".to_owned()));
     let missing = Err(OpenError::Missing("it".to_owned()));
@@ -243,4 +271,39 @@ fn a_lost_device_is_closed_before_it_is_back() {
     assert_eq!(bench.next(), "opened ");
     assert_eq!(bench.next(), "lost unplugged");
     was_let_go.recv_timeout(PATIENCE).expect("it is still held");
+}
+
+/// It accepts and closes at once: five thousand connections a second filled memory and disk.
+#[test]
+fn a_peer_that_brings_no_byte_is_told_of_once_and_dialled_ever_more_rarely() {
+    let closed = || fed().1;
+    let (feed, last) = fed();
+    let mut openings: Vec<_> = (0..9).map(|_| Ok(closed())).collect();
+    openings.push(Ok(last));
+    let mut bench = Bench::new(closed(), openings);
+    feed.send(Ok(b"line\n".to_vec())).expect("a reader");
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "lost unplugged");
+    assert_eq!(bench.next(), "opened after 10");
+    assert_eq!(bench.next(), "bytes line\n");
+    let pauses: Vec<Duration> = bench.pauses.try_iter().collect();
+    assert_eq!(pauses.len(), 10, "{pauses:?}");
+    assert!(pauses[0] <= Duration::from_millis(50), "{pauses:?}");
+    assert!(pauses[9] >= Duration::from_millis(1500), "{pauses:?}");
+    drop(feed);
+    assert_eq!(bench.next(), "lost unplugged");
+}
+
+/// An open connection to a robot that is switched off brings nothing either.
+#[test]
+fn a_silent_connection_is_open_when_it_lasts() {
+    let (_feed, again) = {
+        let (feed, connection) = fed();
+        pass(&feed);
+        (feed, connection)
+    };
+    let mut bench = Bench::new(fed().1, vec![Ok(fed().1), Ok(again)]);
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "lost unplugged");
+    assert_eq!(bench.next(), "opened after 2");
 }
