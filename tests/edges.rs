@@ -4,8 +4,10 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
+use std::process::Command;
 
 use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use crate::pty::OnTerminal;
@@ -269,33 +271,127 @@ fn shared_link_passes_raw_bytes() {
     assert_eq!(line.trim_end_matches('\r').len(), 78, "{line}");
 }
 
+/// The program with a folder of its own for sockets and tokens.
+fn program_in(folder: &Path, arguments: &[&str]) -> Command {
+    let mut program = Command::new(GROUNDWAVE);
+    program.args(arguments).env("XDG_RUNTIME_DIR", folder);
+    program
+}
+
+/// A station that shares on a port of its own choice, and its address.
+fn station_on_a_port(link: &str, folder: &Path) -> (Telling, String) {
+    let watch = ["watch", link, "--headless", "--share", "0"];
+    let mut station = Telling::spawn(program_in(folder, &watch));
+    let told = station.wait_for("where", |value| value["code"] == "shared");
+    let address = told["text"].as_str().unwrap().strip_prefix("shared on ");
+    (station, address.unwrap().to_owned())
+}
+
+fn last_line(reading: &mut impl Read) -> Value {
+    let mut answer = String::new();
+    reading.read_to_string(&mut answer).unwrap();
+    serde_json::from_str(answer.lines().last().unwrap()).unwrap()
+}
+
 #[test]
 fn garbage_closes_only_its_own_connection() {
+    let folder = scratch("garbage");
+    let socket = path_in(&folder, "s");
     let sim = Sim::start(&[]);
-    let mut station = station(&sim.path, "0", &[]);
-    let told = station.wait_for("where", |value| value["event"] == "notice");
-    let address = told["text"]
-        .as_str()
-        .unwrap()
-        .strip_prefix("shared on ")
-        .unwrap();
-    let address = address.to_owned();
-    let mut browser = std::net::TcpStream::connect(&address).unwrap();
+    let mut station = station(&sim.path, &socket, &[]);
+    let mut browser = UnixStream::connect(&socket).unwrap();
     browser.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
-    let mut answer = String::new();
-    browser.read_to_string(&mut answer).unwrap();
-    let last: Value = serde_json::from_str(answer.lines().last().unwrap()).unwrap();
+    let last = last_line(&mut browser);
+    assert_eq!(last["code"], "not-understood");
     assert!(
         last["error"].as_str().unwrap().contains("not understood"),
         "{last}"
     );
-    let mut flood = std::net::TcpStream::connect(&address).unwrap();
+    let mut flood = UnixStream::connect(&socket).unwrap();
     // The client may be cut off before it has sent everything.
     let _ = flood.write_all(&vec![b'x'; 1 << 20]);
     station.wait_for("that the flood was closed", |value| {
         value["level"] == "warning"
     });
-    expect(0, &["send", "--via", &address, "mode", "reactive"]);
+    expect(0, &["send", "--via", &socket, "mode", "reactive"]);
+}
+
+/// Every user of a machine can connect to its ports; only the owner can read the token.
+#[test]
+fn a_port_is_for_its_owner_alone() {
+    let folder = scratch("port");
+    let sim = Sim::start(&[]);
+    let (_station, address) = station_on_a_port(&sim.path, &folder);
+    let hello = "{\"groundwave\":1}\n{\"id\":1,\"do\":\"stop\"}\n";
+    for first in [
+        "",
+        "\n",
+        "GET / HTTP/1.1\n",
+        &"0".repeat(64),
+        &"x".repeat(999),
+    ] {
+        let mut stranger = TcpStream::connect(&address).unwrap();
+        // It may be closed before it has said all of it.
+        let _ = stranger.write_all(format!("{first}\n{hello}").as_bytes());
+        let last = last_line(&mut stranger);
+        assert_eq!(last["code"], "token", "{first}: {last}");
+        let error = last["error"].as_str().unwrap();
+        assert!(error.contains("GROUNDWAVE_TOKEN"), "{error}");
+    }
+    let send = |token: Option<&str>| {
+        let mut send = program_in(&folder, &["send", "--via", &address, "stop"]);
+        if let Some(token) = token {
+            send.env("GROUNDWAVE_TOKEN", token);
+        }
+        send.output().unwrap()
+    };
+    let refused = send(Some("wrong"));
+    let err = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(4), "{err}");
+    assert!(err.contains("GROUNDWAVE_TOKEN"), "{err}");
+    // By its file, and by what the refusal says.
+    assert_eq!(send(None).status.code(), Some(0));
+    let path = err.split_once(" find it in ").unwrap().1;
+    let token = fs::read_to_string(path.split_once(';').unwrap().0).unwrap();
+    assert_eq!(send(Some(&token)).status.code(), Some(0));
+    // With the token first, `nc` reads the raw bytes.
+    let mut reader = TcpStream::connect(&address).unwrap();
+    reader.write_all(token.as_bytes()).unwrap();
+    reader.shutdown(Shutdown::Write).unwrap();
+    let mut lines = BufReader::new(reader).lines();
+    let _ = lines.next();
+    assert_eq!(lines.next().unwrap().unwrap().trim_end().len(), 78);
+}
+
+/// Connections of strangers do not use up those of the owner.
+#[test]
+fn strangers_do_not_keep_the_owner_out() {
+    let folder = scratch("strangers");
+    let sim = Sim::start(&[]);
+    let (_station, address) = station_on_a_port(&sim.path, &folder);
+    let strangers: Vec<TcpStream> = (0..40)
+        .map(|_| TcpStream::connect(&address).unwrap())
+        .collect();
+    let stop = ["send", "--via", &address, "stop"];
+    let sent = program_in(&folder, &stop).output().unwrap();
+    assert_eq!(sent.status.code(), Some(0), "{sent:?}");
+    drop(strangers);
+}
+
+#[test]
+fn share_and_via_meet_without_an_address() {
+    let folder = scratch("usual");
+    let run = |arguments: &[&str]| program_in(&folder, arguments);
+    let sim = Sim::start(&[]);
+    let watch = ["watch", &sim.path, "--headless", "--share"];
+    let mut station = Telling::spawn(run(&watch));
+    station.wait_for("a line", |value| value["event"] == "line");
+    assert!(folder.join("groundwave/station.sock").exists());
+    let sent = run(&["send", "--via", "stop"]).output().unwrap();
+    assert_eq!(sent.status.code(), Some(0), "{sent:?}");
+    let second = run(&watch).output().unwrap();
+    let err = String::from_utf8(second.stderr).unwrap();
+    assert!(err.contains("another program"), "{err}");
 }
 
 #[test]
@@ -351,7 +447,7 @@ impl Bridge {
         Self { listener, link }
     }
 
-    fn accept(&self) -> std::net::TcpStream {
+    fn accept(&self) -> TcpStream {
         self.listener.accept().unwrap().0
     }
 }
@@ -458,6 +554,28 @@ fn stop_works_with_a_wrong_configuration() {
     let (out, err) = expect(0, &["send", "--config", &config, "marvin", "stop"]);
     assert!(out.contains("stop: confirmed"), "{out}");
     assert!(err.contains(":4:"), "{err}");
+}
+
+/// Sixteen programs that said hello and nothing more locked STOP out.
+#[test]
+fn idle_clients_do_not_block_stop() {
+    let folder = scratch("idle");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &[]);
+    let mut idle: Vec<BufReader<UnixStream>> = Vec::new();
+    for _ in 0..16 {
+        let mut client = BufReader::new(UnixStream::connect(&socket).unwrap());
+        client.get_mut().write_all(b"{\"groundwave\":1}\n").unwrap();
+        let mut line = String::new();
+        while !line.starts_with("{\"groundwave\"") {
+            line.clear();
+            client.read_line(&mut line).unwrap();
+        }
+        idle.push(client);
+    }
+    expect(0, &["send", "--via", &socket, "stop"]);
+    assert_eq!(last_line(&mut idle[0])["code"], "gave-way");
 }
 
 /// Readers do not use up the connections for commands.

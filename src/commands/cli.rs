@@ -77,7 +77,8 @@ Examples:
   groundwave send tcp:robot.local:4000 route square.txt
   groundwave send /dev/ttyUSB0 -f run.txt         one command a line, # comments; stops at the first failure
   groundwave send --dry-run route square.txt
-  groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock"))]
+  groundwave send --via mode prowl                through the station started with --share
+  groundwave send --via /tmp/x.sock mode prowl    through the one started with --share /tmp/x.sock"))]
     Send(Send),
     /// Read, change or save the robot's parameters.
     #[command(after_help = laid_out("\
@@ -209,6 +210,7 @@ fn parse_seed(text: &str) -> Result<u64, String> {
 mod tests {
     use super::*;
     use crate::io::link::LinkSpec;
+    use crate::io::share::usual_address;
     use crate::share::Address;
     use clap::CommandFactory;
 
@@ -286,6 +288,34 @@ mod tests {
         };
         let via = Way::Via(Address::Tcp("127.0.0.1:4001".to_owned()));
         assert_eq!(send.way(), Ok((via, vec!["goto", "-48", "0"])));
+    }
+
+    #[test]
+    fn via_finds_its_station_without_an_address() {
+        let usual = usual_address().expect("a home folder");
+        for (words, wanted) in [
+            (&["send", "--via", "stop"][..], &["stop"][..]),
+            (&["send", "stop", "--via"], &["stop"]),
+            (&["send", "--via", "--json", "stop"], &["stop"]),
+            (
+                &["send", "--via", "goto", "-48", "0"],
+                &["goto", "-48", "0"],
+            ),
+            (
+                &["param", "--via", "get", "track"],
+                &["param", "get", "track"],
+            ),
+            (&["param", "--via", "list"], &["param", "list"]),
+        ] {
+            let cli = Cli::try_parse_from(["groundwave"].iter().chain(words));
+            let send = match cli.map(|cli| cli.command) {
+                Ok(Some(Command::Send(send))) => send,
+                Ok(Some(Command::Param(param))) => param.to_send(),
+                other => panic!("{words:?}: {other:?}"),
+            };
+            let via = Way::Via(usual.clone());
+            assert_eq!(send.way(), Ok((via, wanted.to_vec())), "{words:?}");
+        }
     }
 
     #[test]

@@ -4,7 +4,17 @@ use super::cli::Sharing;
 use super::{Exit, Fault};
 use crate::io::foxglove::{Foxglove, FoxgloveError};
 use crate::io::link::Sink;
-use crate::io::share::{Share, ShareError};
+use crate::io::share::{Share, ShareError, usual_address};
+use crate::share::Address;
+
+/// Parses the address of a share; without a text it is the usual one.
+pub(super) fn parse_address(text: &str) -> Result<Address, String> {
+    if text.is_empty() {
+        return usual_address()
+            .ok_or_else(|| "no home folder is known; give an address".to_owned());
+    }
+    text.parse()
+}
 
 /// Opens the share server if the options ask for it; must be called within the runtime.
 pub(super) fn listen(options: &Sharing) -> Result<Option<Share>, Fault> {
@@ -16,7 +26,9 @@ pub(super) fn listen(options: &Sharing) -> Result<Option<Share>, Fault> {
         .map_err(|error| {
             let exit = match error {
                 ShareError::Exposed(_) => Exit::Usage,
-                ShareError::Taken(..) | ShareError::Listen(..) => Exit::Failed,
+                ShareError::Taken(..) | ShareError::Token(..) | ShareError::Listen(..) => {
+                    Exit::Failed
+                }
             };
             Fault::new(exit, error)
         })

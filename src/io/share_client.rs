@@ -4,6 +4,7 @@ use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
+use super::share::find_token;
 use crate::share::{Address, ClientLine, Lines, StationLine, Welcome};
 
 /// Timeout of the hello, which a station answers at once unless it is stopped or swapped out.
@@ -49,8 +50,12 @@ impl ShareClient {
     /// # Errors
     /// When no station answers there.
     pub fn connect(address: &Address) -> Result<(Self, Welcome), ShareClientError> {
-        let socket =
+        let (mut socket, token) =
             connect(address).map_err(|error| ShareClientError::Connect(address.clone(), error))?;
+        if let Some(token) = token {
+            // A station that is gone is noticed with the hello.
+            let _ = socket.write_all(format!("{token}\n").as_bytes());
+        }
         let mut client = Self {
             address: address.clone(),
             socket,
@@ -64,7 +69,7 @@ impl ShareClient {
         loop {
             match client.next(deadline) {
                 Ok(StationLine::Welcome(welcome)) => return Ok((client, welcome)),
-                Ok(StationLine::Error { error }) => {
+                Ok(StationLine::Error { error, .. }) => {
                     return Err(ShareClientError::Closed(
                         client.address,
                         format!(": {error}"),
@@ -132,7 +137,8 @@ impl ShareClient {
     }
 }
 
-fn connect(address: &Address) -> io::Result<Box<dyn Socket>> {
+/// The socket, and the token to show first.
+fn connect(address: &Address) -> io::Result<(Box<dyn Socket>, Option<String>)> {
     match address {
         Address::Tcp(address) => {
             let mut failure = io::Error::from(io::ErrorKind::AddrNotAvailable);
@@ -142,7 +148,8 @@ fn connect(address: &Address) -> io::Result<Box<dyn Socket>> {
                         stream.set_nodelay(true)?;
                         stream.set_read_timeout(Some(READ_TIMEOUT))?;
                         stream.set_write_timeout(Some(HELLO_TIMEOUT))?;
-                        return Ok(Box::new(stream));
+                        let token = find_token(&stream);
+                        return Ok((Box::new(stream), token));
                     }
                     Err(error) => failure = error,
                 }
@@ -154,7 +161,7 @@ fn connect(address: &Address) -> io::Result<Box<dyn Socket>> {
             let stream = std::os::unix::net::UnixStream::connect(path)?;
             stream.set_read_timeout(Some(READ_TIMEOUT))?;
             stream.set_write_timeout(Some(HELLO_TIMEOUT))?;
-            Ok(Box::new(stream))
+            Ok((Box::new(stream), None))
         }
         #[cfg(not(unix))]
         Address::Unix(_) => Err(io::Error::new(

@@ -94,6 +94,7 @@ impl ShareServer {
                 Output::EndRaw(client) => self.share.end_raw(client),
                 Output::Line(client, line) => self.share.send_line(client, &line),
                 Output::Close(client) => self.share.close(client),
+                Output::Busy(client, is_busy) => self.share.set_busy(client, is_busy),
                 Output::GiveUp(id) => return Some(Wanted::GiveUp(id)),
                 Output::Warning(text) => {
                     return Some(Wanted::Tell(Event::Notice(Notice::new(

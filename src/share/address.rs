@@ -14,12 +14,12 @@ pub enum Address {
     Unix(PathBuf),
 }
 
-/// Sharing here would let strangers steer the robot.
+/// Why an address may not be listened on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Exposed {
     /// The address can be reached from other machines.
     #[error(
-        "{0} can be reached from the network, and whoever reaches it can steer the robot. Share on 127.0.0.1 or a Unix socket, or add --share-open-to-network if that is what you want"
+        "{0} can be reached from other machines, and nothing there is encrypted. Share on 127.0.0.1 or a Unix socket, or add --share-open-to-network if that is what you want"
     )]
     Network(SocketAddr),
     /// A name may stand for anything.

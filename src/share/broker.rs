@@ -13,8 +13,14 @@ use super::status::StatusJson;
 use crate::event::{CommandId, CommandStatus, Failure, Moment};
 use crate::request::{Request, Standing};
 
-/// Maximum commands under way per client.
+/// Maximum clients. When each of them waits for a command, one more may connect, to send STOP.
+pub const CLIENTS_MAX: usize = 16;
+
+/// Maximum commands under way per client, STOPs aside.
 const ASKS_MAX: usize = 16;
+
+/// Code of an invalid line.
+const NOT_UNDERSTOOD: &str = "not-understood";
 
 /// Number of a connection, from 1; never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -29,6 +35,8 @@ pub enum Output {
     Line(ClientId, Vec<u8>),
     /// Close this client after its lines.
     Close(ClientId),
+    /// Whether this client waits for a command now and keeps its place.
+    Busy(ClientId, bool),
     /// Cancel this command: its timeout has passed.
     GiveUp(CommandId),
     /// Log a client's mistake.
@@ -51,7 +59,18 @@ struct Client {
     peer: String,
     /// The client has said hello and gets JSON lines.
     converses: bool,
+    /// Commands under way. STOPs do not count: they go on without their client.
     asks: usize,
+}
+
+impl Client {
+    fn asked(&self, client: ClientId, ask: Ask) -> Asked {
+        Asked {
+            client,
+            by: self.peer.clone(),
+            ask,
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -112,7 +131,7 @@ impl Broker {
         }
     }
 
-    /// Removes a receive-only client that was closed to admit another.
+    /// Removes an idle client that was closed to admit another.
     pub fn handle_gave_way(&mut self, client: ClientId) {
         if let Some(gone) = self.clients.remove(&client) {
             self.outputs.push_back(Output::Warning(format!(
@@ -124,11 +143,15 @@ impl Broker {
 
     /// Takes a line. Returns a command for the station; pass its number to [`Broker::handle_started`].
     pub fn handle_line(&mut self, client: ClientId, line: Result<&[u8], TooLong>) -> Option<Asked> {
+        let busy = self.clients.values().filter(|client| client.asks > 0);
+        let is_full = busy.count() >= CLIENTS_MAX;
         let known = self.clients.get_mut(&client)?;
         let parsed = line
-            .map_err(|error| error.to_string())
-            .and_then(|line| ClientLine::parse(line).map_err(|error| error.to_string()));
-        let problem = match parsed {
+            .map_err(|error| (NOT_UNDERSTOOD, error.to_string()))
+            .and_then(|line| {
+                ClientLine::parse(line).map_err(|error| (error.code(), error.to_string()))
+            });
+        let (code, problem) = match parsed {
             Ok(ClientLine::Hello { pid }) if !known.converses => {
                 known.converses = true;
                 // The process number from the system takes precedence over the client's own.
@@ -140,41 +163,44 @@ impl Broker {
                 self.reply(client, &StationLine::Welcome(welcome));
                 return None;
             }
-            // STOP is exempt from the limit.
-            Ok(ClientLine::Ask(ask))
-                if known.converses && (known.asks < ASKS_MAX || ask.request == Request::Stop) =>
-            {
+            Ok(ClientLine::Hello { .. }) => (NOT_UNDERSTOOD, "hello was sent already".to_owned()),
+            Ok(ClientLine::Ask(_)) if !known.converses => {
+                let problem = "begin with {\"groundwave\":1}";
+                (NOT_UNDERSTOOD, problem.to_owned())
+            }
+            // STOP is exempt from the limits.
+            Ok(ClientLine::Ask(ask)) if ask.request == Request::Stop => {
+                return Some(known.asked(client, ask));
+            }
+            Ok(ClientLine::Ask(_)) if known.asks == ASKS_MAX => {
+                ("busy", format!("{ASKS_MAX} commands are already waiting"))
+            }
+            Ok(ClientLine::Ask(_)) if known.asks == 0 && is_full => {
+                let problem = format!(
+                    "{CLIENTS_MAX} programs wait for their commands; only `stop` is taken now, try again later"
+                );
+                ("full", problem)
+            }
+            Ok(ClientLine::Ask(ask)) => {
                 known.asks += 1;
-                return Some(Asked {
-                    client,
-                    by: known.peer.clone(),
-                    ask,
-                });
+                if known.asks == 1 {
+                    self.outputs.push_back(Output::Busy(client, true));
+                }
+                return Some(known.asked(client, ask));
             }
-            Ok(ClientLine::Hello { .. }) => "hello was sent already".to_owned(),
-            Ok(ClientLine::Ask(_)) if known.converses => {
-                format!("{ASKS_MAX} commands are already waiting")
-            }
-            Ok(ClientLine::Ask(_)) => "begin with {\"groundwave\":1}".to_owned(),
             Err(problem) => problem,
         };
         let peer = known.peer.clone();
-        self.refuse(client, &problem);
-        self.outputs.push_back(Output::Warning(format!(
-            "{peer} was closed: it sent an invalid line"
-        )));
-        None
-    }
-
-    fn refuse(&mut self, client: ClientId, problem: &str) {
-        self.reply(
-            client,
-            &StationLine::Error {
-                error: problem.to_owned(),
-            },
-        );
+        self.reply(client, &StationLine::error(code, problem));
         self.outputs.push_back(Output::Close(client));
         self.clients.remove(&client);
+        let why = match code {
+            NOT_UNDERSTOOD => "it sent an invalid line",
+            _ => "it was refused",
+        };
+        self.outputs
+            .push_back(Output::Warning(format!("{peer} was closed: {why}")));
+        None
     }
 
     /// Takes the number that the station gave a command.
@@ -275,9 +301,13 @@ impl Broker {
 
     fn forget(&mut self, id: CommandId) {
         if let Some(command) = self.commands.remove(&id)
+            && command.request != Request::Stop
             && let Some(client) = self.clients.get_mut(&command.client)
         {
             client.asks -= 1;
+            if client.asks == 0 {
+                self.outputs.push_back(Output::Busy(command.client, false));
+            }
         }
     }
 }

@@ -44,6 +44,17 @@ pub enum CodecError {
     Timeout,
 }
 
+impl CodecError {
+    /// Stable code.
+    #[must_use]
+    pub const fn code(&self) -> &'static str {
+        match self {
+            Self::Version(_) => "version",
+            Self::Json(_) | Self::Shape | Self::Request(_) | Self::Timeout => "not-understood",
+        }
+    }
+}
+
 /// A line from a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ClientLine {
@@ -265,14 +276,25 @@ pub enum StationLine {
         /// The text.
         said: String,
     },
-    /// The client made a mistake; the station closes the connection.
+    /// The station closes the connection.
     Error {
-        /// The mistake, and what to do.
+        /// The reason as a stable code.
+        code: String,
+        /// The reason for people, and what to do.
         error: String,
     },
 }
 
 impl StationLine {
+    /// The last line to a client: why the station closes the connection.
+    #[must_use]
+    pub fn error(code: &str, error: impl Into<String>) -> Self {
+        Self::Error {
+            code: code.to_owned(),
+            error: error.into(),
+        }
+    }
+
     /// Reads a line, with or without its line feed; `None` for raw bytes from the radio.
     #[must_use]
     pub fn parse(line: &[u8]) -> Option<Self> {
@@ -292,7 +314,7 @@ impl StationLine {
             }
             Self::Lost { lost } => line_of(&json!({ "lost": lost })),
             Self::Said { said } => line_of(&json!({ "said": said })),
-            Self::Error { error } => line_of(&json!({ "error": error })),
+            Self::Error { code, error } => line_of(&json!({ "code": code, "error": error })),
         }
     }
 }

@@ -12,7 +12,7 @@ mod lines;
 mod status;
 
 pub use address::{Address, Exposed};
-pub use broker::{Asked, Broker, ClientId, Output};
+pub use broker::{Asked, Broker, CLIENTS_MAX, ClientId, Output};
 pub use calls::{CallError, CallId, CallOutput, Calls, busy, is_stop, stop_queued};
 pub use codec::{Ask, ClientLine, CodecError, Heard, StationLine, Welcome};
 pub use lines::{LINE_MAX, Lines, TooLong};

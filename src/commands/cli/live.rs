@@ -8,6 +8,7 @@ use clap_complete::engine::ArgValueCompleter;
 
 use super::super::completions;
 use super::super::config::Config;
+use super::super::sharing::parse_address;
 use super::{laid_out, parse_baud, parse_duration};
 use crate::capture::Rotation;
 use crate::io::foxglove::DEFAULT_ADDRESS;
@@ -78,14 +79,15 @@ pub struct RecordingArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(group = ArgGroup::new("shared").args(["share", "foxglove"]).multiple(true))]
 pub struct Sharing {
-    /// Share the link on a local port (4001, 127.0.0.1:4001) or a Unix socket (/tmp/x.sock): other programs read
-    /// the raw bytes there, and `send --via` sends through it
-    #[arg(long, value_name = "ADDR|PATH")]
+    /// Share the link on a Unix socket (/tmp/x.sock) or a local port (4001, 127.0.0.1:4001): other programs of yours
+    /// read the raw bytes there, and `send --via` sends through it [default: a socket that --via finds by itself]
+    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
     pub share: Option<Address>,
     /// Serve Foxglove and Lichtblick on this port or address; they can watch and steer the robot
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS)]
     pub foxglove: Option<Address>,
-    /// Allow addresses that other machines can reach; every machine that reaches one can steer the robot
+    /// Allow addresses that other machines can reach. --share then wants its token, --foxglove lets every machine steer the
+    /// robot; neither is encrypted
     #[arg(long, requires = "shared")]
     pub share_open_to_network: bool,
 }
@@ -107,7 +109,7 @@ impl Sharing {
 Examples:
   groundwave watch /dev/ttyUSB0 --tee evening.txt --record
   groundwave watch tcp:robot.local:4000
-  groundwave watch /dev/ttyUSB0 --share /tmp/x.sock     then: groundwave send --via /tmp/x.sock stop
+  groundwave watch /dev/ttyUSB0 --share                 then: groundwave send --via stop
   ssh robot cat /dev/ttyS0 | groundwave watch -"))]
 pub struct Watch {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim

@@ -1,6 +1,7 @@
 //! The arguments of `send`, `param` and `calibrate`.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::time::Duration;
 
 use clap::Args;
@@ -8,6 +9,7 @@ use clap_complete::engine::ArgValueCompleter;
 
 use super::{RadioArgs, parse_duration};
 use crate::commands::completions;
+use crate::commands::sharing::parse_address;
 use crate::io::link::LinkSpec;
 use crate::request::Request;
 use crate::share::Address;
@@ -20,14 +22,14 @@ use crate::share::Address;
 )]
 pub struct Send {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via
-    #[arg(required_unless_present_any = ["via", "dry_run"], add = ArgValueCompleter::new(completions::links))]
+    #[arg(required_unless_present_any = ["via", "dry_run"], allow_negative_numbers = true, add = ArgValueCompleter::new(completions::links))]
     link: Option<String>,
     /// The command and its arguments
     #[arg(value_name = "COMMAND", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::commands))]
     words: Vec<String>,
-    /// Send through the station that shares its link with --share
-    #[arg(long, value_name = "ADDR|PATH")]
-    pub via: Option<Address>,
+    /// Send through the station that shares its link with --share [default: the usual socket]
+    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
+    pub via: Option<Via>,
     /// Read commands from FILE (- is standard input), one a line; stop at the first failure
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
     pub file: Option<PathBuf>,
@@ -60,9 +62,9 @@ pub struct Param {
     /// list, get NAME, set NAME VALUE or save
     #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::param))]
     words: Vec<String>,
-    /// Send through the station that shares its link with --share
-    #[arg(long, value_name = "ADDR|PATH")]
-    via: Option<Address>,
+    /// Send through the station that shares its link with --share [default: the usual socket]
+    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
+    via: Option<Via>,
     /// Give up if the robot has not confirmed after this time
     #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "2m")]
     timeout: Duration,
@@ -77,16 +79,42 @@ pub struct Param {
     quiet: bool,
 }
 
+/// The value of `--via`: a station, and the first word of the command where no address was given.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Via {
+    address: Address,
+    word: Option<String>,
+}
+
+impl FromStr for Via {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let is_word = Request::is_command(text) || is_param_word(text);
+        Ok(Self {
+            address: parse_address(if is_word { "" } else { text })?,
+            word: is_word.then(|| text.to_owned()),
+        })
+    }
+}
+
+/// Whether a word says what `param` does.
+fn is_param_word(word: &str) -> bool {
+    matches!(word, "list" | "get" | "set" | "save")
+}
+
 impl Param {
     /// The same command for `send`, beginning with the word `param`.
     #[must_use]
     pub fn to_send(&self) -> Send {
         let word = || "param".to_owned();
-        let (link, words): (Option<String>, Vec<String>) = match &self.via {
-            Some(_) => (
-                Some(word()),
-                self.link.iter().chain(&self.words).cloned().collect(),
-            ),
+        let mut via = self.via.clone();
+        let (link, words): (Option<String>, Vec<String>) = match &mut via {
+            Some(via) => {
+                let first = via.word.take();
+                let words = first.iter().chain(&self.link).chain(&self.words);
+                (Some(word()), words.cloned().collect())
+            }
             None => (
                 self.link.clone(),
                 std::iter::once(word())
@@ -97,7 +125,7 @@ impl Param {
         Send {
             link,
             words,
-            via: self.via.clone(),
+            via,
             file: None,
             dry_run: false,
             go: false,
@@ -115,8 +143,8 @@ pub struct Calibrate {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
-    /// Send through the station that shares its link with --share
-    #[arg(long, value_name = "ADDR|PATH")]
+    /// Send through the station that shares its link with --share [default: the usual socket]
+    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
     via: Option<Address>,
     /// Side of the square in inches; keep another foot of floor free around it
     #[arg(long, value_name = "IN", default_value_t = 157, value_parser = clap::value_parser!(i16).range(40..=400))]
@@ -172,10 +200,11 @@ impl Send {
     pub fn way(&self) -> Result<(Way, Vec<&str>), String> {
         let first = self.link.as_deref();
         let words = self.words.iter().map(String::as_str);
-        if let Some(address) = &self.via {
+        if let Some(via) = &self.via {
+            let word = via.word.as_deref();
             Ok((
-                Way::Via(address.clone()),
-                first.into_iter().chain(words).collect(),
+                Way::Via(via.address.clone()),
+                word.into_iter().chain(first).chain(words).collect(),
             ))
         } else {
             let words: Vec<&str> = words.collect();
@@ -190,7 +219,7 @@ impl Send {
 /// Parses a link. A command word in its place probably means that the link was forgotten.
 fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
     let is_forgotten = match words.first() {
-        Some(&"param") => matches!(first, "list" | "get" | "set" | "save"),
+        Some(&"param") => is_param_word(first),
         _ => Request::is_command(first),
     };
     if is_forgotten && !Path::new(first).exists() {
@@ -215,6 +244,7 @@ impl Send {
             first.map(str::parse::<LinkSpec>).transpose()?;
             return Ok(words.collect());
         }
-        Ok(first.into_iter().chain(words).collect())
+        let word = self.via.as_ref().and_then(|via| via.word.as_deref());
+        Ok(word.into_iter().chain(first).chain(words).collect())
     }
 }

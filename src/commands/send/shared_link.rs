@@ -110,7 +110,7 @@ pub(in super::super) fn converse<T>(
         let line = client.next(deadline).map_err(unknown)?;
         match &line {
             StationLine::Status { id, .. } if *id != ask.tag => continue,
-            StationLine::Error { error } => {
+            StationLine::Error { error, .. } => {
                 return Err(Fault::new(Exit::Failed, format!("`{request}`: {error}")));
             }
             _ => {}

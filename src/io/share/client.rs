@@ -1,5 +1,6 @@
 //! One connection to a shared link.
 
+use std::io;
 use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
@@ -7,11 +8,18 @@ use tokio::sync::mpsc;
 use tokio::time::timeout;
 
 use super::outbox::{Cut, Next, Outbox};
-use super::{CLIENTS_MAX, FromClient, READ_MAX};
+use super::owner::Token;
+use super::{FromClient, READ_MAX};
 use crate::share::{ClientId, Lines, StationLine};
 
 /// Time for a closed client to read its last lines.
 const LINGER: Duration = Duration::from_secs(1);
+
+/// Time for a client to send its token.
+const TOKEN_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Maximum bytes of a first line that are read.
+const TOKEN_LINE_MAX: usize = 256;
 
 /// A TCP or Unix socket.
 pub(super) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
@@ -34,23 +42,54 @@ pub(super) async fn serve(
     let (mut reading, mut writing) = tokio::io::split(stream);
     let ended = tokio::select! {
         biased;
-        cut = outbox.cut() => return Ended::Cut(cut),
-        () = listen(&mut reading, client, outbox, to_station) => return Ended::Gone,
-        written = write(&mut writing, outbox) => written,
+        cut = outbox.cut() => Ended::Cut(cut),
+        () = listen(&mut reading, client, outbox, to_station) => Ended::Gone,
+        written = write(&mut writing, outbox) => {
+            if written.is_ok() {
+                linger(&mut reading, &mut writing).await;
+            }
+            Ended::Gone
+        }
     };
-    if ended.is_ok() {
-        linger(&mut reading, &mut writing).await;
+    if matches!(ended, Ended::Cut(Cut::GaveWay)) && outbox.converses() {
+        let why = "this program was idle and made room for another; connect again to go on";
+        tokio::spawn(dismiss(reading, writing, "gave-way", why.to_owned()));
     }
-    Ended::Gone
+    ended
 }
 
-/// Refuses a client because there are too many.
-pub(super) async fn turn_away(stream: Box<dyn Stream>) {
-    let (mut reading, mut writing) = tokio::io::split(stream);
-    let full = StationLine::Error {
-        error: format!("{CLIENTS_MAX} programs share this link already"),
+/// Returns the stream of a client whose first line is the token; tells other clients what they need.
+pub(super) async fn admit(mut stream: Box<dyn Stream>, token: &Token) -> Option<Box<dyn Stream>> {
+    let line = async {
+        let mut line = Vec::new();
+        while line.len() < TOKEN_LINE_MAX {
+            match stream.read_u8().await? {
+                b'\n' => break,
+                byte => line.push(byte),
+            }
+        }
+        io::Result::Ok(line)
     };
-    if writing.write_all(&full.to_line()).await.is_ok() {
+    match timeout(TOKEN_TIMEOUT, line).await {
+        Ok(Ok(line)) if token.is(&line) => Some(stream),
+        Ok(Err(_)) => None,
+        Ok(Ok(_)) | Err(_) => {
+            let (reading, writing) = tokio::io::split(stream);
+            dismiss(reading, writing, "token", token.how_to_show()).await;
+            None
+        }
+    }
+}
+
+/// Sends the reason as the last line.
+async fn dismiss(
+    mut reading: ReadHalf<Box<dyn Stream>>,
+    mut writing: WriteHalf<Box<dyn Stream>>,
+    code: &'static str,
+    why: String,
+) {
+    let line = StationLine::error(code, why).to_line();
+    if let Ok(Ok(())) = timeout(LINGER, writing.write_all(&line)).await {
         linger(&mut reading, &mut writing).await;
     }
 }
@@ -74,6 +113,7 @@ async fn listen(
         while !bytes.is_empty() {
             let (taken, line) = lines.take(bytes);
             bytes = &bytes[taken..];
+            outbox.touch();
             if let Some(line) = line.transpose()
                 && to_station
                     .send(FromClient::Line { client, line })
@@ -86,10 +126,13 @@ async fn listen(
     }
 }
 
-async fn write(writing: &mut WriteHalf<Box<dyn Stream>>, outbox: &Outbox) -> std::io::Result<()> {
+async fn write(writing: &mut WriteHalf<Box<dyn Stream>>, outbox: &Outbox) -> io::Result<()> {
     loop {
         match outbox.next().await {
-            Next::Write(bytes) => writing.write_all(&bytes).await?,
+            Next::Write(bytes) => {
+                writing.write_all(&bytes).await?;
+                outbox.taken();
+            }
             Next::Close => return Ok(()),
         }
     }

@@ -3,10 +3,11 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use super::ShareError;
 use super::client::Stream;
+use super::owner::Token;
 #[cfg(unix)]
 use super::socket_file::SocketFile;
+use super::{ShareError, owner};
 use crate::share::Address;
 
 /// Pause after the system refused a connection, such as for too many open files.
@@ -16,6 +17,8 @@ pub(super) struct Opened {
     pub(super) listener: Listener,
     /// The address for clients.
     pub(super) address: String,
+    /// What clients of a port have to show.
+    pub(super) token: Option<Token>,
     #[cfg(unix)]
     pub(super) file: Option<SocketFile>,
 }
@@ -34,15 +37,17 @@ pub(super) fn open(address: &Address, open_to_network: bool) -> Result<Opened, S
         (_, Some(socket)) => open_tcp(socket),
         #[cfg(unix)]
         (Address::Unix(path), None) => {
+            let refused = |error| ShareError::Listen(address.to_string(), error);
+            owner::make_folder_of(path).map_err(refused)?;
             let (file, listener) = SocketFile::bind(path)?;
-            let listener = tokio::net::UnixListener::from_std(listener)
-                .map_err(|error| ShareError::Listen(address.to_string(), error))?;
+            let listener = tokio::net::UnixListener::from_std(listener).map_err(refused)?;
             Ok(Opened {
                 listener: Listener::Unix {
                     listener,
                     path: address.to_string(),
                 },
                 address: address.to_string(),
+                token: None,
                 file: Some(file),
             })
         }
@@ -57,11 +62,14 @@ fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
     let refused = |error| ShareError::Listen(socket.to_string(), error);
     let listener = std::net::TcpListener::bind(socket).map_err(refused)?;
     listener.set_nonblocking(true).map_err(refused)?;
-    let address = listener.local_addr().map_err(refused)?.to_string();
+    let address = listener.local_addr().map_err(refused)?;
+    let token = Token::create(address.port())
+        .map_err(|error| ShareError::Token(address.to_string(), error))?;
     let listener = tokio::net::TcpListener::from_std(listener).map_err(refused)?;
     Ok(Opened {
         listener: Listener::Tcp(listener),
-        address,
+        address: address.to_string(),
+        token: Some(token),
         #[cfg(unix)]
         file: None,
     })

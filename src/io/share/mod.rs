@@ -1,24 +1,29 @@
-//! Sockets of a shared link. Clients get the raw bytes, and their input is split into lines. A slow or absent client
-//! never delays the radio.
+//! Sockets of a shared link. Clients get the raw bytes, and their input is split into lines; on a port a client sends the
+//! token first. A slow or absent client never delays the radio.
 
 mod client;
 mod listener;
 mod outbox;
+mod owner;
 #[cfg(unix)]
 mod socket_file;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::mpsc;
+use tokio::task::{AbortHandle, JoinSet};
 
-use crate::share::{Address, ClientId, Exposed, LINE_MAX, TooLong};
+use crate::share::{Address, CLIENTS_MAX, ClientId, Exposed, LINE_MAX, TooLong};
+use client::Stream;
 use listener::Listener;
 use outbox::{Cut, Outbox};
+use owner::Token;
+pub use owner::{TOKEN_VARIABLE, find_token, usual_address};
 
-/// Maximum connections.
-const CLIENTS_MAX: usize = 16;
+/// Maximum connections that have not sent the token.
+const STRANGERS_MAX: usize = 16;
 
 /// Maximum inputs that wait for the station; further clients wait.
 const INPUTS: usize = 32;
@@ -32,6 +37,11 @@ pub enum ShareError {
     /// The path exists and must not be replaced.
     #[error("cannot share on {0}: {1}")]
     Taken(String, &'static str),
+    /// The token of a port cannot be written.
+    #[error(
+        "cannot share on {0}: its token cannot be written: {1}; set XDG_RUNTIME_DIR to a folder of yours"
+    )]
+    Token(String, io::Error),
     /// The system's error.
     #[error("cannot share on {0}: {1}; {hint}", hint = match .1.kind() {
         io::ErrorKind::NotFound => "make the folder first",
@@ -65,7 +75,7 @@ pub enum FromClient {
         /// Number of bytes that it had not read.
         unread_bytes: usize,
     },
-    /// A receive-only client was closed to admit another.
+    /// An idle client was closed to admit another.
     GaveWay {
         /// The client.
         client: ClientId,
@@ -86,20 +96,21 @@ impl Outboxes {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a client. If there are too many, the oldest receive-only client is closed, because a STOP must get through;
-    /// `None` if there is none.
-    fn add(&self, client: ClientId) -> Option<Arc<Outbox>> {
+    /// Adds a client. If there are too many, the client that has been idle for longest is closed, because a STOP must get
+    /// through; if none is idle, there is one more.
+    fn add(&self, client: ClientId) -> Arc<Outbox> {
         let mut all = self.lock();
         if all.len() >= CLIENTS_MAX {
-            let mut readers = all.iter().filter(|(_, outbox)| !outbox.converses());
-            let longest = *readers.next()?.0;
-            if let Some(outbox) = all.remove(&longest) {
+            let idle = |(id, outbox): (&ClientId, &Arc<Outbox>)| Some((outbox.idle_since()?, *id));
+            let longest = all.iter().filter_map(idle).min();
+            if let Some(outbox) = longest.and_then(|(_, id)| all.remove(&id)) {
                 outbox.cut_off();
             }
         }
         let outbox = Arc::new(Outbox::default());
+        outbox.touch();
         all.insert(client, Arc::clone(&outbox));
-        Some(outbox)
+        outbox
     }
 }
 
@@ -136,7 +147,15 @@ impl Share {
         let opened = listener::open(address, open_to_network)?;
         let outboxes = Outboxes::default();
         let (to_station, inputs) = mpsc::channel(INPUTS);
-        let accepting = tokio::spawn(accept(opened.listener, outboxes.clone(), to_station));
+        let accepting = tokio::spawn(accept(
+            opened.listener,
+            opened.token,
+            Clients {
+                outboxes: outboxes.clone(),
+                to_station,
+                newest: 0,
+            },
+        ));
         Ok(Self {
             address: opened.address,
             outboxes,
@@ -178,6 +197,11 @@ impl Share {
         self.with(client, |outbox| outbox.add_line(line));
     }
 
+    /// Sets whether a client waits for a command.
+    pub fn set_busy(&self, client: ClientId, is_busy: bool) {
+        self.with(client, |outbox| outbox.set_busy(is_busy));
+    }
+
     /// Closes a client's connection after its lines.
     pub fn close(&self, client: ClientId) {
         self.with(client, Outbox::close);
@@ -196,21 +220,59 @@ impl Drop for Share {
     }
 }
 
-async fn accept(listener: Listener, outboxes: Outboxes, to_station: mpsc::Sender<FromClient>) {
-    let mut next = 1;
+/// Admits clients; on a port only those that send the token.
+async fn accept(listener: Listener, token: Option<Token>, mut clients: Clients) {
+    let token = token.map(Arc::new);
+    let mut admitted = JoinSet::new();
+    let mut strangers = VecDeque::<AbortHandle>::new();
     loop {
-        let (stream, peer) = listener.accept().await;
-        let client = ClientId(next);
-        next += 1;
-        let Some(outbox) = outboxes.add(client) else {
-            tokio::spawn(client::turn_away(stream));
-            continue;
+        let entered = tokio::select! {
+            (stream, peer) = listener.accept() => {
+                let Some(token) = token.clone() else {
+                    if clients.enter(stream, peer).await.is_none() {
+                        return;
+                    }
+                    continue;
+                };
+                strangers.retain(|stranger| !stranger.is_finished());
+                // The oldest makes room: the owner's programs send the token at once.
+                if strangers.len() == STRANGERS_MAX
+                    && let Some(oldest) = strangers.pop_front()
+                {
+                    oldest.abort();
+                }
+                strangers.push_back(admitted.spawn(async move {
+                    let stream = client::admit(stream, &token).await?;
+                    Some((stream, peer))
+                }));
+                continue;
+            }
+            Some(entered) = admitted.join_next() => entered,
         };
-        let connected = FromClient::Connected { client, peer };
-        if to_station.send(connected).await.is_err() {
+        if let Ok(Some((stream, peer))) = entered
+            && clients.enter(stream, peer).await.is_none()
+        {
             return;
         }
-        let (outboxes, to_station) = (outboxes.clone(), to_station.clone());
+    }
+}
+
+struct Clients {
+    outboxes: Outboxes,
+    to_station: mpsc::Sender<FromClient>,
+    /// Number of the newest client.
+    newest: u64,
+}
+
+impl Clients {
+    /// Serves a client until it ends; `None` when the station is gone.
+    async fn enter(&mut self, stream: Box<dyn Stream>, peer: String) -> Option<()> {
+        self.newest += 1;
+        let client = ClientId(self.newest);
+        let outbox = self.outboxes.add(client);
+        let connected = FromClient::Connected { client, peer };
+        self.to_station.send(connected).await.ok()?;
+        let (outboxes, to_station) = (self.outboxes.clone(), self.to_station.clone());
         tokio::spawn(async move {
             let ended = client::serve(stream, client, &outbox, &to_station).await;
             outboxes.lock().remove(&client);
@@ -225,8 +287,66 @@ async fn accept(listener: Listener, outboxes: Outboxes, to_station: mpsc::Sender
             // The station may have ended.
             let _ = to_station.send(last).await;
         });
+        Some(())
     }
 }
 
 /// Maximum bytes read ahead from a client.
 const READ_MAX: usize = LINE_MAX;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As many clients as there may be, each of which said hello.
+    fn full() -> (Outboxes, Vec<Arc<Outbox>>) {
+        let outboxes = Outboxes::default();
+        let all = (1..=CLIENTS_MAX as u64).map(|n| outboxes.add(ClientId(n)));
+        let all: Vec<_> = all.collect();
+        for outbox in &all {
+            outbox.end_raw();
+        }
+        (outboxes, all)
+    }
+
+    fn numbers(outboxes: &Outboxes) -> Vec<u64> {
+        outboxes.lock().keys().map(|client| client.0).collect()
+    }
+
+    #[test]
+    fn the_client_that_has_been_idle_for_longest_makes_room() {
+        let (outboxes, all) = full();
+        all[0].touch();
+        all[1].set_busy(true);
+        outboxes.add(ClientId(17));
+        outboxes.add(ClientId(18));
+        let left: Vec<u64> = [1, 2].into_iter().chain(5..=18).collect();
+        assert_eq!(numbers(&outboxes), left);
+    }
+
+    #[test]
+    fn a_client_that_reads_stays_before_one_that_only_said_hello() {
+        let (outboxes, _) = full();
+        let reader = outboxes.add(ClientId(17));
+        reader.add_raw(b"A");
+        reader.taken();
+        for n in 18..18 + CLIENTS_MAX as u64 {
+            outboxes.add(ClientId(n)).end_raw();
+            reader.taken();
+        }
+        assert!(numbers(&outboxes).contains(&17));
+    }
+
+    #[test]
+    fn one_more_comes_in_when_all_wait_for_commands() {
+        let (outboxes, all) = full();
+        for outbox in &all {
+            outbox.set_busy(true);
+        }
+        for n in 17..30 {
+            outboxes.add(ClientId(n)).end_raw();
+            let left: Vec<u64> = (1..=CLIENTS_MAX as u64).chain([n]).collect();
+            assert_eq!(numbers(&outboxes), left);
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! Unsent bytes for one client, in bounded memory.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use tokio::sync::Notify;
 
@@ -31,6 +32,10 @@ struct State {
     converses: bool,
     closes: bool,
     too_slow: bool,
+    /// The client waits for a command.
+    is_busy: bool,
+    /// Time of the client's latest line, or of the latest raw bytes that it took.
+    active_at: Option<Instant>,
 }
 
 /// The next action of a client's writer.
@@ -92,6 +97,29 @@ impl Outbox {
 
     pub(super) fn converses(&self) -> bool {
         self.lock().converses
+    }
+
+    /// Sets whether the client waits for a command.
+    pub(super) fn set_busy(&self, is_busy: bool) {
+        self.lock().is_busy = is_busy;
+    }
+
+    /// Marks the client as active now.
+    pub(super) fn touch(&self) {
+        self.lock().active_at = Some(Instant::now());
+    }
+
+    /// The client took the bytes written to it. Only raw bytes count as activity: few JSON lines come unasked.
+    pub(super) fn taken(&self) {
+        if !self.converses() {
+            self.touch();
+        }
+    }
+
+    /// Time of the client's latest activity; `None` if it must keep its place.
+    pub(super) fn idle_since(&self) -> Option<Instant> {
+        let state = self.lock();
+        state.active_at.filter(|_| !state.is_busy)
     }
 
     /// Waits for the next action.

@@ -43,6 +43,8 @@ impl Table {
                 }
                 Output::EndRaw(ClientId(n)) => format!("{n} ends raw"),
                 Output::Close(ClientId(n)) => format!("{n} closed"),
+                Output::Busy(ClientId(n), true) => format!("{n} is busy"),
+                Output::Busy(ClientId(n), false) => format!("{n} is idle"),
                 Output::GiveUp(CommandId(n)) => format!("command {n} given up"),
                 Output::Warning(text) => text,
             })
@@ -69,6 +71,7 @@ fn each_is_told_the_steps_of_its_own_commands() {
     let first = table
         .hear(ANNE, br#"{"id":4,"do":"scan"}"#)
         .expect("a wish");
+    assert_eq!(table.outputs(), ["1 is busy"]);
     let second = table.hear(BEN, br#"{"id":4,"do":"stop"}"#).expect("a wish");
     let heard = Heard {
         bytes: 80,
@@ -78,7 +81,8 @@ fn each_is_told_the_steps_of_its_own_commands() {
     table.broker.handle_status(first, &CONFIRMED, heard);
     table.broker.handle_status(first, &CONFIRMED, heard);
     let lines = table.outputs();
-    assert_eq!(lines.len(), 2, "each ends once: {lines:?}");
+    assert_eq!(lines.len(), 3, "each ends once: {lines:?}");
+    assert_eq!(lines[2], "1 is idle", "a STOP goes on without its client");
     assert!(lines[0].starts_with("2 < ") && lines[1].starts_with("1 < "));
     assert!(
         lines[0].contains(r#""heard":{"bytes":80,"lines":1}"#),
@@ -113,7 +117,10 @@ fn garbage_closes_the_client_with_a_reason_and_nobody_else() {
         let mut table = Table::new();
         assert_eq!(table.hear(ANNE, garbage), None);
         let outputs = table.outputs();
-        assert!(outputs[0].starts_with("1 < {\"error\":"), "{outputs:?}");
+        assert!(
+            outputs[0].starts_with("1 < {\"code\":\"not-understood\""),
+            "{outputs:?}"
+        );
         assert_eq!(outputs[1], "1 closed");
         assert!(
             outputs[2].contains("pid 5 via ./x.sock was closed"),
@@ -171,10 +178,10 @@ fn a_client_that_vanishes_leaves_its_command_until_its_time_is_over() {
 fn time_over_is_told_with_what_was_heard() {
     let mut table = Table::new();
     table.hear(ANNE, HELLO);
-    table.outputs();
     table
         .hear(ANNE, br#"{"id":3,"do":"scan","timeout_ms":1}"#)
         .expect("a wish");
+    table.outputs();
     table
         .broker
         .handle_timeout(Moment::from_millis(1), Heard { bytes: 9, lines: 0 });
@@ -183,7 +190,30 @@ fn time_over_is_told_with_what_was_heard() {
         outputs[0].contains(r#""code":"timed-out""#) && outputs[0].contains(r#""bytes":9"#),
         "{outputs:?}"
     );
-    assert_eq!(outputs[1], "command 1 given up");
+    assert_eq!(outputs[1..], ["1 is idle", "command 1 given up"]);
+}
+
+#[test]
+fn a_stop_is_taken_when_every_place_waits_for_a_command() {
+    let mut table = Table::new();
+    let scan = br#"{"id":1,"do":"scan"}"#;
+    for n in 11..11 + CLIENTS_MAX as u64 {
+        table
+            .broker
+            .handle_connected(ClientId(n), format!("127.0.0.1:{n}"));
+        table.hear(ClientId(n), HELLO);
+        assert!(table.hear(ClientId(n), scan).is_some(), "{n}");
+    }
+    table.hear(ANNE, HELLO);
+    assert!(table.hear(ANNE, br#"{"id":1,"do":"stop"}"#).is_some());
+    table.outputs();
+    assert!(table.hear(ClientId(11), scan).is_some(), "it has its place");
+    assert_eq!(table.hear(ANNE, scan), None);
+    let outputs = table.outputs();
+    assert!(
+        outputs[0].starts_with(r#"1 < {"code":"full","error":"16 programs wait"#),
+        "{outputs:?}"
+    );
 }
 
 #[test]

@@ -103,9 +103,7 @@ fn every_status_comes_back_as_it_was() {
         StationLine::Lost {
             lost: "unplugged".to_owned(),
         },
-        StationLine::Error {
-            error: "no".to_owned(),
-        },
+        StationLine::error("busy", "no"),
     ] {
         assert_eq!(StationLine::parse(&line.to_line()), Some(line));
     }

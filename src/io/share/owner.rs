@@ -1,0 +1,193 @@
+//! What the owner of a share alone can reach: the usual socket, and the token of a port.
+//!
+//! Every user of a machine can connect to its ports. A client of a port therefore shows the token first, from a file
+//! that the owner alone can read.
+
+use std::env;
+use std::fmt::{self, Write as _};
+use std::fs::{self, DirBuilder, OpenOptions};
+use std::io::{self, Write as _};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+
+use etcetera::BaseStrategy as _;
+
+use crate::io::files;
+use crate::share::Address;
+
+/// Environment variable with a token, for other users and other machines.
+pub const TOKEN_VARIABLE: &str = "GROUNDWAVE_TOKEN";
+
+/// Random bytes of a token.
+const TOKEN_BYTES: usize = 32;
+
+/// The socket of `--share` and `--via` without an address; `None` when the system has no home folder.
+#[must_use]
+pub fn usual_address() -> Option<Address> {
+    Some(Address::Unix(folder()?.join("station.sock")))
+}
+
+/// The token for the peer of a connection: from the environment, or the file of a station on this machine.
+#[must_use]
+pub fn find_token(stream: &TcpStream) -> Option<String> {
+    if let Ok(token) = env::var(TOKEN_VARIABLE) {
+        return Some(token.trim().to_owned());
+    }
+    let (own, peer) = (stream.local_addr().ok()?, stream.peer_addr().ok()?);
+    // No other machine is given the token of a station on this one.
+    if own.ip() != peer.ip() && !peer.ip().is_loopback() {
+        return None;
+    }
+    let token = fs::read_to_string(token_path(peer.port())?).ok()?;
+    Some(token.trim().to_owned())
+}
+
+/// Makes the folder of the usual socket if that is what a path names.
+pub(super) fn make_folder_of(path: &Path) -> io::Result<()> {
+    match folder() {
+        Some(folder) if path.parent() == Some(&*folder) => make_private(&folder),
+        _ => Ok(()),
+    }
+}
+
+/// The token of a share on a port. Its file goes with it.
+pub(super) struct Token {
+    text: String,
+    path: PathBuf,
+}
+
+impl Token {
+    /// A new token in a file named by the port, in place of one that was left behind.
+    pub(super) fn create(port: u16) -> io::Result<Self> {
+        let path = token_path(port).ok_or(io::ErrorKind::NotFound)?;
+        if let Some(folder) = path.parent() {
+            make_private(folder)?;
+        }
+        let mut bytes = [0; TOKEN_BYTES];
+        getrandom::fill(&mut bytes)?;
+        let mut text = String::new();
+        for byte in bytes {
+            // Writing to a string does not fail.
+            let _ = write!(text, "{byte:02x}");
+        }
+        let token = Self { text, path };
+        token.keep()?;
+        Ok(token)
+    }
+
+    fn keep(&self) -> io::Result<()> {
+        let new = files::beside(&self.path);
+        // One that a killed process of this number left behind.
+        let _ = fs::remove_file(&new);
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        writeln!(options.open(&new)?, "{}", self.text)?;
+        fs::rename(&new, &self.path)
+    }
+
+    /// Whether a client's first line shows it; takes the same time for every line of its length.
+    pub(super) fn is(&self, line: &[u8]) -> bool {
+        let line = line.trim_ascii_end();
+        let pairs = line.iter().zip(self.text.as_bytes());
+        let difference = pairs.fold(0, |all, (shown, own)| all | (shown ^ own));
+        line.len() == self.text.len() && difference == 0
+    }
+
+    /// How a client shows it, in words.
+    pub(super) fn how_to_show(&self) -> String {
+        format!(
+            "this share wants its token as the first line. Programs of its owner find it in {}; elsewhere set \
+             {TOKEN_VARIABLE} to what that file holds",
+            self.path.display()
+        )
+    }
+}
+
+impl Drop for Token {
+    fn drop(&mut self) {
+        let is_own = fs::read(&self.path).is_ok_and(|kept| self.is(&kept));
+        if is_own {
+            // A file that cannot be removed opens nothing any more.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+impl fmt::Debug for Token {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Token")
+            .field("path", &self.path)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The folder for files of running stations.
+fn folder() -> Option<PathBuf> {
+    let strategy = etcetera::choose_base_strategy().ok()?;
+    let runtime = strategy.runtime_dir().or_else(|| strategy.state_dir());
+    Some(
+        runtime
+            .unwrap_or_else(|| strategy.cache_dir())
+            .join("groundwave"),
+    )
+}
+
+fn token_path(port: u16) -> Option<PathBuf> {
+    Some(folder()?.join(format!("{port}.token")))
+}
+
+fn make_private(folder: &Path) -> io::Result<()> {
+    let mut builder = DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.recursive(true).create(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn token(path: PathBuf) -> Token {
+        let text = "0123456789abcdef".repeat(4);
+        let token = Token { text, path };
+        token.keep().expect("a file");
+        token
+    }
+
+    #[test]
+    fn only_the_whole_token_is_taken() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let token = token(folder.path().join("4001.token"));
+        let text = token.text.clone();
+        assert!(token.is(text.as_bytes()));
+        assert!(token.is(format!("{text}\r").as_bytes()));
+        for wrong in ["", &text[1..], &text.replace('f', "e"), &text.repeat(2)] {
+            assert!(!token.is(wrong.as_bytes()), "{wrong}");
+        }
+        assert!(!format!("{token:?}").contains(&text));
+    }
+
+    #[test]
+    fn its_file_is_private_and_goes_with_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("4001.token");
+        fs::write(&path, "of a station that was killed").expect("a file");
+        let kept = token(path.clone());
+        let text = fs::read_to_string(&path).expect("a token");
+        assert_eq!(text.trim(), kept.text);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let mode = fs::metadata(&path).expect("it exists").permissions().mode();
+            assert_eq!(mode & 0o777, 0o600);
+        }
+        drop(kept);
+        assert!(!path.exists());
+        let kept = token(path.clone());
+        fs::write(&path, "of another station").expect("a file");
+        drop(kept);
+        assert!(path.exists(), "only its own file is removed");
+    }
+}
