@@ -78,7 +78,7 @@ fn calibration_is_sent_and_saved() {
         "a track of 10000",
         "`a bit to the left` is not two numbers",
         "Error before: 3.",
-        "Saved over a reset.",
+        "Saved permanently.",
         "Not saved, as before: top-speed 8.",
     ] {
         assert!(said.contains(words), "`{words}` is not in:\n{said}");
@@ -120,7 +120,7 @@ fn calibration_works_over_a_shared_link() {
     let mut station = Telling::start(&["watch", &robot.path, "--headless", "--share", socket]);
     station.wait_for("a line", |value| value["event"] == "line");
     let said = calibrate(&["--via", socket]);
-    assert!(said.contains("Saved over a reset."), "{said}");
+    assert!(said.contains("Saved permanently."), "{said}");
     let kept = fs::read_to_string(&eeprom).unwrap();
     assert!(
         kept.contains("track=1") && !kept.contains("square=-"),

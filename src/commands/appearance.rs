@@ -1,5 +1,5 @@
 //! Appearance of the dashboard: from the configuration, else from the environment. The terminal is not queried, because
-//! one that does not answer costs seconds.
+//! waiting for one that does not answer takes seconds.
 
 use std::env;
 

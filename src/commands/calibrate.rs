@@ -168,7 +168,7 @@ impl Guide<'_> {
                 format_args!("; these values were set but not saved: {names}"),
             ),
         })?;
-        say("Saved over a reset.");
+        say("Saved permanently.");
         if !others.is_empty() {
             say(format_args!("Not saved, as before: {names}."));
         }

@@ -66,7 +66,7 @@ COMMAND is one of:
   goto X Y                      a route of one waypoint, whole inches from the robot's origin
   route FILE|-                  a route of `X,Y` lines
   clear                         delete the robot's route
-  set-pose X Y THETA            tell the robot where it is; reset-pose is 0 0 0
+  set-pose X Y THETA            set the robot's pose; reset-pose is 0 0 0
   scan                          measure the distances all around
   failsafe MODE Ns|off          enter a mode after N seconds (10 to 4095) without a frame from the ground
 
@@ -75,7 +75,7 @@ goto and route do not change the mode. With --go, `mode prowl` follows, and the 
 Examples:
   groundwave send /dev/ttyUSB0 goto -48 120 --go
   groundwave send tcp:robot.local:4000 route square.txt
-  groundwave send /dev/ttyUSB0 -f run.txt         one command a line, # comments; stops at the first failure
+  groundwave send /dev/ttyUSB0 -f run.txt         one command per line, # comments; stops at the first failure
   groundwave send --dry-run route square.txt
   groundwave send --via mode prowl                through the station started with --share
   groundwave send --via /tmp/x.sock mode prowl    through the one started with --share /tmp/x.sock"))]
@@ -86,10 +86,9 @@ Examples:
   groundwave param /dev/ttyUSB0 list
   groundwave param /dev/ttyUSB0 get top-speed
   groundwave param /dev/ttyUSB0 set top-speed 8      until the robot's next reset, unless saved
-  groundwave param --via /tmp/x.sock save            keep the values over a reset
+  groundwave param --via /tmp/x.sock save            keep the values after a reset
 
-`send LINK param ...` does the same. A value is confirmed when the robot has acknowledged the command and then reported
-the value itself."))]
+`send LINK param ...` does the same. A value is confirmed when the robot has reported it."))]
     Param(Param),
     /// Calibrate wheel and track size by driving two squares.
     #[command(after_help = laid_out("\

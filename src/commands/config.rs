@@ -119,14 +119,14 @@ pub enum Theme {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Recording {
-    /// Minutes before its start that a recording begun in the dashboard includes.
+    /// Minutes before its start that are included in a recording begun in the dashboard.
     pub keep_minutes: Option<u16>,
     /// As `--rotate`.
     pub rotate: Option<Rotation>,
 }
 
 impl Recording {
-    /// Time that is kept in memory while nothing is recorded.
+    /// Length of the history kept in memory while nothing is recorded.
     #[must_use]
     pub fn remembered(&self) -> Duration {
         self.keep_minutes.map_or(REMEMBERED, |minutes| {
@@ -143,7 +143,7 @@ impl Link {
     }
 }
 
-/// Reads the named file, or the one in the usual place if it exists.
+/// Reads the named file, or the one at the default path if it exists.
 pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
     let (config, fault) = load_lenient(named);
     fault.map_or(Ok(config), Err)
@@ -173,7 +173,7 @@ pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     }
 }
 
-/// The mistakes, one a line, in the form that editors jump to.
+/// The mistakes, one per line, in the form that editors recognize.
 fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
     let path = path.display();
     let count = match mistakes.len() {
@@ -191,7 +191,7 @@ fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
     Fault::new(Exit::Usage, message)
 }
 
-/// `~/.config/groundwave/config.toml`, or the system's own place.
+/// Default path: `~/.config/groundwave/config.toml`, or that of the system.
 pub(super) fn usual_place() -> Option<PathBuf> {
     let strategy = etcetera::choose_base_strategy().ok()?;
     Some(strategy.config_dir().join("groundwave").join("config.toml"))

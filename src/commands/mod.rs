@@ -84,7 +84,7 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         (Config::default(), None)
     };
     match fault {
-        // A mistake in the configuration must not prevent a stop.
+        // A mistake in the configuration must not prevent STOP.
         Some(fault) if command.is_stop() => say(format_args!(
             "groundwave: {fault}\nTrying to stop anyway, with the rest of the configuration."
         )),

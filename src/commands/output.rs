@@ -1,4 +1,4 @@
-//! Output files, named after captures and written whole or not at all.
+//! Output files, named after captures and written completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};

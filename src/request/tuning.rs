@@ -18,7 +18,7 @@ pub enum Tuning {
     Get(ParameterName),
     /// Change one, until the next reset.
     Set(ParameterName, Amount),
-    /// Save all over a reset.
+    /// Save all permanently.
     Save,
 }
 

@@ -1,4 +1,4 @@
-//! Delivers the calibration's commands over an own link or a shared one, and listens to the robot meanwhile.
+//! Delivers the calibration's commands over its own link or a shared one, and receives the robot's lines meanwhile.
 
 use std::time::Duration;
 
@@ -24,7 +24,7 @@ use crate::share::{Address, Ask, Heard, StationLine};
 /// Factor on the timeout of a command that lists all parameters.
 const LIST_TIMES: u32 = 6;
 
-/// A link to the robot and the way its commands go.
+/// A link to the robot, and the delivery of its commands.
 pub(super) struct Operator {
     driver: Driver,
     _simulator: Embedded,

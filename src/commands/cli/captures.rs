@@ -67,7 +67,7 @@ pub struct Decode {
 /// The output formats of `decode`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DecodeFormat {
-    /// One JSON object a line
+    /// One JSON object per line
     Jsonl,
     /// A table with a header
     Csv,
@@ -83,7 +83,7 @@ pub struct Info {
     /// The captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// Print one JSON object a file
+    /// Print one JSON object per file
     #[arg(long)]
     pub json: bool,
 }
@@ -97,8 +97,8 @@ Examples:
   groundwave convert 'evenings/*.txt' --output-dir converted
   ssh robot cat evening.txt | groundwave convert - -o evening.mcap
 
-Lines of raw text get timestamps as if the radio had sent without a pause at 2400 baud from --start on. Timestamps before
-the lines, as other stations and `ts` write them, are used instead. Line ends changed by an editor are restored."))]
+Lines without timestamps get the times of a radio that sends without pauses at 2400 baud, beginning at --start. Existing
+timestamps, as written by `ts` and other stations, are used instead. Line ends changed by an editor are restored."))]
 pub struct Convert {
     /// The captures to read.
     #[command(flatten)]
@@ -109,7 +109,7 @@ pub struct Convert {
     /// Start of a raw capture: 2025-03-14T09:26:53Z [default: its first timestamp, else 1970]
     #[arg(long, value_name = "TIME")]
     pub start: Option<When>,
-    /// Convert files without a single line too, such as noise
+    /// Also convert files without an intact line, such as noise
     #[arg(long)]
     pub anyway: bool,
 }
@@ -136,9 +136,9 @@ pub struct Export {
 /// The output formats of `export`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ExportFormat {
-    /// A table with a header, one row a line
+    /// A table with a header, one row per line
     Csv,
-    /// One JSON object a line
+    /// One JSON object per line
     Jsonl,
     /// The path with its events, as SVG
     Svg,
@@ -188,7 +188,7 @@ pub struct Verify {
     /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if it exists]
     #[arg(long, value_name = "FILE")]
     pub raw: Option<PathBuf>,
-    /// Print one JSON object a file
+    /// Print one JSON object per file
     #[arg(long)]
     pub json: bool,
 }
@@ -201,13 +201,13 @@ Examples:
   groundwave recover --json ~/captures    all interrupted recordings in a folder
 
 An interrupted recording is finished: its messages are indexed and compressed. A damaged recording is rewritten from its
-readable parts, the skipped parts are reported, and the original is kept as FILE.damaged. Interrupt and repeat the command
-as you like."))]
+readable parts, the skipped parts are reported, and the original is kept as FILE.damaged. The command may be interrupted
+and repeated at any time."))]
 pub struct Recover {
     /// Recordings, or folders with interrupted recordings
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Print one JSON object a recording
+    /// Print one JSON object per recording
     #[arg(long)]
     pub json: bool,
 }

@@ -21,7 +21,7 @@ pub struct Runs {
     /// Captures, or folders of captures
     #[arg(value_name = "FILE|DIR", default_value = ".")]
     pub paths: Vec<PathBuf>,
-    /// Print one JSON object a run
+    /// Print one JSON object per run
     #[arg(long)]
     pub json: bool,
 }

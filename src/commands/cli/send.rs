@@ -30,10 +30,10 @@ pub struct Send {
     /// Send through the station that shares its link with --share [default: the usual socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     pub via: Option<Via>,
-    /// Read commands from FILE (- is standard input), one a line; stop at the first failure
+    /// Read commands from FILE (- is standard input), one per line; stop at the first failure
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
     pub file: Option<PathBuf>,
-    /// Send nothing; print the frames and the least time they take. LINK may be omitted
+    /// Send nothing; print the frames and the minimum time they take. LINK may be omitted
     #[arg(long)]
     pub dry_run: bool,
     /// After goto or route, enter mode prowl, so that the robot drives
@@ -149,7 +149,7 @@ pub struct Calibrate {
     /// Side of the square in inches; keep another foot of floor free around it
     #[arg(long, value_name = "IN", default_value_t = 157, value_parser = clap::value_parser!(i16).range(40..=400))]
     pub side: i16,
-    /// Save the result in the robot, over a reset
+    /// Save the result in the robot permanently
     #[arg(long)]
     pub save: bool,
     /// Do not drive the squares a second time
@@ -164,7 +164,7 @@ pub struct Calibrate {
 }
 
 impl Calibrate {
-    /// The way to the radio.
+    /// The connection to the radio.
     ///
     /// # Errors
     /// If neither a link nor `--via` is given.
@@ -177,7 +177,7 @@ impl Calibrate {
     }
 }
 
-/// The way to the radio.
+/// The connection to the radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Way {
     /// A link that this process opens.
@@ -193,7 +193,7 @@ impl Send {
         self.way().is_ok_and(|(_, words)| words == ["stop"])
     }
 
-    /// The way to the radio and the words of the command. With `--via` no link precedes them.
+    /// The connection to the radio and the words of the command, which no link precedes with `--via`.
     ///
     /// # Errors
     /// If the link is not valid.

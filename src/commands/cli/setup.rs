@@ -14,7 +14,7 @@ Examples:
   groundwave ports
   groundwave ports --json"))]
 pub struct Ports {
-    /// Print one JSON object a port
+    /// Print one JSON object per port
     #[arg(long)]
     pub json: bool,
 }

@@ -63,7 +63,7 @@ impl Config {
 }
 
 impl Way {
-    /// The way with its link resolved, and the configuration for it.
+    /// The connection with its link resolved, and the configuration for it.
     pub(in super::super) fn at(self, config: &Config) -> Result<(Self, Config), Fault> {
         match self {
             Self::Link(link) => {

@@ -1,4 +1,4 @@
-//! Reads the text of a configuration: serde does the work, once more after each mistake, without the entry at fault.
+//! Reads the text of a configuration with serde, repeatedly: after each mistake again without the wrong entry.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use crate::model::keys::{Keymap, Rebinding};
 use crate::share::Address;
 use crate::suggest;
 
-/// Keys by action, by the place where they count.
+/// Keys by context and action.
 type Keys = BTreeMap<String, BTreeMap<Spanned<String>, Choice>>;
 
 /// The sections of the file, without `[link.NAME]`.
@@ -160,7 +160,7 @@ fn inherit_limits(document: &mut DeTable<'_>) {
     }
 }
 
-/// Deserializes a table again and again, each time without the entry that the last error names.
+/// Deserializes a table repeatedly, each time without the entry of the last error.
 fn deserialize<'t, T: Deserialize<'t> + Default>(
     mut table: DeTable<'t>,
     path: &[&str],

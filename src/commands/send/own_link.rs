@@ -102,7 +102,7 @@ async fn deliver_one(
             () = &mut deadline => {
                 driver.cancel();
                 let after = driver.now().saturating_sub(begun);
-                // The fault below says more than the one this step returns.
+                // The fault below is more precise than the one returned here.
                 report.status(line, &CommandStatus::Failed(Failure::TimedOut), after)?;
                 let heard = driver.heard();
                 return Err(not_confirmed(&line.request, heard, options.timeout, report.frames));

@@ -164,7 +164,7 @@ impl Report {
                 None
             }
             CommandStatus::Confirmed { digest } => {
-                // The values themselves are the result.
+                // The values are the result.
                 let is_question =
                     matches!(request, Request::Parameter(Tuning::List | Tuning::Get(_)));
                 if !self.json && !self.quiet && !is_question {
@@ -198,7 +198,7 @@ impl Report {
     }
 }
 
-/// A parameter in columns, with its value in the whole unit where the robot counts parts of one.
+/// A parameter in columns, also in the whole unit if the robot counts parts of it.
 fn parameter_text(line: &ParameterLine) -> String {
     let ParameterLine {
         value,

@@ -1,4 +1,4 @@
-//! The commands to deliver: one given as words, or a script with one a line.
+//! The commands to deliver: one given as words, or a script with one per line.
 
 use std::fs;
 use std::io::{self, Read};
