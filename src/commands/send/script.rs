@@ -92,7 +92,7 @@ impl Script {
         }
         if lines.is_empty() {
             return Err(usage(format!(
-                "{name}: no commands; write one a line, as after `groundwave send LINK`"
+                "{name}: no commands; write one per line, as after `groundwave send LINK`"
             )));
         }
         Ok(Self {
