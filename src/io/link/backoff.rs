@@ -39,7 +39,7 @@ impl Backoff {
         let pause = self.pause;
         self.pause = (2 * pause).min(LONGEST);
         let jitter = f64::from(self.rng.next_u32()) / f64::from(u32::MAX);
-        pause - (pause / 4).mul_f64(jitter)
+        pause.mul_f64(1.0 - jitter / 4.0)
     }
 }
 

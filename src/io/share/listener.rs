@@ -3,11 +3,11 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
+use super::ShareError;
 use super::client::Stream;
 use super::owner::Token;
 #[cfg(unix)]
 use super::socket_file::SocketFile;
-use super::{ShareError, owner};
 use crate::share::Address;
 
 /// Pause after the system refused a connection, such as for too many open files.
@@ -38,7 +38,7 @@ pub(super) fn open(address: &Address, open_to_network: bool) -> Result<Opened, S
         #[cfg(unix)]
         (Address::Unix(path), None) => {
             let refused = |error| ShareError::Listen(address.to_string(), error);
-            owner::make_folder_of(path).map_err(refused)?;
+            super::owner::make_folder_of(path).map_err(refused)?;
             let (file, listener) = SocketFile::bind(path)?;
             let listener = tokio::net::UnixListener::from_std(listener).map_err(refused)?;
             Ok(Opened {

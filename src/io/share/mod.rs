@@ -20,7 +20,7 @@ use client::Stream;
 use listener::Listener;
 use outbox::{Cut, Outbox};
 use owner::Token;
-pub use owner::{TOKEN_VARIABLE, find_token, usual_address};
+pub use owner::{find_token, usual_address};
 
 /// Maximum connections that have not sent the token.
 const STRANGERS_MAX: usize = 16;

@@ -30,12 +30,20 @@ pub(super) enum Cut {
 struct State {
     waiting: Vec<u8>,
     converses: bool,
-    closes: bool,
-    too_slow: bool,
+    stage: Stage,
     /// The client waits for a command.
     is_busy: bool,
     /// Time of the client's latest line, or of the latest raw bytes that it took.
     active_at: Option<Instant>,
+}
+
+#[derive(Debug, Default, PartialEq, Eq)]
+enum Stage {
+    #[default]
+    Open,
+    /// The connection ends after the waiting bytes.
+    Closing,
+    TooSlow,
 }
 
 /// The next action of a client's writer.
@@ -63,11 +71,11 @@ impl Outbox {
     }
 
     fn add(&self, state: &mut State, bytes: &[u8]) {
-        if state.closes || state.too_slow {
+        if state.stage != Stage::Open {
             return;
         }
         if state.waiting.len() + bytes.len() > UNREAD_MAX {
-            state.too_slow = true;
+            state.stage = Stage::TooSlow;
             self.cut.notify_one();
         } else {
             state.waiting.extend_from_slice(bytes);
@@ -83,7 +91,7 @@ impl Outbox {
     }
 
     pub(super) fn close(&self) {
-        self.lock().closes = true;
+        self.lock().stage = Stage::Closing;
         self.filled.notify_one();
     }
 
@@ -91,7 +99,7 @@ impl Outbox {
     pub(super) fn cut_off(&self) {
         let mut state = self.lock();
         state.waiting.clear();
-        state.closes = true;
+        state.stage = Stage::Closing;
         self.cut.notify_one();
     }
 
@@ -130,7 +138,7 @@ impl Outbox {
                 if !state.waiting.is_empty() {
                     return Next::Write(std::mem::take(&mut state.waiting));
                 }
-                if state.closes {
+                if state.stage == Stage::Closing {
                     return Next::Close;
                 }
             }
@@ -142,7 +150,7 @@ impl Outbox {
     pub(super) async fn cut(&self) -> Cut {
         self.cut.notified().await;
         let state = self.lock();
-        if state.too_slow {
+        if state.stage == Stage::TooSlow {
             Cut::TooSlow {
                 unread_bytes: state.waiting.len(),
             }

@@ -16,7 +16,7 @@ use crate::io::files;
 use crate::share::Address;
 
 /// Environment variable with a token, for other users and other machines.
-pub const TOKEN_VARIABLE: &str = "GROUNDWAVE_TOKEN";
+const TOKEN_VARIABLE: &str = "GROUNDWAVE_TOKEN";
 
 /// Random bytes of a token.
 const TOKEN_BYTES: usize = 32;
@@ -43,6 +43,7 @@ pub fn find_token(stream: &TcpStream) -> Option<String> {
 }
 
 /// Makes the folder of the usual socket if that is what a path names.
+#[cfg(unix)]
 pub(super) fn make_folder_of(path: &Path) -> io::Result<()> {
     match folder() {
         Some(folder) if path.parent() == Some(&*folder) => make_private(&folder),

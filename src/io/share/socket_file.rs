@@ -92,7 +92,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt;
     use std::sync::Barrier;
-    use std::thread;
+    use std::thread::{self, ScopedJoinHandle};
 
     #[test]
     fn it_is_private_and_goes_with_the_station() {
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn of_stations_that_race_for_a_stale_one_a_single_one_wins() {
-        const STATIONS: usize = 4;
+        const STATIONS: usize = 8;
         let folder = tempfile::tempdir().expect("a folder");
         for round in 0..50 {
             let path = folder.path().join(format!("{round}.sock"));
@@ -136,7 +136,7 @@ mod tests {
                     SocketFile::bind(&path)
                 };
                 let stations: Vec<_> = (0..STATIONS).map(|_| scope.spawn(begin)).collect();
-                let bound = stations.into_iter().map(|station| station.join());
+                let bound = stations.into_iter().map(ScopedJoinHandle::join);
                 bound.map(|bound| bound.expect("no panic")).collect()
             });
             let (won, told): (Vec<_>, Vec<_>) = bound.into_iter().partition(Result::is_ok);
