@@ -256,6 +256,23 @@ impl Request {
         Self::commands().any(|command| command == word)
     }
 
+    /// Whether the dashboard asks before it sends the command.
+    #[must_use]
+    pub const fn is_hazardous(&self) -> bool {
+        match self {
+            Self::Pose { .. } | Self::Mode(Mode::User) => true,
+            Self::Route(waypoints) => waypoints.is_empty(),
+            Self::Stop
+            | Self::Mode(_)
+            | Self::Enable(_)
+            | Self::Disable(_)
+            | Self::Only(_)
+            | Self::Scan
+            | Self::Failsafe(_)
+            | Self::Parameter(_) => false,
+        }
+    }
+
     /// A command with this route.
     ///
     /// # Errors

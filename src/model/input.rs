@@ -337,12 +337,7 @@ impl Ui {
     }
 
     pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {
-        let hazardous = match &request {
-            Request::Pose { .. } | Request::Mode(Mode::User) => true,
-            Request::Route(waypoints) => waypoints.is_empty(),
-            _ => false,
-        };
-        if hazardous {
+        if request.is_hazardous() {
             self.ask_for(request);
             return Vec::new();
         }
