@@ -141,21 +141,6 @@ Examples:
 }
 
 impl Command {
-    /// Whether the command reads the configuration.
-    #[must_use]
-    pub const fn uses_config(&self) -> bool {
-        matches!(
-            self,
-            Self::Demo(_)
-                | Self::Watch(_)
-                | Self::Record(_)
-                | Self::Send(_)
-                | Self::Param(_)
-                | Self::Calibrate(_)
-                | Self::Replay(_)
-        )
-    }
-
     /// Whether the command stops the robot.
     #[must_use]
     pub fn is_stop(&self) -> bool {

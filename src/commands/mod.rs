@@ -42,7 +42,6 @@ use std::process::ExitCode;
 
 use cli::{Cli, Command};
 pub use completions::answer as answer_shell;
-use config::Config;
 pub use fault::{Exit, Fault};
 
 /// Runs the command line; returns the exit code.
@@ -76,30 +75,31 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
     let Some(command) = &cli.command else {
         return welcome::run(cli.config.as_deref());
     };
+    let load = || {
+        let (config, fault) = config::load_lenient(cli.config.as_deref());
+        match fault {
+            // A mistake in the configuration must not prevent STOP.
+            Some(fault) if command.is_stop() => say(format_args!(
+                "groundwave: {fault}\nTrying to stop anyway, with the rest of the configuration."
+            )),
+            Some(fault) => return Err(fault),
+            None => {}
+        }
+        Ok(config)
+    };
     // A file named with --config is read and checked by every command; `config` does so itself.
     let is_named = cli.config.is_some() && !matches!(command, Command::Config(_));
-    let (config, fault) = if is_named || command.uses_config() {
-        config::load_lenient(cli.config.as_deref())
-    } else {
-        (Config::default(), None)
-    };
-    match fault {
-        // A mistake in the configuration must not prevent STOP.
-        Some(fault) if command.is_stop() => say(format_args!(
-            "groundwave: {fault}\nTrying to stop anyway, with the rest of the configuration."
-        )),
-        Some(fault) => return Err(fault),
-        None => {}
-    }
+    let named = is_named.then(load).transpose()?;
+    let config = || named.map_or_else(load, Ok);
     match command {
-        Command::Demo(demo) => watch::demo(demo, &config),
-        Command::Watch(watch) => watch::watch(watch, &config),
-        Command::Record(record) => record::run(record, &config),
-        Command::Send(send) => send::run(send, &config),
-        Command::Param(param) => send::run(&param.to_send(), &config),
-        Command::Calibrate(calibrate) => calibrate::run(calibrate, &config),
+        Command::Demo(demo) => watch::demo(demo, &config()?),
+        Command::Watch(watch) => watch::watch(watch, &config()?),
+        Command::Record(record) => record::run(record, &config()?),
+        Command::Send(send) => send::run(send, &config()?),
+        Command::Param(param) => send::run(&param.to_send(), &config()?),
+        Command::Calibrate(calibrate) => calibrate::run(calibrate, &config()?),
         Command::Sim(sim) => sim::run(sim),
-        Command::Replay(replay) => replay::run(replay, &config),
+        Command::Replay(replay) => replay::run(replay, &config()?),
         Command::Decode(decode) => decode::run(decode),
         Command::Info(info) => info::run(info),
         Command::Recover(recover) => recover::run(recover),
