@@ -1,6 +1,6 @@
 //! Status codes: states that travel as one ASCII character each, most of them in line A.
 
-/// Declares an enum whose variants are single ASCII characters on the wire.
+/// Declares an enum whose variants are single ASCII characters on the wire, from one list.
 macro_rules! status_codes {
     ($(#[$meta:meta])* $name:ident { $($(#[$vmeta:meta])* $variant:ident = $letter:literal),+ $(,)? }) => {
         $(#[$meta])*
@@ -9,14 +9,14 @@ macro_rules! status_codes {
         pub enum $name { $($(#[$vmeta])* $variant = $letter),+ }
 
         impl $name {
-            /// Every state, in the order SPEC.md lists them.
+            /// Every variant, in the order SPEC.md lists them.
             pub const ALL: &[Self] = &[$(Self::$variant),+];
 
             /// The letter on the wire.
             #[must_use]
             pub const fn letter(self) -> u8 { self as u8 }
 
-            /// The state of a letter; `None` for an unknown letter.
+            /// The variant of a letter; `None` for an unknown letter.
             #[must_use]
             pub const fn from_letter(letter: u8) -> Option<Self> {
                 match letter { $($letter => Some(Self::$variant),)+ _ => None }
@@ -24,6 +24,7 @@ macro_rules! status_codes {
         }
     };
 }
+pub(crate) use status_codes;
 
 status_codes! {
     /// Front bumper switches pressed at any tick since the previous line A.

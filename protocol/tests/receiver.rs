@@ -1,9 +1,12 @@
 //! The robot's receiver on clean and damaged frames.
 
+use std::collections::HashSet;
+
 use crate::damage::{self, Rng};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{
-    Command, Drive, FRAME_WAYPOINTS_MAX, Keepalive, Key, Message, Open, Order, Slots,
+    Command, Drive, FRAME_WAYPOINTS_MAX, FrameType, Keepalive, Key, Message, Open, Order,
+    OrderType, Slots,
 };
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{LayerMask, Mode};
@@ -48,12 +51,14 @@ fn samples() -> Vec<Message> {
             theta_deg: 270,
         }),
         command(Order::Scan),
+        command(Order::Failsafe(None)),
         command(Order::SetParameter {
             key: 0x12_3456,
             value: -1,
         }),
         command(Order::ReadParameters { place: 0 }),
         command(Order::KeepParameters),
+        command(Order::Unknown),
         command(Order::Activate {
             tag: 3,
             count: 300,
@@ -69,6 +74,18 @@ fn samples() -> Vec<Message> {
         }),
         Message::Keepalive(Keepalive { heard: 99 }),
     ]
+}
+
+#[test]
+fn samples_are_of_every_type() {
+    let frames: HashSet<_> = samples().iter().map(Message::frame_type).collect();
+    assert_eq!(frames, FrameType::ALL.iter().copied().collect());
+    let order = |message: Message| match message {
+        Message::Command(command) => Some(command.order.order_type()),
+        _ => None,
+    };
+    let orders: HashSet<_> = samples().into_iter().filter_map(order).collect();
+    assert_eq!(orders, OrderType::ALL.iter().copied().collect());
 }
 
 /// The messages in a stream; checks that the checksum rejects all other runs.

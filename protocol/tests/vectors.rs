@@ -18,7 +18,8 @@ mod streams;
 mod uplink;
 
 use conversation::Robot;
-use groundwave_protocol::telemetry::Outcome;
+use groundwave_protocol::command::{FrameType, OrderType};
+use groundwave_protocol::telemetry::{AckLine, LineType, Outcome};
 use groundwave_protocol::{Waypoint, crc, digest::digest};
 use judge::Ear;
 use serde_json::{Map, Value};
@@ -184,6 +185,25 @@ fn both_verdicts_of_every_kind_are_in_the_files() {
         let found = count(name, field, value);
         assert!(found >= least, "{name}: {found} with {field} {value}");
     }
+}
+
+#[test]
+fn specification_lists_the_letters_in_use() {
+    let list = |letters: Vec<u8>| {
+        let mut letters: Vec<String> = letters.into_iter().map(|b| char::from(b).into()).collect();
+        letters.sort();
+        letters.join(", ")
+    };
+    let lines = LineType::ALL.iter().map(|line_type| line_type.letter());
+    let frames = FrameType::ALL.iter().map(|frame_type| frame_type.letter());
+    let orders = OrderType::ALL.iter().filter(|order| **order != OrderType::Unknown);
+    let listed = format!(
+        "Line types in use: {}. Frame types: {}. Orders: {}.",
+        list(lines.chain(AckLine::LETTERS).collect()),
+        list(frames.collect()),
+        list(orders.map(|order_type| order_type.letter()).collect()),
+    );
+    assert!(include_str!("../SPEC.md").contains(&listed), "{listed}");
 }
 
 /// Version 1 is final: these files never change. New vectors go into new files.

@@ -5,8 +5,8 @@ use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::sixbit;
 use groundwave_protocol::telemetry::{
-    ACK_LINE_BYTES, Ack, AckLine, Body, Line, Note, ParameterLine, SEQUENCE_MODULUS, SONG_NOTES,
-    SongLine, StateLine, TextLine,
+    ACK_LINE_BYTES, Ack, AckLine, Body, Line, LineType, Note, ParameterLine, SEQUENCE_MODULUS,
+    SONG_NOTES, SongLine, StateLine, TextLine,
 };
 use serde_json::Value;
 
@@ -27,15 +27,15 @@ impl Pool {
     pub fn new(rng: &mut Rng) -> Self {
         let bodies = bodies();
         let mut lines = Vec::new();
-        for kind in [b'A', b'B', b'C', b'T', b'P', b'S'] {
-            let of_kind: Vec<&Body> = bodies
+        for line_type in LineType::ALL {
+            let of_type: Vec<&Body> = bodies
                 .iter()
-                .filter(|body| body.head(0)[0] == kind)
+                .filter(|body| body.line_type() == *line_type)
                 .collect();
             for _ in 0..LINES_OF_A_TYPE {
                 let line = Line {
                     sequence: rng.below(SEQUENCE_MODULUS.into()) as u8,
-                    body: varied(of_kind[rng.below(of_kind.len())], rng),
+                    body: varied(of_type[rng.below(of_type.len())], rng),
                     ack: ack(rng),
                 };
                 lines.push(Sent::new(&line.encode()));

@@ -45,7 +45,6 @@ impl Drive {
             .rotation_in_s
             .clamp(-ROTATION_MAX_IN_S, ROTATION_MAX_IN_S) as u32
             & 0x7F;
-        frame.push(b'D');
         frame.push_sixbit(
             4,
             velocity << 18
@@ -75,7 +74,6 @@ impl Drive {
 
 impl Keepalive {
     pub(super) fn write(self, frame: &mut Frame) {
-        frame.push(b'L');
         frame.push_sixbit(2, u32::from(self.heard));
     }
 

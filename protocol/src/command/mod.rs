@@ -16,16 +16,15 @@ mod waypoints;
 
 pub use drive::{Drive, Keepalive};
 pub use open::Open;
-pub use order::{Command, Order};
+pub use order::{Command, Order, OrderType};
 pub use waypoints::{BLOCK_WAYPOINTS, FRAME_WAYPOINTS_MAX, Slots};
 
+use crate::status_codes::status_codes;
 use crate::{crc, sixbit};
 use nom::{
     IResult, Parser,
     bytes::complete::take,
-    character::complete::char,
-    combinator::{all_consuming, map, map_opt},
-    sequence::preceded,
+    combinator::{map, map_opt},
 };
 
 /// The result of a parser in this module. Errors carry nothing: an unreadable frame is dropped.
@@ -74,6 +73,24 @@ impl Key {
     }
 }
 
+status_codes! {
+    /// The type of a frame, its first letter.
+    FrameType {
+        /// Motors off.
+        Stop = b'X',
+        /// Opens a session.
+        Open = b'O',
+        /// A command.
+        Command = b'C',
+        /// Waypoints.
+        Waypoints = b'W',
+        /// Hand drive.
+        Drive = b'D',
+        /// Keepalive.
+        Keepalive = b'L',
+    }
+}
+
 /// A message from the ground to the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
@@ -93,6 +110,19 @@ pub enum Message {
 }
 
 impl Message {
+    /// The type of its frame.
+    #[must_use]
+    pub const fn frame_type(&self) -> FrameType {
+        match self {
+            Self::Stop => FrameType::Stop,
+            Self::Open(_) => FrameType::Open,
+            Self::Command(_) => FrameType::Command,
+            Self::Waypoints(_) => FrameType::Waypoints,
+            Self::Drive(_) => FrameType::Drive,
+            Self::Keepalive(_) => FrameType::Keepalive,
+        }
+    }
+
     /// Whether the frame is checked with [`Key::robot`] instead of [`Key::session`].
     #[must_use]
     pub const fn is_sessionless(&self) -> bool {
@@ -102,17 +132,17 @@ impl Message {
     /// Reads type and payload of a frame with a valid CRC; `None` if they are unreadable: another version of the wire.
     #[must_use]
     pub fn parse(content: &[u8]) -> Option<Self> {
-        all_consuming(nom::branch::alt((
-            map(char('X'), |_| Self::Stop),
-            map(preceded(char('O'), Open::parse), Self::Open),
-            map(preceded(char('C'), Command::parse), Self::Command),
-            map(preceded(char('W'), Slots::parse), Self::Waypoints),
-            map(preceded(char('D'), Drive::parse), Self::Drive),
-            map(preceded(char('L'), Keepalive::parse), Self::Keepalive),
-        )))
-        .parse(content)
-        .ok()
-        .map(|(_, message)| message)
+        let (&letter, payload) = content.split_first()?;
+        let (left, message) = match FrameType::from_letter(letter)? {
+            FrameType::Stop => Ok((payload, Self::Stop)),
+            FrameType::Open => map(Open::parse, Self::Open).parse(payload),
+            FrameType::Command => map(Command::parse, Self::Command).parse(payload),
+            FrameType::Waypoints => map(Slots::parse, Self::Waypoints).parse(payload),
+            FrameType::Drive => map(Drive::parse, Self::Drive).parse(payload),
+            FrameType::Keepalive => map(Keepalive::parse, Self::Keepalive).parse(payload),
+        }
+        .ok()?;
+        left.is_empty().then_some(message)
     }
 
     /// The frame on the wire. No robot accepts it under a key of the wrong kind.
@@ -120,8 +150,9 @@ impl Message {
     pub fn encode(&self, key: Key) -> Frame {
         let mut frame = Frame::default();
         frame.push(b'\n');
+        frame.push(self.frame_type().letter());
         match self {
-            Self::Stop => frame.push(b'X'),
+            Self::Stop => {}
             Self::Open(open) => open.write(&mut frame),
             Self::Command(command) => command.write(&mut frame),
             Self::Waypoints(slots) => slots.write(&mut frame),

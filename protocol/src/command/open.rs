@@ -22,7 +22,6 @@ pub struct Open {
 
 impl Open {
     pub(super) fn write(self, frame: &mut Frame) {
-        frame.push(b'O');
         frame.push_sixbit(
             3,
             u32::from(self.boot & 7) << 13

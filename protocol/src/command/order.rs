@@ -18,13 +18,11 @@ use super::waypoints::{point, push_point};
 use super::{Frame, Parsed, number};
 use crate::Waypoint;
 use crate::failsafe::Failsafe;
-use crate::status_codes::{LayerMask, Mode};
+use crate::status_codes::{LayerMask, Mode, status_codes};
 use nom::{
     Parser,
     bytes::complete::take,
-    character::complete::{char, satisfy},
     combinator::{map, map_opt, opt, rest},
-    sequence::preceded,
 };
 
 /// Greatest value of two characters. Larger values are clamped to it, because every robot refuses it.
@@ -101,17 +99,39 @@ pub enum Order {
     Unknown,
 }
 
+status_codes! {
+    /// The type of an order, its first letter.
+    OrderType {
+        /// [`Order::Mode`].
+        Mode = b'M',
+        /// [`Order::Layers`].
+        Layers = b'L',
+        /// [`Order::Failsafe`].
+        Failsafe = b'F',
+        /// [`Order::Pose`].
+        Pose = b'P',
+        /// [`Order::Scan`].
+        Scan = b'S',
+        /// [`Order::Activate`].
+        Activate = b'A',
+        /// [`Order::SetParameter`] and [`Order::ReadParameter`].
+        Parameter = b'V',
+        /// [`Order::ReadParameters`].
+        Parameters = b'N',
+        /// [`Order::KeepParameters`].
+        Keep = b'K',
+        /// [`Order::Unknown`].
+        Unknown = b'?',
+    }
+}
+
 impl Command {
     pub(super) fn write(&self, frame: &mut Frame) {
-        frame.push(b'C');
         frame.push_sixbit(1, u32::from(self.sequence));
+        frame.push(self.order.order_type().letter());
         match self.order {
-            Order::Mode(mode) => {
-                frame.push(b'M');
-                frame.push(mode.letter());
-            }
+            Order::Mode(mode) => frame.push(mode.letter()),
             Order::Layers { which, allowed } => {
-                frame.push(b'L');
                 let (which, allowed) = (which.bits(), allowed.and(which).bits());
                 frame.push_sixbit(3, u32::from(which) << 8 | u32::from(allowed));
             }
@@ -119,20 +139,16 @@ impl Command {
                 position,
                 theta_deg,
             } => {
-                frame.push(b'P');
                 push_point(frame, position);
                 frame.push_sixbit(2, u32::from(theta_deg.min(FIELD_MAX)));
             }
-            Order::Scan => frame.push(b'S'),
             Order::Failsafe(failsafe) => {
-                frame.push(b'F');
                 let silence_s = failsafe.map_or(0, |failsafe| failsafe.silence_s);
                 frame.push_sixbit(2, u32::from(silence_s.min(FIELD_MAX)));
                 let mode = failsafe.map_or(Mode::Stop, |failsafe| failsafe.mode);
                 frame.push(mode.letter());
             }
             Order::Activate { tag, count, digest } => {
-                frame.push(b'A');
                 frame.push_sixbit(1, u32::from(tag));
                 frame.push_sixbit(2, u32::from(count.min(FIELD_MAX)));
                 // Six characters hold 36 bits: the first holds the digest's top two.
@@ -140,20 +156,14 @@ impl Command {
                 frame.push_sixbit(5, digest);
             }
             Order::SetParameter { key, value } => {
-                frame.push(b'V');
                 frame.push_sixbit(4, key);
                 frame.push_sixbit(3, value.clamp(VALUE_LEAST, VALUE_MOST) as u32);
             }
-            Order::ReadParameter { key } => {
-                frame.push(b'V');
-                frame.push_sixbit(4, key);
-            }
+            Order::ReadParameter { key } => frame.push_sixbit(4, key),
             Order::ReadParameters { place } => {
-                frame.push(b'N');
                 frame.push_sixbit(2, u32::from(place.min(FIELD_MAX)));
             }
-            Order::KeepParameters => frame.push(b'K'),
-            Order::Unknown => frame.push(b'?'),
+            Order::Scan | Order::KeepParameters | Order::Unknown => {}
         }
     }
 
@@ -167,64 +177,69 @@ impl Command {
 }
 
 impl Order {
-    /// Reads any content as an order: an unreadable one must be refused in the acknowledgement.
-    fn parse(input: &[u8]) -> Parsed<'_, Self> {
-        map(rest, |content| {
-            Self::known(content).map_or(Self::Unknown, |(_, order)| order)
-        })
-        .parse(input)
+    /// Its type.
+    #[must_use]
+    pub const fn order_type(&self) -> OrderType {
+        match self {
+            Self::Mode(_) => OrderType::Mode,
+            Self::Layers { .. } => OrderType::Layers,
+            Self::Failsafe(_) => OrderType::Failsafe,
+            Self::Pose { .. } => OrderType::Pose,
+            Self::Scan => OrderType::Scan,
+            Self::Activate { .. } => OrderType::Activate,
+            Self::SetParameter { .. } | Self::ReadParameter { .. } => OrderType::Parameter,
+            Self::ReadParameters { .. } => OrderType::Parameters,
+            Self::KeepParameters => OrderType::Keep,
+            Self::Unknown => OrderType::Unknown,
+        }
     }
 
-    fn known(content: &[u8]) -> Result<(&[u8], Self), nom::Err<()>> {
-        nom::combinator::all_consuming(nom::branch::alt((
-            preceded(char('M'), map(map_opt(take(1_usize), mode), Self::Mode)),
-            preceded(char('L'), map_opt(number(3), layers)),
-            preceded(
-                char('P'),
-                map(
-                    (point, map_opt(number(2), |t| (t < 360).then_some(t as u16))),
-                    |(position, theta_deg)| Self::Pose {
-                        position,
-                        theta_deg,
-                    },
-                ),
-            ),
-            map(satisfy(|c| c == 'S'), |_| Self::Scan),
-            preceded(
-                char('F'),
-                map_opt((number(2), map_opt(take(1_usize), mode)), failsafe),
-            ),
-            preceded(
-                char('A'),
-                map(
-                    (
-                        number(1),
-                        number(2),
-                        map_opt(number(1), |top| (top < 4).then_some(top)),
-                        number(5),
-                    ),
-                    |(tag, count, top, low)| Self::Activate {
-                        tag: tag as u8,
-                        count: count as u16,
-                        digest: top << 30 | low,
-                    },
-                ),
-            ),
-            preceded(char('V'), map((number(4), opt(number(3))), parameter)),
-            preceded(
-                char('N'),
-                map(number(2), |place| Self::ReadParameters {
+    /// Reads any content as an order: an unreadable one must be refused in the acknowledgement.
+    fn parse(input: &[u8]) -> Parsed<'_, Self> {
+        map(rest, |content| Self::known(content).unwrap_or(Self::Unknown)).parse(input)
+    }
+
+    fn known(content: &[u8]) -> Option<Self> {
+        let (&letter, fields) = content.split_first()?;
+        let (left, order) = match OrderType::from_letter(letter)? {
+            OrderType::Mode => map(mode, Self::Mode).parse(fields),
+            OrderType::Layers => map_opt(number(3), layers).parse(fields),
+            OrderType::Failsafe => map_opt((number(2), mode), failsafe).parse(fields),
+            OrderType::Pose => {
+                let theta = map_opt(number(2), |theta| (theta < 360).then_some(theta as u16));
+                let pose = |(position, theta_deg)| Self::Pose {
+                    position,
+                    theta_deg,
+                };
+                map((point, theta), pose).parse(fields)
+            }
+            OrderType::Scan => Ok((fields, Self::Scan)),
+            OrderType::Activate => {
+                let top = map_opt(number(1), |top| (top < 4).then_some(top));
+                let activate = |(tag, count, top, low)| Self::Activate {
+                    tag: tag as u8,
+                    count: count as u16,
+                    digest: top << 30 | low,
+                };
+                map((number(1), number(2), top, number(5)), activate).parse(fields)
+            }
+            OrderType::Parameter => map((number(4), opt(number(3))), parameter).parse(fields),
+            OrderType::Parameters => {
+                let place = |place| Self::ReadParameters {
                     place: place as u16,
-                }),
-            ),
-            map(satisfy(|c| c == 'K'), |_| Self::KeepParameters),
-        )))
-        .parse(content)
+                };
+                map(number(2), place).parse(fields)
+            }
+            OrderType::Keep => Ok((fields, Self::KeepParameters)),
+            OrderType::Unknown => return None,
+        }
+        .ok()?;
+        left.is_empty().then_some(order)
     }
 }
 
-fn mode(letter: &[u8]) -> Option<Mode> {
-    letter.first().copied().and_then(Mode::from_letter)
+fn mode(input: &[u8]) -> Parsed<'_, Mode> {
+    map_opt(take(1_usize), |letter: &[u8]| Mode::from_letter(letter[0])).parse(input)
 }
 
 /// Reads `which` and `allowed`, which must be a subset of it.
@@ -265,40 +280,48 @@ mod tests {
     use proptest::prelude::*;
 
     fn order() -> impl Strategy<Value = Order> {
-        let coordinate = || -9999..=9999_i16;
-        prop_oneof![
-            prop::sample::select(Mode::ALL).prop_map(Order::Mode),
-            any::<(u8, u8)>().prop_map(|(which, allowed)| Order::Layers {
-                which: LayerMask::from_bits(which),
-                allowed: LayerMask::from_bits(allowed & which),
-            }),
-            (1..4096_u16, prop::sample::select(Mode::ALL)).prop_map(|(silence_s, mode)| {
-                Order::Failsafe(Some(Failsafe { silence_s, mode }))
-            }),
-            Just(Order::Failsafe(None)),
-            (coordinate(), coordinate(), 0..360_u16).prop_map(|(x_in, y_in, theta_deg)| {
-                Order::Pose {
-                    position: Waypoint { x_in, y_in },
-                    theta_deg,
-                }
-            }),
-            Just(Order::Scan),
-            (0..64_u8, 0..4096_u16, any::<u32>())
-                .prop_map(|(tag, count, digest)| Order::Activate { tag, count, digest }),
-            about_parameters(),
-            Just(Order::Unknown),
-        ]
+        prop::sample::select(OrderType::ALL).prop_flat_map(order_of)
     }
 
-    fn about_parameters() -> impl Strategy<Value = Order> {
+    fn order_of(order_type: OrderType) -> BoxedStrategy<Order> {
+        let coordinate = || -9999..=9999_i16;
+        let mode = || prop::sample::select(Mode::ALL);
         let key = || 0..1_u32 << 24;
-        prop_oneof![
-            (key(), VALUE_LEAST..=VALUE_MOST)
-                .prop_map(|(key, value)| Order::SetParameter { key, value }),
-            key().prop_map(|key| Order::ReadParameter { key }),
-            (0..4096_u16).prop_map(|place| Order::ReadParameters { place }),
-            Just(Order::KeepParameters),
-        ]
+        match order_type {
+            OrderType::Mode => mode().prop_map(Order::Mode).boxed(),
+            OrderType::Layers => any::<(u8, u8)>()
+                .prop_map(|(which, allowed)| Order::Layers {
+                    which: LayerMask::from_bits(which),
+                    allowed: LayerMask::from_bits(allowed & which),
+                })
+                .boxed(),
+            OrderType::Failsafe => {
+                let failsafe = (1..4096_u16, mode())
+                    .prop_map(|(silence_s, mode)| Failsafe { silence_s, mode });
+                prop::option::of(failsafe).prop_map(Order::Failsafe).boxed()
+            }
+            OrderType::Pose => (coordinate(), coordinate(), 0..360_u16)
+                .prop_map(|(x_in, y_in, theta_deg)| Order::Pose {
+                    position: Waypoint { x_in, y_in },
+                    theta_deg,
+                })
+                .boxed(),
+            OrderType::Scan => Just(Order::Scan).boxed(),
+            OrderType::Activate => (0..64_u8, 0..4096_u16, any::<u32>())
+                .prop_map(|(tag, count, digest)| Order::Activate { tag, count, digest })
+                .boxed(),
+            OrderType::Parameter => prop_oneof![
+                (key(), VALUE_LEAST..=VALUE_MOST)
+                    .prop_map(|(key, value)| Order::SetParameter { key, value }),
+                key().prop_map(|key| Order::ReadParameter { key }),
+            ]
+            .boxed(),
+            OrderType::Parameters => (0..4096_u16)
+                .prop_map(|place| Order::ReadParameters { place })
+                .boxed(),
+            OrderType::Keep => Just(Order::KeepParameters).boxed(),
+            OrderType::Unknown => Just(Order::Unknown).boxed(),
+        }
     }
 
     proptest! {

@@ -1,6 +1,6 @@
 //! Strategies and checks shared by the tests of all frames.
 
-use super::{Command, Frame, Key, Message, Order};
+use super::{Command, Frame, FrameType, Key, Message, Order, OrderType};
 use crate::crc;
 use crate::sixbit;
 use proptest::prelude::*;
@@ -24,13 +24,13 @@ pub(super) fn sixbit_text(
 proptest! {
     #[test]
     fn readable_messages_have_one_form(
-        kind in prop::sample::select(&b"XOCWDL"[..]),
-        order in prop::option::of(prop::sample::select(&b"MLPSFAVNK"[..])),
+        kind in prop::sample::select(FrameType::ALL),
+        order in prop::option::of(prop::sample::select(OrderType::ALL)),
         rest in sixbit_text(0..12),
     ) {
-        let mut bytes = std::vec![kind];
+        let mut bytes = std::vec![kind.letter()];
         if let Some(order) = order {
-            bytes.extend([b'!', order]);
+            bytes.extend([b'!', order.letter()]);
         }
         bytes.extend(rest);
         match Message::parse(&bytes) {

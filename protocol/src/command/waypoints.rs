@@ -79,7 +79,6 @@ impl Slots {
     }
 
     pub(super) fn write(&self, frame: &mut Frame) {
-        frame.push(b'W');
         // An invalid tag or block is sent as one that every robot refuses.
         let tag = u32::from(self.tag) * u32::from(self.tag <= TAG_MAX);
         let first_block = u32::from(self.first_block).min(BLOCK_MASK);

@@ -10,11 +10,10 @@
 //! All counters are the low bits of larger ones. It is a snapshot, not an event: a lost line loses no acknowledgement.
 
 use super::FieldError;
-use super::fields::{Fields, Parsed, bytes, digits};
+use super::fields::{Fields, Parsed, byte, bytes, digits};
 use crate::{crc, sixbit};
 use nom::Parser;
-use nom::character::complete::one_of;
-use nom::combinator::map_opt;
+use nom::combinator::{map_opt, verify};
 
 /// Bytes of an acknowledgement line, CR LF included.
 pub const ACK_LINE_BYTES: usize = 14;
@@ -203,6 +202,9 @@ pub struct AckLine {
 }
 
 impl AckLine {
+    /// Its first letters: `K`, and `G` if the robot listens after it.
+    pub const LETTERS: [u8; 2] = *b"KG";
+
     /// The 14 bytes on the wire.
     #[must_use]
     pub fn encode(&self) -> [u8; ACK_LINE_BYTES] {
@@ -218,14 +220,14 @@ impl AckLine {
     /// Columns 1 to 3: type and sequence.
     #[must_use]
     pub const fn head(sequence: u8, listens: bool) -> [u8; 3] {
-        let kind = if listens { b'G' } else { b'K' };
-        [kind, b'0' + sequence / 10 % 10, b'0' + sequence % 10]
+        let letter = Self::LETTERS[listens as usize];
+        [letter, b'0' + sequence / 10 % 10, b'0' + sequence % 10]
     }
 
     /// Whether an acknowledgement line begins with this byte.
     #[must_use]
-    pub const fn begins_with(byte: u8) -> bool {
-        matches!(byte, b'K' | b'G')
+    pub fn begins_with(byte: u8) -> bool {
+        Self::LETTERS.contains(&byte)
     }
 
     /// Reads a line, whose checksum has been verified.
@@ -234,11 +236,11 @@ impl AckLine {
     /// The first column of the field that cannot be read.
     pub fn parse(line: &[u8; ACK_LINE_BYTES]) -> Result<Self, FieldError> {
         Fields::of(line, |line| {
-            let kind = line.next(one_of("KG"))?;
+            let letter = line.next(verify(byte, |&letter| Self::begins_with(letter)))?;
             Ok(Self {
                 sequence: line.next(digits::<2, u8>)?,
                 ack: line.next(Ack::parse)?,
-                listens: kind == 'G',
+                listens: letter == Self::LETTERS[1],
             })
         })
     }

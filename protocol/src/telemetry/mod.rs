@@ -28,9 +28,10 @@ pub use state::{LayerStates, StateLine};
 pub use status::{ListPlace, StatusLine};
 pub use text::TextLine;
 
+use crate::status_codes::status_codes;
 use crate::{LINE_BYTES, crc};
 use columns::Columns;
-use fields::{BadField, Fields, Read, byte, digits, sixbits};
+use fields::{BadField, Fields, Read, digits, letter, sixbits};
 use nom::Parser;
 use nom::bytes::complete::{tag, take};
 
@@ -39,6 +40,24 @@ pub const HEAD_BYTES: usize = 69;
 
 /// Line sequence numbers run from 0 to 99.
 pub const SEQUENCE_MODULUS: u8 = 100;
+
+status_codes! {
+    /// The type of a line, its first letter.
+    LineType {
+        /// Motion, sensors, mode and layers.
+        State = b'A',
+        /// Battery, target, route and layers.
+        Status = b'B',
+        /// Uptime and counters.
+        Counters = b'C',
+        /// Text of the robot's program.
+        Text = b'T',
+        /// A parameter.
+        Parameter = b'P',
+        /// A song.
+        Song = b'S',
+    }
+}
 
 /// The fields of a line, by its type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,37 +95,43 @@ pub struct FieldError {
 }
 
 impl Body {
+    /// The type of the line.
+    #[must_use]
+    pub const fn line_type(&self) -> LineType {
+        match self {
+            Self::State(_) => LineType::State,
+            Self::Status(_) => LineType::Status,
+            Self::Counters(_) => LineType::Counters,
+            Self::Text(_) => LineType::Text,
+            Self::Parameter(_) => LineType::Parameter,
+            Self::Song(_) => LineType::Song,
+        }
+    }
+
+    fn read(line_type: LineType, line: &mut Fields) -> Read<Self> {
+        match line_type {
+            LineType::State => StateLine::read(line).map(Self::State),
+            LineType::Status => StatusLine::read(line).map(Self::Status),
+            LineType::Counters => CountersLine::read(line).map(Self::Counters),
+            LineType::Text => TextLine::read(line).map(Self::Text),
+            LineType::Parameter => ParameterLine::read(line).map(Self::Parameter),
+            LineType::Song => SongLine::read(line).map(Self::Song),
+        }
+    }
+
     /// Columns 1 to 69: type, sequence and fields.
     #[must_use]
     pub fn head(&self, sequence: u8) -> [u8; HEAD_BYTES] {
         let mut columns = Columns::blank();
-        let letter = match self {
-            Self::State(line) => {
-                line.write(&mut columns);
-                b'A'
-            }
-            Self::Status(line) => {
-                line.write(&mut columns);
-                b'B'
-            }
-            Self::Counters(line) => {
-                line.write(&mut columns);
-                b'C'
-            }
-            Self::Text(line) => {
-                line.write(&mut columns);
-                b'T'
-            }
-            Self::Parameter(line) => {
-                line.write(&mut columns);
-                b'P'
-            }
-            Self::Song(line) => {
-                line.write(&mut columns);
-                b'S'
-            }
-        };
-        columns.letter(1, letter);
+        match self {
+            Self::State(line) => line.write(&mut columns),
+            Self::Status(line) => line.write(&mut columns),
+            Self::Counters(line) => line.write(&mut columns),
+            Self::Text(line) => line.write(&mut columns),
+            Self::Parameter(line) => line.write(&mut columns),
+            Self::Song(line) => line.write(&mut columns),
+        }
+        columns.letter(1, self.line_type().letter());
         columns.digits(2, 2, u32::from(sequence % SEQUENCE_MODULUS));
         columns.into_head()
     }
@@ -131,19 +156,10 @@ impl Line {
     /// The first column of the field that cannot be read.
     pub fn parse(line: &[u8; LINE_BYTES]) -> Result<Self, FieldError> {
         Fields::of(line, |line| {
-            let start = line.rest();
-            let body: fn(&mut Fields) -> Read<Body> = match line.next(byte)? {
-                b'A' => |line| StateLine::read(line).map(Body::State),
-                b'B' => |line| StatusLine::read(line).map(Body::Status),
-                b'C' => |line| CountersLine::read(line).map(Body::Counters),
-                b'T' => |line| TextLine::read(line).map(Body::Text),
-                b'P' => |line| ParameterLine::read(line).map(Body::Parameter),
-                b'S' => |line| SongLine::read(line).map(Body::Song),
-                _ => return Err(BadField::at(start)),
-            };
+            let line_type = line.next(letter(LineType::from_letter))?;
             Ok(Self {
                 sequence: line.next(digits::<2, u8>)?,
-                body: body(line)?,
+                body: Body::read(line_type, line)?,
                 ack: line.field(Ack::parse)?,
             })
         })
