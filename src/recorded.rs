@@ -92,6 +92,7 @@ mod tests {
 
     use super::*;
     use crate::event::{Failure, Level, LinkEvent};
+    use crate::request::testing::samples;
 
     fn assert_comes_back(event: &Event) {
         let recorded = to_recorded(event).expect("it belongs into a capture");
@@ -101,13 +102,7 @@ mod tests {
     #[test]
     fn commands_come_back_from_their_codes() {
         let id = CommandId(4);
-        let route = vec![Waypoint { x_in: 5, y_in: -9 }, Waypoint::default()];
-        for request in [
-            Request::Route(route),
-            Request::Route(Vec::new()),
-            Request::Stop,
-            Request::Scan,
-        ] {
+        for request in samples() {
             for by in [None, Some("pid 7".to_owned())] {
                 let request = request.clone();
                 assert_comes_back(&Event::Asked { id, request, by });

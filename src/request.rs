@@ -1,18 +1,20 @@
 //! Commands to the robot, as an operator words them on the command line, in scripts and in the dashboard.
 
 mod amount;
-mod listing;
+mod commands;
 mod parameters;
 mod preset;
 mod refusal;
+#[cfg(test)]
+pub(crate) mod testing;
 mod tuning;
 mod words;
 
 use std::fmt;
 
 pub use amount::{Amount, in_whole_unit};
+pub use commands::{dashboard_commands, dashboard_listing, listing};
 pub use groundwave_captures::words::{layer_word, mode_word, outcome_words};
-pub use listing::LISTING;
 pub use parameters::known as known_parameters;
 pub use preset::names as preset_names;
 pub use refusal::Standing;
@@ -20,7 +22,7 @@ pub use tuning::Tuning;
 
 use groundwave_protocol::failsafe::{Failsafe, SILENCE_MAX_S, SILENCE_MIN_S};
 use groundwave_protocol::parameter::{NAME_BYTES, VALUE_MAX};
-use groundwave_protocol::status_codes::{LayerMask, Mode};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 
 use crate::suggest;
@@ -63,7 +65,7 @@ pub enum RequestError {
     #[error("no command given; try `mode prowl`, `goto 48 0` or `stop`")]
     Empty,
     /// An unknown first word.
-    #[error("unknown command `{0}`{near}", near = hint(.0, "commands", COMMANDS))]
+    #[error("unknown command `{0}`{near}", near = hint(.0, "commands", commands::words()))]
     UnknownCommand(String),
     /// Wrong arguments.
     #[error("`{command}` takes {takes}; got `{got}`")]
@@ -76,10 +78,10 @@ pub enum RequestError {
         got: String,
     },
     /// An unknown layer.
-    #[error("unknown layer `{0}`{near}", near = hint(.0, "layers", LAYERS))]
+    #[error("unknown layer `{0}`{near}", near = hint(.0, "layers", Layer::ALL.into_iter().map(layer_word)))]
     UnknownLayer(String),
     /// An unknown mode.
-    #[error("unknown mode `{0}`{near}", near = hint(.0, "modes", MODES))]
+    #[error("unknown mode `{0}`{near}", near = hint(.0, "modes", Mode::ALL.iter().copied().map(mode_word)))]
     UnknownMode(String),
     /// A coordinate that is not a number or out of range.
     #[error(
@@ -123,7 +125,7 @@ pub enum RequestError {
     )]
     ValueMissing(String),
     /// An unknown preset.
-    #[error("unknown preset `{0}`{near}", near = suggest::question_or(.0, preset_names(), format_args!("presets are {}", preset::names_text())))]
+    #[error("unknown preset `{0}`{near}", near = hint(.0, "presets", preset_names()))]
     UnknownPreset(String),
     /// Too many waypoints for the robot's memory.
     #[error("{0} waypoints; the robot holds {WAYPOINTS_MAX}")]
@@ -144,19 +146,11 @@ impl RequestError {
     }
 }
 
-const COMMANDS: &str = "stop, mode, prowl, reactive, passive, wander, home, dock, enable, disable, only, preset, goto, \
-                        route, clear, set-pose, reset-pose, scan, failsafe, param";
-const LAYERS: &str = "user, bumpers, rotation, infrared, sonar, photo, motion, dead-reckoning";
-const MODES: &str = "prowl, reactive, passive, wander, home, forage, calibrate, user, stop";
-
-/// The most similar word of a list, or the whole list.
-fn hint(word: &str, what: &str, list: &'static str) -> String {
-    suggest::question_or(word, words_of(list), format_args!("{what} are {list}"))
-}
-
-/// The words of a list separated by commas.
-fn words_of(list: &'static str) -> impl Iterator<Item = &'static str> {
-    list.split(", ")
+/// The most similar of the known words, or all of them.
+fn hint(word: &str, what: &str, known: impl Iterator<Item = &'static str>) -> String {
+    let known: Vec<&str> = known.collect();
+    let all = format!("{what} are {}", known.join(", "));
+    suggest::question_or(word, known, all)
 }
 
 impl Request {
@@ -183,71 +177,41 @@ impl Request {
     pub fn from_words<S: AsRef<str>>(words: &[S]) -> Result<Self, RequestError> {
         let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
         let (&command, arguments) = words.split_first().ok_or(RequestError::Empty)?;
-        let wrong = |command, takes| RequestError::Arguments {
-            command,
-            takes,
-            got: arguments.join(" "),
-        };
+        let wrong = || commands::wrong(command, arguments);
         match (command, arguments) {
             ("stop", []) => Ok(Self::Stop),
-            ("stop", _) => Err(wrong("stop", "nothing")),
             ("mode", [mode]) => read_mode(mode),
-            ("mode", _) => Err(wrong("mode", "one mode")),
             ("prowl" | "reactive" | "passive" | "wander" | "home", []) => read_mode(command),
-            ("prowl", _) => Err(wrong("prowl", "nothing")),
-            ("reactive", _) => Err(wrong("reactive", "nothing")),
-            ("passive", _) => Err(wrong("passive", "nothing")),
-            ("wander", _) => Err(wrong("wander", "nothing")),
-            ("home", _) => Err(wrong("home", "nothing")),
             ("dock", []) => Ok(Self::Mode(Mode::Forage)),
-            ("dock", _) => Err(wrong("dock", "nothing")),
-            ("preset", _) => Err(wrong("preset", "one name, and stands for several commands")),
             ("only", ["none"]) => Ok(Self::Only(LayerMask::NONE)),
             ("only", [layers]) => Ok(Self::Only(read_layers(layers)?)),
-            ("only", _) => Err(wrong("only", "layers separated by commas, or `none`")),
             ("param", words) => Tuning::from_words(words).map(Self::Parameter),
             ("enable", [layers]) => Ok(Self::Enable(read_layers(layers)?)),
-            ("enable", _) => Err(wrong("enable", "layers separated by commas")),
             ("disable", [layers]) => Ok(Self::Disable(read_layers(layers)?)),
-            ("disable", _) => Err(wrong("disable", "layers separated by commas")),
             ("goto", [x, y]) => Ok(Self::Route(vec![read_point(x, y)?])),
-            ("goto", _) => Err(wrong("goto", "X and Y in inches")),
-            ("route", _) => Err(wrong("route", "the name of one file of `X,Y` lines")),
             ("clear", []) => Ok(Self::Route(Vec::new())),
-            ("clear", _) => Err(wrong("clear", "nothing")),
-            ("set-pose", [x, y, theta]) => {
-                let theta_deg = theta.parse().ok().filter(|theta| *theta < 360);
-                Ok(Self::Pose {
-                    position: read_point(x, y)?,
-                    theta_deg: theta_deg.ok_or_else(|| {
-                        wrong("set-pose", "X and Y in inches and theta, 0 to 359 degrees")
-                    })?,
-                })
-            }
-            ("set-pose", _) => Err(wrong(
-                "set-pose",
-                "X and Y in inches and theta, 0 to 359 degrees",
-            )),
+            ("set-pose", [x, y, theta]) => Ok(Self::Pose {
+                position: read_point(x, y)?,
+                theta_deg: theta
+                    .parse()
+                    .ok()
+                    .filter(|theta| *theta < 360)
+                    .ok_or_else(wrong)?,
+            }),
             ("reset-pose", []) => Ok(Self::Pose {
                 position: Waypoint::default(),
                 theta_deg: 0,
             }),
-            ("reset-pose", _) => Err(wrong("reset-pose", "nothing")),
             ("scan", []) => Ok(Self::Scan),
-            ("scan", _) => Err(wrong("scan", "nothing")),
             ("failsafe", ["off"]) => Ok(Self::Failsafe(None)),
             ("failsafe", [mode, silence]) => read_failsafe(mode, silence),
-            ("failsafe", _) => Err(wrong(
-                "failsafe",
-                "`off`, or a mode and the silence after which to enter it, like `home 30s`",
-            )),
-            _ => Err(RequestError::UnknownCommand(command.to_owned())),
+            _ => Err(wrong()),
         }
     }
 
     /// The first words of all commands.
     pub fn commands() -> impl Iterator<Item = &'static str> {
-        words_of(COMMANDS)
+        commands::words()
     }
 
     /// Whether `word` is the first word of a command.
@@ -285,6 +249,8 @@ impl Request {
     }
 }
 
+/// The words that [`Request::from_words`] parses to the same command. Captures, scripts and the shared link rely on it;
+/// only a route of several waypoints is kept by its points instead.
 impl fmt::Display for Request {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -355,6 +321,17 @@ mod tests {
             let message = error(&format!("{command} one too many words"));
             let start = format!("`{command}` takes ");
             assert!(message.starts_with(&start), "{message}");
+        }
+    }
+
+    #[test]
+    fn words_of_a_command_parse_to_it() {
+        for request in testing::samples() {
+            let words = request.to_string();
+            let split: Vec<&str> = words.split(' ').collect();
+            let is_file = matches!(&request, Request::Route(waypoints) if waypoints.len() > 1);
+            let parsed = Request::from_words(&split).ok();
+            assert_eq!(parsed, (!is_file).then_some(request), "{words}");
         }
     }
 

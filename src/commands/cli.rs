@@ -24,6 +24,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand};
 
 use crate::capture::when;
+use crate::request::listing;
 use layout::laid_out;
 
 /// Ground station for a small robot on a 2400-baud radio.
@@ -54,31 +55,7 @@ pub enum Command {
     /// Record the received bytes without a dashboard.
     Record(Record),
     /// Send a command and wait until the robot confirms it.
-    #[command(after_help = laid_out("\
-COMMAND is one of:
-  stop                          motors off; works without a session
-  mode prowl|reactive|home|...  enter a mode (passive, wander, forage, calibrate, user, stop)
-  prowl reactive passive wander home dock     short for `mode ...`; dock is mode forage
-  enable L,L   disable L,L      layers: user bumpers rotation infrared (ir) sonar photo motion dead-reckoning (dr)
-  only L,L|none                 these layers and no others
-  preset NAME                   layers and mode: all sonar-only sonar-ir moth shy reactive passive wander
-  param NAME VALUE              set a parameter; also param list, get NAME, set NAME VALUE, save
-  goto X Y                      a route of one waypoint, whole inches from the robot's origin
-  route FILE|-                  a route of `X,Y` lines
-  clear                         delete the robot's route
-  set-pose X Y THETA            set the robot's pose; reset-pose is 0 0 0
-  scan                          measure the distances all around
-  failsafe MODE Ns|off          enter a mode after N seconds (10 to 4095) without a frame from the ground
-
-goto and route do not change the mode. With --go, `mode prowl` follows, and the robot drives.
-
-Examples:
-  groundwave send /dev/ttyUSB0 goto -48 120 --go
-  groundwave send tcp:robot.local:4000 route square.txt
-  groundwave send /dev/ttyUSB0 -f run.txt         one command per line, # comments; stops at the first failure
-  groundwave send --dry-run route square.txt
-  groundwave send --via mode prowl                through the station started with --share
-  groundwave send --via /tmp/x.sock mode prowl    through the one started with --share /tmp/x.sock"))]
+    #[command(after_help = laid_out(&send_help()))]
     Send(Send),
     /// Read, change or save the robot's parameters.
     #[command(after_help = laid_out("\
@@ -146,6 +123,27 @@ impl Command {
     pub fn is_stop(&self) -> bool {
         matches!(self, Self::Send(send) if send.is_stop())
     }
+}
+
+/// The commands to the robot, and examples.
+fn send_help() -> String {
+    let commands: String = listing()
+        .map(|(form, does)| format!("  {form:<20}{does}\n"))
+        .collect();
+    format!(
+        "COMMAND is one of:
+{commands}
+Layers also have their long names: infrared (ir), dead-reckoning (dr). A failsafe silence is 10 to 4095 s. goto and route
+do not change the mode. With --go, `mode prowl` follows, and the robot drives.
+
+Examples:
+  groundwave send /dev/ttyUSB0 goto -48 120 --go
+  groundwave send tcp:robot.local:4000 route square.txt
+  groundwave send /dev/ttyUSB0 -f run.txt         one command per line, # comments; stops at the first failure
+  groundwave send --dry-run route square.txt
+  groundwave send --via mode prowl                through the station started with --share
+  groundwave send --via /tmp/x.sock mode prowl    through the one started with --share /tmp/x.sock"
+    )
 }
 
 /// Examples and exit codes.

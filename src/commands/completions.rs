@@ -13,7 +13,7 @@ use groundwave_protocol::status_codes::{Layer, Mode};
 use super::cli::{Cli, Completions};
 use super::{Exit, Fault, config, show, simulated};
 use crate::io::ports;
-use crate::request::{Request, known_parameters, layer_word, mode_word, preset_names};
+use crate::request::{Request, Tuning, known_parameters, layer_word, mode_word, preset_names};
 
 type Candidates = Vec<CompletionCandidate>;
 
@@ -99,8 +99,6 @@ pub(super) fn param(current: &OsStr) -> Candidates {
     param_words(&words_before(), current)
 }
 
-const PARAM: [&str; 4] = ["list", "get", "set", "save"];
-
 /// Parts of a channel specification, after the last comma.
 pub(super) fn channel(current: &OsStr) -> Candidates {
     after_comma(current, CHANNEL)
@@ -108,7 +106,7 @@ pub(super) fn channel(current: &OsStr) -> Candidates {
 
 /// A subcommand of `param`, the name of a parameter, or nothing.
 fn param_words(before: &[String], current: &OsStr) -> Candidates {
-    let is_verb = |word: &str| PARAM.contains(&word);
+    let is_verb = |word: &str| Tuning::VERBS.contains(&word);
     let is_known = |word: &str| known_parameters().any(|(name, _)| name == word);
     let takes_name = |word: &str| word == "get" || word == "set";
     let mut last = before.iter().rev().map(String::as_str);
@@ -123,7 +121,7 @@ fn param_words(before: &[String], current: &OsStr) -> Candidates {
         Some(word) if takes_name(word) => names().collect(),
         Some(word) if is_verb(word) || is_known(word) => Candidates::new(),
         _ => {
-            let mut found = starting_with(current, PARAM);
+            let mut found = starting_with(current, Tuning::VERBS);
             found.extend(names());
             found
         }

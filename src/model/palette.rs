@@ -8,7 +8,7 @@ use super::keys::{Action, Context, Keymap};
 use super::text_entry::TEXT_MAX;
 use super::{Facts, Overlay, Panel, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Moment};
-use crate::request::{Request, known_parameters, preset_names};
+use crate::request::{Request, dashboard_commands, known_parameters, preset_names};
 
 /// The search text and the choice.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -98,9 +98,6 @@ impl Palette {
     }
 }
 
-/// Commands to the station.
-const OTHER_COMMANDS: [&str; 6] = ["runs", "compare", "name", "note", "void", "counts"];
-
 /// Keys of the dashboard and the route editor, then commands.
 fn entries(keymap: &Keymap) -> Vec<Entry> {
     let keys = keymap.rows().filter(|row| match row.action {
@@ -126,9 +123,8 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
         }
     });
     let presets = preset_names().map(|name| format!("preset {name}"));
-    let others = OTHER_COMMANDS.map(str::to_owned);
     let commands = Request::commands().map(str::to_owned);
-    let commands = commands.chain(presets).chain(others);
+    let commands = commands.chain(presets).chain(dashboard_commands().map(str::to_owned));
     let commands = commands.map(|words| Entry {
         title: format!(":{words}"),
         key: String::new(),

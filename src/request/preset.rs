@@ -87,8 +87,3 @@ pub(super) fn requests(name: &str) -> Result<Vec<Request>, RequestError> {
 pub fn names() -> impl Iterator<Item = &'static str> {
     PRESETS.iter().map(|preset| preset.name)
 }
-
-/// The names in one line.
-pub(super) fn names_text() -> String {
-    names().collect::<Vec<_>>().join(", ")
-}

@@ -5,6 +5,7 @@ use std::fmt;
 use groundwave_protocol::parameter::{self, VALUE_MAX};
 use groundwave_protocol::telemetry::ParameterName;
 
+use super::commands::wrong;
 use super::parameters::meant;
 use super::{Amount, RequestError};
 use crate::suggest::nearest;
@@ -23,6 +24,9 @@ pub enum Tuning {
 }
 
 impl Tuning {
+    /// Subcommands of `param`; no parameter has these names.
+    pub const VERBS: [&str; 4] = ["list", "get", "set", "save"];
+
     /// Parses the words after `param`.
     pub(super) fn from_words(words: &[&str]) -> Result<Self, RequestError> {
         match *words {
@@ -39,7 +43,7 @@ impl Tuning {
             // A word similar to a subcommand may still be the name of a parameter.
             [name, value]
                 if verb_meant(name).is_none()
-                    || (!VERBS.contains(&name) && Amount::read(value).is_some()) =>
+                    || (!Self::VERBS.contains(&name) && Amount::read(value).is_some()) =>
             {
                 Ok(Self::Set(read_name(name)?, read_value(value)?))
             }
@@ -55,22 +59,15 @@ impl Tuning {
         let first = words.first().copied().unwrap_or_default();
         match verb_meant(first) {
             Some(verb) if verb != first => RequestError::ParameterVerb(first.to_owned(), verb),
-            _ => RequestError::Arguments {
-                command: "param",
-                takes: "`list`, `get NAME`, `set NAME VALUE`, `NAME VALUE` or `save`",
-                got: words.join(" "),
-            },
+            _ => wrong("param", words),
         }
     }
 }
 
 /// The subcommand that a word is, or is probably a typing error of.
 fn verb_meant(word: &str) -> Option<&'static str> {
-    nearest(word, VERBS)
+    nearest(word, Tuning::VERBS)
 }
-
-/// Subcommands of `param`; no parameter has these names.
-const VERBS: [&str; 4] = ["list", "get", "set", "save"];
 
 impl fmt::Display for Tuning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -239,5 +239,4 @@ impl Screen<'_> {
     }
 }
 
-const COMMAND_HELP: &str =
-    "stop, mode M, preset P, enable/disable L,L, goto X Y, route F, scan, param, note, void, help";
+const COMMAND_HELP: &str = "a command, such as `mode prowl` or `goto 48 0`; `help` lists all";

@@ -10,7 +10,7 @@ use super::text::wrap;
 use super::{Screen, put, split_bottom};
 use crate::model::keys::{Action, Context};
 use crate::model::{Overlay, Question, TextEntry};
-use crate::request::LISTING;
+use crate::request::dashboard_listing;
 
 const QUESTION_COLUMNS: u16 = 56;
 const QUESTION_ROWS: u16 = 7;
@@ -104,7 +104,7 @@ impl Screen<'_> {
         let pages = pages_of_keys + 1;
         let page = self.ui.help_page.rem_euclid(pages as i32) as usize;
         let height = if page == pages_of_keys {
-            LISTING.len() as u16 + 2
+            dashboard_listing().count() as u16 + 2
         } else {
             rows + others + 2
         };
@@ -150,7 +150,7 @@ impl Screen<'_> {
     }
 
     fn commands_help(&self, buffer: &mut Buffer, area: Rect) {
-        for (row, (words, does)) in (0..).zip(LISTING) {
+        for (row, (words, does)) in (0..).zip(dashboard_listing()) {
             let line = Line::from(vec![
                 Span::styled(format!("{words:<COMMAND_COLUMNS$}"), self.theme.key),
                 Span::raw(self.told(does)),
@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn every_command_fits_a_row_of_80_columns() {
         let model = Model::new(Config::default());
-        for (words, does) in LISTING {
+        for (words, does) in dashboard_listing() {
             let does = model.ui.told(does);
             assert!(words.len() < COMMAND_COLUMNS && does.len() <= 58, "{words}");
         }

@@ -11,7 +11,7 @@ use super::{RadioArgs, parse_duration};
 use crate::commands::completions;
 use crate::commands::sharing::parse_address;
 use crate::io::link::LinkSpec;
-use crate::request::Request;
+use crate::request::{Request, Tuning};
 use crate::share::Address;
 
 /// `send`
@@ -90,17 +90,12 @@ impl FromStr for Via {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let is_word = Request::is_command(text) || is_param_word(text);
+        let is_word = Request::is_command(text) || Tuning::VERBS.contains(&text);
         Ok(Self {
             address: parse_address(if is_word { "" } else { text })?,
             word: is_word.then(|| text.to_owned()),
         })
     }
-}
-
-/// Whether a word says what `param` does.
-fn is_param_word(word: &str) -> bool {
-    matches!(word, "list" | "get" | "set" | "save")
 }
 
 impl Param {
@@ -219,7 +214,7 @@ impl Send {
 /// Parses a link. A command word in its place probably means that the link was forgotten.
 fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
     let is_forgotten = match words.first() {
-        Some(&"param") => is_param_word(first),
+        Some(&"param") => Tuning::VERBS.contains(&first),
         _ => Request::is_command(first),
     };
     if is_forgotten && !Path::new(first).exists() {

@@ -7,8 +7,8 @@ use groundwave_protocol::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{
-    Ack, AckLine, Body, HOLDERS, LayerStates, Line, ListPlace, Outcome, StateLine, StatusLine,
-    TextLine,
+    Ack, AckLine, Body, HOLDERS, LayerStates, Line, LineType, ListPlace, Note, Outcome,
+    ParameterLine, ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
 };
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -20,6 +20,7 @@ use crate::event::{
 };
 use crate::playback::Playback;
 use crate::request::Request;
+use crate::request::testing::samples;
 
 fn any_state() -> impl Strategy<Value = StateLine> {
     let place = || prop_oneof![-20_000..20_000, -999_999..999_999];
@@ -77,29 +78,61 @@ fn any_state() -> impl Strategy<Value = StateLine> {
 }
 
 fn any_body() -> impl Strategy<Value = Body> {
+    prop_oneof![
+        any_body_of(LineType::State),
+        select(LineType::ALL).prop_flat_map(any_body_of),
+    ]
+}
+
+fn any_body_of(line_type: LineType) -> BoxedStrategy<Body> {
     let status_line = (
         any::<(u16, u8, u8, u16)>(),
         any::<Option<(i16, i16)>>(),
         0_u32..4,
     );
-    prop_oneof![
-        4 => any_state().prop_map(Body::State),
-        2 => status_line.prop_map(|((battery_dv, fitted, allowed, count), target_in, digest)| {
-            Body::Status(StatusLine {
-                battery_dv,
-                target_in,
-                list: ListPlace { driven: count / 2, count },
-                digest,
-                fitted: LayerMask::from_bits(fitted),
-                allowed: LayerMask::from_bits(allowed),
-                ..status()
+    match line_type {
+        LineType::State => any_state().prop_map(Body::State).boxed(),
+        LineType::Status => status_line
+            .prop_map(|((battery_dv, fitted, allowed, count), target_in, digest)| {
+                Body::Status(StatusLine {
+                    battery_dv,
+                    target_in,
+                    list: ListPlace {
+                        driven: count / 2,
+                        count,
+                    },
+                    digest,
+                    fitted: LayerMask::from_bits(fitted),
+                    allowed: LayerMask::from_bits(allowed),
+                    ..status()
+                })
             })
-        }),
-        1 => any::<(u32, [u16; HOLDERS])>().prop_map(|(uptime_s, ticks_won)| {
-            Body::Counters(counters(uptime_s, ticks_won))
-        }),
-        1 => "[ -~]{0,80}".prop_map(|text| Body::Text(TextLine::new(&text))),
-    ]
+            .boxed(),
+        LineType::Counters => any::<(u32, [u16; HOLDERS])>()
+            .prop_map(|(uptime_s, ticks_won)| Body::Counters(counters(uptime_s, ticks_won)))
+            .boxed(),
+        LineType::Text => "[ -~]{0,80}"
+            .prop_map(|text| Body::Text(TextLine::new(&text)))
+            .boxed(),
+        LineType::Parameter => any::<(u8, u8, String, i32, i32, String)>()
+            .prop_map(|(place, count, name, value, kept, unit)| {
+                Body::Parameter(ParameterLine {
+                    place,
+                    count,
+                    name: ParameterName::new(&name),
+                    value,
+                    kept,
+                    least: value.saturating_neg(),
+                    most: value,
+                    unit: Printable::new(&unit),
+                })
+            })
+            .boxed(),
+        LineType::Song => prop::collection::vec(any::<(u16, u8)>(), 0..30)
+            .prop_map(|notes| notes.into_iter().map(|(hz, ticks)| Note { hz, ticks }))
+            .prop_map(|notes| Body::Song(SongLine::new(notes)))
+            .boxed(),
+    }
 }
 
 fn any_waypoints() -> impl Strategy<Value = Vec<Waypoint>> {
@@ -112,7 +145,7 @@ fn any_waypoints() -> impl Strategy<Value = Vec<Waypoint>> {
 
 fn any_request() -> impl Strategy<Value = Request> {
     prop_oneof![
-        1 => Just(Request::Stop),
+        3 => select(samples()),
         1 => select(Mode::ALL).prop_map(Request::Mode),
         1 => any::<u8>().prop_map(|bits| Request::Enable(LayerMask::from_bits(bits))),
         1 => any::<u8>().prop_map(|bits| Request::Disable(LayerMask::from_bits(bits))),

@@ -1,7 +1,5 @@
 //! Lines are equal after writing and reading; invalid ones get an error.
 
-use groundwave_protocol::failsafe::Failsafe;
-use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName, Printable};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -9,44 +7,12 @@ use proptest::sample::select;
 
 use super::*;
 use crate::event::{CommandStatus, Failure};
-use crate::request::{Amount, Tuning};
+use crate::request::testing::samples;
 use crate::share::LINE_MAX;
-
-fn requests() -> Vec<Request> {
-    let far = Waypoint::new(-1023, 1023).expect("a waypoint");
-    let layers = LayerMask::NONE.with(Layer::Sonar).with(Layer::User);
-    vec![
-        Request::Stop,
-        Request::Mode(Mode::GoHome),
-        Request::Enable(layers),
-        Request::Disable(layers),
-        Request::Only(layers),
-        Request::Only(LayerMask::NONE),
-        Request::Route(vec![]),
-        Request::Route(vec![far]),
-        Request::Route(vec![far; groundwave_protocol::WAYPOINTS_MAX]),
-        Request::Pose {
-            position: far,
-            theta_deg: 359,
-        },
-        Request::Scan,
-        Request::Failsafe(None),
-        Request::Failsafe(Some(Failsafe {
-            silence_s: 30,
-            mode: Mode::GoHome,
-        })),
-        Request::Parameter(Tuning::List),
-        Request::Parameter(Tuning::Save),
-        Request::Parameter(Tuning::Get(ParameterName::new("track"))),
-        // Close to a known name; the line must carry it unchanged.
-        Request::Parameter(Tuning::Get(ParameterName::new("trak"))),
-        Request::Parameter(Tuning::Set(ParameterName::new("list"), Amount::Counts(-7))),
-    ]
-}
 
 #[test]
 fn every_request_comes_back_as_it_was() {
-    for request in requests() {
+    for request in samples() {
         let ask = ClientLine::Ask(Ask {
             tag: 7,
             request,

@@ -10,7 +10,7 @@ use super::time::{flight_at, playback};
 use super::*;
 use crate::model::alarms::RULES;
 use crate::model::keys::{Keymap, Rebinding};
-use crate::request::LISTING;
+use crate::request::dashboard_listing;
 use crate::run::Listed;
 
 /// First of the characters used as keys: one column each, and unused elsewhere on the screen.
@@ -276,7 +276,7 @@ fn texts_name_the_chosen_keys() {
 fn remedies_and_commands_name_existing_keys() {
     let labels = labels_of_the_table();
     let hints = RULES.iter().map(|rule| rule.hint);
-    let listing = LISTING.into_iter().map(|(_, does)| does);
+    let listing = dashboard_listing().map(|(_, does)| does);
     for text in hints.chain(listing) {
         let told = Keymap::default().told(text);
         assert!(!told.contains('<'), "{told}");

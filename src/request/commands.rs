@@ -1,0 +1,146 @@
+//! The table of commands. Errors, completion, the help of `send` and the list in the dashboard come from it.
+
+use super::RequestError;
+
+/// The commands: the form, whose first word names the command; the arguments that it takes, for errors; and its
+/// description, empty where another row describes it too.
+const COMMANDS: [(&str, &str, &str); 20] = [
+    ("stop", "nothing", "motors off"),
+    (
+        "mode M",
+        "one mode",
+        "prowl reactive passive wander home forage calibrate user",
+    ),
+    (
+        "prowl reactive ..",
+        "nothing",
+        "short for `mode ..`: passive, wander, home; dock is forage",
+    ),
+    ("reactive", "nothing", ""),
+    ("passive", "nothing", ""),
+    ("wander", "nothing", ""),
+    ("home", "nothing", ""),
+    ("dock", "nothing", ""),
+    (
+        "enable L,L",
+        "layers separated by commas",
+        "layers: user bumpers rotation ir sonar photo motion dr",
+    ),
+    (
+        "disable L,L",
+        "layers separated by commas",
+        "forbid these layers",
+    ),
+    (
+        "only L,L",
+        "layers separated by commas, or `none`",
+        "allow these and no others; or none",
+    ),
+    (
+        "preset P",
+        "one name, and stands for several commands",
+        "all sonar-only sonar-ir moth shy reactive passive wander",
+    ),
+    (
+        "goto X Y",
+        "X and Y in inches",
+        "one waypoint in inches; --go drives it",
+    ),
+    (
+        "route FILE",
+        "the name of one file of `X,Y` lines",
+        "waypoints from a file of X,Y lines; --go drives them",
+    ),
+    ("clear", "nothing", "delete the robot's route"),
+    (
+        "set-pose X Y DEG",
+        "X and Y in inches and theta, 0 to 359 degrees",
+        "set the robot's pose",
+    ),
+    ("reset-pose", "nothing", "set the pose to 0 0 0"),
+    ("scan", "nothing", "measure the distances all around"),
+    (
+        "failsafe M 30s",
+        "`off`, or a mode and the silence after which to enter it, like `home 30s`",
+        "mode after this time without frames; or off",
+    ),
+    (
+        "param NAME VALUE",
+        "`list`, `get NAME`, `set NAME VALUE`, `NAME VALUE` or `save`",
+        "set a parameter; also param list, get NAME, save",
+    ),
+];
+
+/// Forms and descriptions of the commands of the dashboard itself.
+const DASHBOARD_COMMANDS: [(&str, &str); 7] = [
+    ("name TEXT", "name the run being recorded"),
+    ("note TEXT", "add a note to the run"),
+    ("void WHY", "mark the run void"),
+    ("counts", "undo `void`"),
+    (
+        "runs FOLDER",
+        "list runs; <runs-window/submit> on two compares them",
+    ),
+    ("compare A B", "compare the runs of two captures"),
+    ("quit", "quit; the robot carries on"),
+];
+
+/// Forms and descriptions of the commands to the robot.
+pub fn listing() -> impl Iterator<Item = (&'static str, &'static str)> {
+    COMMANDS
+        .into_iter()
+        .filter(|(_, _, does)| !does.is_empty())
+        .map(|(form, _, does)| (form, does))
+}
+
+/// Forms and descriptions of all commands in the dashboard. It replaces names in angle brackets by keys.
+pub fn dashboard_listing() -> impl Iterator<Item = (&'static str, &'static str)> {
+    listing().chain(DASHBOARD_COMMANDS)
+}
+
+/// First words of the commands to the robot.
+pub(super) fn words() -> impl Iterator<Item = &'static str> {
+    COMMANDS.into_iter().map(|(form, ..)| first_word(form))
+}
+
+/// First words of the commands of the dashboard itself.
+pub fn dashboard_commands() -> impl Iterator<Item = &'static str> {
+    DASHBOARD_COMMANDS.into_iter().map(|(form, _)| first_word(form))
+}
+
+/// The error for a command that does not exist, or not with these arguments.
+pub(super) fn wrong(command: &str, arguments: &[&str]) -> RequestError {
+    COMMANDS
+        .into_iter()
+        .map(|(form, takes, _)| (first_word(form), takes))
+        .find(|(known, _)| *known == command)
+        .map_or_else(
+            || RequestError::UnknownCommand(command.to_owned()),
+            |(command, takes)| RequestError::Arguments {
+                command,
+                takes,
+                got: arguments.join(" "),
+            },
+        )
+}
+
+fn first_word(form: &'static str) -> &'static str {
+    form.split(' ').next().unwrap_or(form)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::request::preset_names;
+
+    #[test]
+    fn every_command_and_preset_is_listed() {
+        let listed: Vec<&str> = listing()
+            .flat_map(|(form, does)| [form, does])
+            .flat_map(|text| text.split([' ', ',', ':', ';', '`']))
+            .collect();
+        for word in words().chain(preset_names()) {
+            assert!(listed.contains(&word), "{word}");
+        }
+    }
+}
