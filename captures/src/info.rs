@@ -105,7 +105,16 @@ impl LineCounts {
     /// Intact lines of every type.
     #[must_use]
     pub const fn total(&self) -> u64 {
-        self.a + self.b + self.c + self.t + self.k + self.p + self.s
+        let Self {
+            a,
+            b,
+            c,
+            t,
+            k,
+            p,
+            s,
+        } = *self;
+        a + b + c + t + k + p + s
     }
 }
 

@@ -377,7 +377,7 @@ mod tests {
     use groundwave_protocol::status_codes::{
         Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
     };
-    use groundwave_protocol::telemetry::Outcome;
+    use groundwave_protocol::telemetry::{LineType, Outcome};
     use std::fmt::Debug;
 
     /// `LeftCenter` as `left_center`.
@@ -397,6 +397,10 @@ mod tests {
 
     #[test]
     fn every_state_of_the_wire_has_its_word() {
+        for line_type in LineType::ALL {
+            let letter = char::from(line_type.letter()).to_string();
+            assert!(LINE_TYPES.contains(&letter.as_str()), "{line_type:?}");
+        }
         assert_eq!(BUMPS, words(Bump::ALL));
         assert_eq!(INFRARED, words(Infrared::ALL));
         assert_eq!(CLIFFS, words(Cliff::ALL));

@@ -5,24 +5,19 @@ use groundwave_protocol::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, Detail, Note, ParameterLine, SongLine, StateLine, StatusLine,
+    Ack, AckLine, Body, CountersLine, Detail, Note, ParameterLine, SongLine, StateLine, StatusLine,
 };
 
-use super::Telemetry;
+use super::{LINE_TYPES, Telemetry};
 
 /// Fills the fields that a line has.
 pub(super) fn fill(received: &Received, to: &mut Telemetry) {
-    to.line_type = Some(match received {
-        Received::Ack(_) => 4,
-        Received::Line(line, _) => match line.body {
-            Body::State(_) => 0,
-            Body::Status(_) => 1,
-            Body::Counters(_) => 2,
-            Body::Text(_) => 3,
-            Body::Parameter(_) => 5,
-            Body::Song(_) => 6,
-        },
-    });
+    let letter = match received {
+        Received::Ack(_) => AckLine::LETTERS[0],
+        Received::Line(line, _) => line.body.line_type().letter(),
+    };
+    let is_it = |word: &&str| word.as_bytes() == [letter];
+    to.line_type = LINE_TYPES.iter().position(is_it).map(|i| i as i32);
     to.sequence = Some(received.sequence().into());
     fill_ack(to, *received.ack());
     if let Received::Line(line, _) = received {
