@@ -1,6 +1,6 @@
 //! The decoder on clean, noisy and damaged streams.
 
-use crate::damage::{self, Rng, sample, samples};
+use crate::damage::{self, Rng, Sample, sample, samples};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, AckLine, Body, Line, TextLine};
 use proptest::prelude::*;

@@ -196,7 +196,9 @@ fn specification_lists_the_letters_in_use() {
     };
     let lines = LineType::ALL.iter().map(|line_type| line_type.letter());
     let frames = FrameType::ALL.iter().map(|frame_type| frame_type.letter());
-    let orders = OrderType::ALL.iter().filter(|order| **order != OrderType::Unknown);
+    let orders = OrderType::ALL
+        .iter()
+        .filter(|order| **order != OrderType::Unknown);
     let listed = format!(
         "Line types in use: {}. Frame types: {}. Orders: {}.",
         list(lines.chain(AckLine::LETTERS).collect()),

@@ -124,7 +124,9 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
     });
     let presets = preset_names().map(|name| format!("preset {name}"));
     let commands = Request::commands().map(str::to_owned);
-    let commands = commands.chain(presets).chain(dashboard_commands().map(str::to_owned));
+    let commands = commands
+        .chain(presets)
+        .chain(dashboard_commands().map(str::to_owned));
     let commands = commands.map(|words| Entry {
         title: format!(":{words}"),
         key: String::new(),

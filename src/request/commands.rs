@@ -105,7 +105,9 @@ pub(super) fn words() -> impl Iterator<Item = &'static str> {
 
 /// First words of the commands of the dashboard itself.
 pub fn dashboard_commands() -> impl Iterator<Item = &'static str> {
-    DASHBOARD_COMMANDS.into_iter().map(|(form, _)| first_word(form))
+    DASHBOARD_COMMANDS
+        .into_iter()
+        .map(|(form, _)| first_word(form))
 }
 
 /// The error for a command that does not exist, or not with these arguments.

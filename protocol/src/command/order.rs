@@ -196,7 +196,10 @@ impl Order {
 
     /// Reads any content as an order: an unreadable one must be refused in the acknowledgement.
     fn parse(input: &[u8]) -> Parsed<'_, Self> {
-        map(rest, |content| Self::known(content).unwrap_or(Self::Unknown)).parse(input)
+        map(rest, |content| {
+            Self::known(content).unwrap_or(Self::Unknown)
+        })
+        .parse(input)
     }
 
     fn known(content: &[u8]) -> Option<Self> {

@@ -31,7 +31,7 @@ pub use text::TextLine;
 use crate::status_codes::status_codes;
 use crate::{LINE_BYTES, crc};
 use columns::Columns;
-use fields::{BadField, Fields, Read, digits, letter, sixbits};
+use fields::{Fields, Read, digits, letter, sixbits};
 use nom::Parser;
 use nom::bytes::complete::{tag, take};
 

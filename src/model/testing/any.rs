@@ -93,20 +93,22 @@ fn any_body_of(line_type: LineType) -> BoxedStrategy<Body> {
     match line_type {
         LineType::State => any_state().prop_map(Body::State).boxed(),
         LineType::Status => status_line
-            .prop_map(|((battery_dv, fitted, allowed, count), target_in, digest)| {
-                Body::Status(StatusLine {
-                    battery_dv,
-                    target_in,
-                    list: ListPlace {
-                        driven: count / 2,
-                        count,
-                    },
-                    digest,
-                    fitted: LayerMask::from_bits(fitted),
-                    allowed: LayerMask::from_bits(allowed),
-                    ..status()
-                })
-            })
+            .prop_map(
+                |((battery_dv, fitted, allowed, count), target_in, digest)| {
+                    Body::Status(StatusLine {
+                        battery_dv,
+                        target_in,
+                        list: ListPlace {
+                            driven: count / 2,
+                            count,
+                        },
+                        digest,
+                        fitted: LayerMask::from_bits(fitted),
+                        allowed: LayerMask::from_bits(allowed),
+                        ..status()
+                    })
+                },
+            )
             .boxed(),
         LineType::Counters => any::<(u32, [u16; HOLDERS])>()
             .prop_map(|(uptime_s, ticks_won)| Body::Counters(counters(uptime_s, ticks_won)))
