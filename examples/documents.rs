@@ -7,19 +7,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::CommandFactory as _;
+use groundwave::capture::topics::Topic;
 use groundwave::commands::cli::Cli;
 use groundwave::model::keys::Keymap;
 use groundwave::request::in_whole_unit;
 use sr04_firmware::parameters::Parameter;
 
-/// A file name in `docs/` and the function that generates its text.
+/// A path in the repository and the function that generates the file's text.
 pub type Document = (&'static str, fn() -> String);
 
 /// All generated documents.
 pub const DOCUMENTS: &[Document] = &[
-    ("commands.md", commands),
-    ("keys.md", keys),
-    ("parameters.md", parameters),
+    ("docs/commands.md", commands),
+    ("docs/keys.md", keys),
+    ("docs/parameters.md", parameters),
+    ("tests/judges/topics.json", topics),
 ];
 
 /// Columns of the help texts.
@@ -28,9 +30,7 @@ const HELP_COLUMNS: usize = 100;
 /// Path of a document.
 #[must_use]
 pub fn path(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("docs")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
 #[allow(dead_code, reason = "the test that uses this file does not write")]
@@ -96,6 +96,12 @@ fn keys() -> String {
         let _ = writeln!(text, "| {} | {does} | `{name}` |", keys.join(" "));
     }
     text
+}
+
+/// The topics of a recording and the types of their messages, for the programs that check recordings.
+fn topics() -> String {
+    let rows = Topic::ALL.map(|topic| format!("  {:?}: {:?}", topic.name(), topic.schema().name));
+    format!("{{\n{}\n}}\n", rows.join(",\n"))
 }
 
 /// The robot's parameters, from the table of its program.

@@ -11,7 +11,7 @@ fn generated_documents_are_current() {
         let written = fs::read_to_string(made::path(name)).unwrap_or_default();
         assert!(
             written == make(),
-            "docs/{name} is not current: `cargo run --example documents`, and look at what has changed"
+            "{name} is not current: `cargo run --example documents`, and look at what has changed"
         );
     }
 }

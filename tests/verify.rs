@@ -9,6 +9,7 @@ use crate::programs::scratch;
 use crate::recordings::{session, wall};
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::info::Info;
+use groundwave::capture::topics::{Origin, Topic};
 use groundwave::capture::verify::verify_mcap;
 use groundwave::capture::{Capture, Existing, Recorder};
 use groundwave::event::{Event, LinkEvent};
@@ -33,17 +34,8 @@ fn messages<'a>(mcap: &'a [u8], topic: &str) -> Vec<mcap::Message<'a>> {
 #[test]
 fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
     let mcap = converted(&streams::clean(300));
-    let topics = [
-        "/telemetry",
-        "/uplink",
-        "/tf",
-        "/pose",
-        "/path",
-        "/sonar",
-        "/markers",
-        "/log",
-    ];
-    for wrong in topics {
+    let derived = |topic: &Topic| matches!(topic.origin(), Origin::Line | Origin::History);
+    for wrong in Topic::ALL.into_iter().filter(derived).map(Topic::name) {
         let mut spoilt = Vec::new();
         let mut writer = mcap::WriteOptions::new()
             .library(concat!(

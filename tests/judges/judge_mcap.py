@@ -15,6 +15,7 @@ import argparse
 import collections
 import json
 import math
+import pathlib
 
 from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
@@ -22,20 +23,7 @@ from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
-TOPICS = {
-    "/raw/rx": "groundwave.RawBytes",
-    "/raw/tx": "groundwave.RawBytes",
-    "/telemetry": "groundwave.Telemetry",
-    "/uplink": "groundwave.UplinkEvent",
-    "/tf": "foxglove.FrameTransforms",
-    "/pose": "foxglove.PoseInFrame",
-    "/path": "foxglove.PosesInFrame",
-    "/sonar": "foxglove.LaserScan",
-    "/map": "foxglove.Grid",
-    "/markers": "foxglove.SceneUpdate",
-    "/log": "foxglove.Log",
-    "/station": "groundwave.StationEvent",
-}
+TOPICS = json.loads((pathlib.Path(__file__).parent / "topics.json").read_text())
 
 M_PER_IN = 0.0254
 

@@ -121,6 +121,17 @@ impl Topic {
         }
     }
 
+    /// What its messages follow from.
+    #[must_use]
+    pub const fn origin(self) -> Origin {
+        match self {
+            Self::RawRx | Self::RawTx | Self::Station => Origin::Recorded,
+            Self::Telemetry | Self::Tf | Self::Pose | Self::Sonar => Origin::Line,
+            Self::Uplink | Self::Path | Self::Markers | Self::Log => Origin::History,
+            Self::Map => Origin::Reserved,
+        }
+    }
+
     /// The topic with this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
@@ -148,6 +159,19 @@ impl Topic {
             Self::Station => ours(StationEvent::NAME),
         }
     }
+}
+
+/// What the messages of a topic follow from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// Nothing: they are recorded as they are.
+    Recorded,
+    /// One line each.
+    Line,
+    /// All lines, sent bytes and events so far.
+    History,
+    /// The topic has no messages yet.
+    Reserved,
 }
 
 /// Adds topics and their schemas to a file, under fixed numbers.
@@ -208,4 +232,31 @@ pub struct TopicMessage<'a> {
     pub publish_time_ns: u64,
     /// The protobuf message.
     pub data: &'a [u8],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Recordings refer to topics by these numbers.
+    #[test]
+    fn numbers_of_topics_never_change() {
+        assert_eq!(
+            Topic::ALL.map(|topic| (topic.channel_id(), topic.name())),
+            [
+                (1, "/raw/rx"),
+                (2, "/raw/tx"),
+                (3, "/telemetry"),
+                (4, "/uplink"),
+                (5, "/tf"),
+                (6, "/pose"),
+                (7, "/path"),
+                (8, "/sonar"),
+                (9, "/map"),
+                (10, "/markers"),
+                (11, "/log"),
+                (12, "/station"),
+            ]
+        );
+    }
 }

@@ -11,7 +11,7 @@ use prost::Message as _;
 
 use super::Verdict;
 use crate::messages::{RawBytes, StationEvent};
-use crate::topics::{Deriver, RAW_RX, Topic, TopicMessage};
+use crate::topics::{Deriver, Origin, RAW_RX, Topic, TopicMessage};
 
 /// Maximum derived messages of a topic that wait for those of the recording.
 const WAITING_MAX: usize = 4096;
@@ -56,7 +56,7 @@ impl Derived {
     pub(super) fn forget_beginning(&mut self) {
         self.is_exact = false;
         for (topic, queue) in &mut self.queues {
-            queue.is_aligned &= is_of_one_line(*topic);
+            queue.is_aligned &= topic.origin() == Origin::Line;
         }
     }
 
@@ -137,7 +137,7 @@ impl Derived {
             queue.is_aligned = false;
         } else if let Some(place) = found {
             queue.expected.drain(..=place);
-            queue.is_aligned = is_exact || is_of_one_line(topic);
+            queue.is_aligned = is_exact || topic.origin() == Origin::Line;
             verdict.derived_equal += 1;
             return;
         }
@@ -158,18 +158,10 @@ impl Derived {
     }
 }
 
-/// Whether a message follows from one line alone.
-const fn is_of_one_line(topic: Topic) -> bool {
-    matches!(
-        topic,
-        Topic::Telemetry | Topic::Tf | Topic::Pose | Topic::Sonar
-    )
-}
-
 fn queue(queues: &mut BTreeMap<Topic, Queue>, topic: Topic, is_exact: bool) -> &mut Queue {
     queues.entry(topic).or_insert_with(|| Queue {
         expected: VecDeque::new(),
-        is_aligned: is_exact || is_of_one_line(topic),
+        is_aligned: is_exact || topic.origin() == Origin::Line,
     })
 }
 

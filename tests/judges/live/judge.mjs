@@ -22,20 +22,7 @@ const { FoxgloveClient } = protocol;
 const GROUNDWAVE = process.env.GROUNDWAVE ?? "target/debug/groundwave";
 const PATIENCE_MS = 40_000;
 const SERVICE = "/groundwave/send";
-const TOPICS = {
-  "/raw/rx": "groundwave.RawBytes",
-  "/raw/tx": "groundwave.RawBytes",
-  "/telemetry": "groundwave.Telemetry",
-  "/uplink": "groundwave.UplinkEvent",
-  "/tf": "foxglove.FrameTransforms",
-  "/pose": "foxglove.PoseInFrame",
-  "/path": "foxglove.PosesInFrame",
-  "/sonar": "foxglove.LaserScan",
-  "/map": "foxglove.Grid",
-  "/markers": "foxglove.SceneUpdate",
-  "/log": "foxglove.Log",
-  "/station": "groundwave.StationEvent",
-};
+const TOPICS = JSON.parse(readFileSync(new URL("../topics.json", import.meta.url)));
 // What Lichtblick offers, in its order.
 const SUBPROTOCOLS = [FoxgloveClient.SUPPORTED_SUBPROTOCOL, "foxglove.sdk.v1"];
 
