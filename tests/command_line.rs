@@ -206,7 +206,7 @@ fn completions_and_manual_cover_all_commands() {
         let name = format!("groundwave-{}.1", verb.get_name());
         let own = fs::read_to_string(pages.join(&name)).unwrap_or_default();
         let about = verb.get_about().unwrap().to_string();
-        let [page, own] = [&page, &own].map(|page| page.replace('\\', ""));
+        let [page, own] = [&page, &own].map(|page| page.replace(r"\*(Aq", "'").replace('\\', ""));
         assert!(own.contains(&about) && page.contains(&about), "{name}");
     }
     // The script asks the program for words.

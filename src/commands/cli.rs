@@ -128,13 +128,13 @@ impl Command {
 /// The commands to the robot, and examples.
 fn send_help() -> String {
     let commands: String = listing()
-        .map(|(form, does)| format!("  {form:<20}{does}\n"))
+        .map(|(form, does)| format!("  {form:<19}{does}\n"))
         .collect();
     format!(
         "COMMAND is one of:
 {commands}
-Layers also have their long names: infrared (ir), dead-reckoning (dr). A failsafe silence is 10 to 4095 s. goto and route
-do not change the mode. With --go, `mode prowl` follows, and the robot drives.
+Layers also have their long names: infrared (ir), dead-reckoning (dr). X and Y are whole inches from
+the robot's origin. A failsafe silence is 10 to 4095 s. goto and route do not change the mode. With --go, `mode prowl` follows, and the robot drives.
 
 Examples:
   groundwave send /dev/ttyUSB0 goto -48 120 --go

@@ -5,7 +5,7 @@ use super::RequestError;
 /// The commands: the form, whose first word names the command; the arguments that it takes, for errors; and its
 /// description, empty where another row describes it too.
 const COMMANDS: [(&str, &str, &str); 20] = [
-    ("stop", "nothing", "motors off"),
+    ("stop", "nothing", "motors off; needs no session"),
     (
         "mode M",
         "one mode",
