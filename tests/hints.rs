@@ -73,7 +73,7 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (1, &["watch", "sim", "--headless", "--share", "gone/a.mcap"], "make the folder first"),
     (2, &["watch", "sim", "--headless", "--share", "99999"], "neither a port (4001)"),
     (2, &["watch", "sim", "--headless", "--share", "host"], "nor a Unix socket (station.sock"),
-    (2, &["watch", "sim", "--headless", "--rotate", "5x"], "a size like 64MB"),
+    (2, &["watch", "sim", "--headless", "--rotate", "5x"], "a size such as 64MB"),
     (2, &["sim", "--world", "huose"], "a built-in world (house"),
     (2, &["sim", "--channel", "ber=2"], "like ber=1e-3"),
     (2, &["sim", "--listen", "127.0.0.1:99999"], "choose another address"),

@@ -2,7 +2,9 @@
 //!
 //! A client begins with `{"groundwave":1,"pid":1234}`. Its commands are `{"id":1,"do":"mode
 //! prowl","timeout_ms":20000}`, in the words of `groundwave send`, or
-//! `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`. Each status carries the `id` of its command.
+//! `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`. Each status carries the `id` of its command. The last line before
+//! the station closes a connection is `{"code":"gave-way","error":"..."}`. On a port the station's token, alone on the first
+//! line, precedes everything.
 
 use std::time::Duration;
 
