@@ -100,12 +100,17 @@ fn measure(hours: u64, form: &str, path: &Path) {
     }
     let rare = begun.elapsed();
     let begun = Instant::now();
-    read_through(first, &mut again, |finding| {
-        if let Finding::State(scene) = finding {
-            timeline.keep(*scene);
-        }
-        true
-    });
+    read_through(
+        first,
+        &mut again,
+        || true,
+        |finding| {
+            if let Finding::State(scene) = finding {
+                timeline.keep(*scene);
+            }
+            true
+        },
+    );
     timeline.complete();
     let read = begun.elapsed();
     let (mut all, mut worst, mut back) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);

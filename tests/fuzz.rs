@@ -1,6 +1,16 @@
-//! Fuzzing of text input: route files, configurations, commands, the shared socket. `docs/fuzzing.md` describes longer
-//! runs.
+//! Fuzzing of input: route files, configurations, commands, the shared socket, captures and their labels.
+//! `docs/fuzzing.md` describes longer runs.
 
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+use groundwave::capture::cut::{Window, cut_mcap};
+use groundwave::capture::index::{self, SeekableReader, SeekableText};
+use groundwave::capture::runs::Label;
+use groundwave::capture::text::TextReader;
+use groundwave::capture::verify::verify_mcap;
+use groundwave::capture::{Capture, Piece};
 use groundwave::commands::config;
 use groundwave::request::Request;
 use groundwave::route;
@@ -101,4 +111,83 @@ fn lines(bytes: &[u8], chunk: usize) -> Vec<Option<Vec<u8>>> {
         }
     }
     found
+}
+
+/// A sample recording, changed: the first byte chooses how.
+fn recording(bytes: &[u8]) -> Vec<u8> {
+    let Some((kind, rest)) = bytes.split_first() else {
+        return mcap::MAGIC.to_vec();
+    };
+    if kind % 4 == 0 {
+        return [mcap::MAGIC, rest].concat();
+    }
+    let mut recording = include_bytes!("../captures/demo-commands.mcap").to_vec();
+    for change in rest.as_chunks::<4>().0 {
+        let [low, high, length, byte] = *change;
+        let at = usize::from(u16::from_le_bytes([low, high])) % recording.len();
+        match kind % 4 {
+            1 => recording[at] = byte,
+            2 => drop(recording.splice(at..at, vec![byte; length.into()])),
+            _ => drop(recording.drain(at..(at + usize::from(length)).min(recording.len() - 1))),
+        }
+    }
+    recording
+}
+
+/// Any recording is read to an end, with no more parts than it has bytes, from its beginning and by its index; both give the
+/// same bytes. Checking it and cutting it end, too.
+#[test]
+fn fuzz_recording() {
+    bolero::check!()
+        .with_iterations(ITERATIONS / 10)
+        .for_each(|bytes: &[u8]| {
+            let bytes = recording(bytes);
+            let parts_max = 100 + 100 * bytes.len();
+            let mut capture = Capture::read("", Box::new(Cursor::new(bytes.clone()))).unwrap();
+            let read = (0..parts_max).position(|_| matches!(capture.next_piece(), Ok(None)));
+            assert!(read.is_some());
+            if let Ok(mut reader) = index::read(Arc::new(bytes.clone()), Path::new("")) {
+                let read = (0..parts_max).position(|_| reader.next_piece().is_none());
+                assert!(read.is_some());
+            }
+            verify_mcap(&bytes[..], None).unwrap();
+            cut_mcap(&bytes[..], Window::default(), Vec::new()).unwrap();
+        });
+}
+
+/// The pieces of any text make up the file, and a seekable reader gives the same bytes of the radio at the same times.
+#[test]
+fn fuzz_raw_text() {
+    bolero::check!()
+        .with_iterations(ITERATIONS)
+        .for_each(|bytes: &[u8]| {
+            let mut text = TextReader::new(bytes);
+            let mut seekable = SeekableText::new(Arc::new(bytes.to_vec())).unwrap();
+            let mut stored: Vec<u8> = Vec::new();
+            while let Some(piece) = text.next_piece().unwrap() {
+                stored.extend(piece.stored);
+                assert_eq!(seekable.next_at(), Some(piece.at));
+                assert_eq!(seekable.next_piece(), Some(Piece::Received(piece.radio)));
+            }
+            assert_eq!(seekable.next_piece(), None);
+            assert_eq!(stored, bytes);
+        });
+}
+
+/// A label that is read is written so that it reads the same; one that is not has an error in words.
+#[test]
+fn fuzz_label() {
+    bolero::check!()
+        .with_iterations(ITERATIONS)
+        .for_each(
+            |bytes: &[u8]| match Label::parse(&String::from_utf8_lossy(bytes)) {
+                Ok(label) => {
+                    let written = toml::to_string(&label).unwrap();
+                    // A number that is none differs from itself.
+                    let again = Label::parse(&written).unwrap();
+                    assert_eq!(format!("{again:?}"), format!("{label:?}"));
+                }
+                Err(problem) => assert!(!problem.is_empty()),
+            },
+        );
 }

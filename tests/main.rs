@@ -17,6 +17,7 @@ mod failsafe;
 mod failures;
 mod fuzz;
 mod hints;
+mod hostile_captures;
 mod house;
 mod interrupted;
 mod kills;

@@ -10,6 +10,9 @@ use super::record::parse;
 use super::repair::{Damage, Part, Position, RepairingReader};
 use super::topics::Topic;
 
+/// The longest accepted name of a topic or schema, bytes.
+const NAME_BYTES_MAX: usize = 256;
+
 /// A topic of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
@@ -139,10 +142,10 @@ impl<R: Read> Entries<R> {
                 Some(Record::Header(header)) => {
                     self.is_foreign = !header.library.starts_with("groundwave ");
                 }
-                Some(Record::Schema { header, .. }) => {
+                Some(Record::Schema { header, .. }) if header.name.len() <= NAME_BYTES_MAX => {
                     self.schemas.insert(header.id, header.name);
                 }
-                Some(Record::Channel(channel)) => {
+                Some(Record::Channel(channel)) if channel.topic.len() <= NAME_BYTES_MAX => {
                     let schema = self.schemas.get(&channel.schema_id);
                     let schema = schema.cloned().unwrap_or_default();
                     let known = Channel::new(channel.topic, schema);

@@ -3,12 +3,13 @@
 use std::borrow::Cow;
 use std::io::{self, Read};
 
+use ::mcap::Attachment;
 use ::mcap::records::{Metadata, Record, op};
-use ::mcap::{Attachment, parse_record};
 use prost::Message as _;
 
 use super::mcap_reader::{Channels, Entries, Entry};
 use super::messages::RawBytes;
+use super::record::parse;
 use super::repair::Damage;
 use super::topics::{StationEvent, Topic};
 
@@ -154,7 +155,7 @@ fn observation(topic: Option<Topic>, data: &[u8]) -> Option<Observation> {
 }
 
 fn other(opcode: u8, body: &[u8]) -> Option<Item> {
-    match parse_record(opcode, body).ok()? {
+    match parse(opcode, body)? {
         Record::Header(header) => Some(Item::Library(header.library)),
         Record::Metadata(table) => Some(Item::Table(table)),
         Record::Attachment { header, data, .. } => Some(Item::Attachment(Attachment {

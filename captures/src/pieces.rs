@@ -16,10 +16,19 @@ use super::topics::{RAW_RX, Topic};
 /// Maximum plausible gap in the received bytes: 50 days of a 2400-baud radio.
 const GAP_BYTES_MAX: u64 = 1 << 30;
 
+/// The longest piece of received bytes: longer messages are given out in parts, so that a step through a capture stays short.
+const PIECE_BYTES_MAX: usize = 256;
+
+/// Entries without a piece after which an empty one is given out, so that a step stays short.
+const QUIET_ENTRIES_MAX: usize = 256;
+
+/// The longest believed event: a route of 255 waypoints takes half of it.
+const EVENT_BYTES_MAX: usize = 8192;
+
 /// A part of a capture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Piece<'a> {
-    /// Bytes from the radio.
+    /// Bytes from the radio; none in a long part without any.
     Received(&'a [u8]),
     /// Bytes to the radio.
     Sent(&'a [u8]),
@@ -36,6 +45,9 @@ pub enum Piece<'a> {
 /// A piece that was read ahead.
 enum Ahead {
     Received(RawBytes),
+    /// The rest of the received bytes given out last.
+    Rest,
+    Nothing,
     Sent(RawBytes),
     Event(Box<StationEvent>),
     Damaged(String),
@@ -86,6 +98,10 @@ pub(crate) struct Pieces<R> {
     /// The next piece and its log time, nanoseconds.
     ahead: Option<(u64, Ahead)>,
     place: PiecePosition,
+    /// Bytes of `current` given out.
+    given: usize,
+    /// Where the stream goes on in the first bytes read: earlier ones were given out before.
+    resumes_at: Option<u64>,
     /// Offset of the stream if the latest gap turns out to be a damaged offset.
     without_gap: Option<u64>,
     current: RawBytes,
@@ -117,6 +133,8 @@ impl<R: Read> Pieces<R> {
             last_ns: 0,
             ahead: None,
             place,
+            given: 0,
+            resumes_at: place.stream,
             without_gap: None,
             current: RawBytes {
                 stream_offset: 0,
@@ -127,6 +145,7 @@ impl<R: Read> Pieces<R> {
 
     /// Log time of the next piece, nanoseconds; `None` at the end.
     pub(crate) fn next_ns(&mut self) -> io::Result<Option<u64>> {
+        let mut quiet = 0;
         while self.ahead.is_none() {
             let Some(entry) = self.entries.next_entry()? else {
                 break;
@@ -158,6 +177,10 @@ impl<R: Read> Pieces<R> {
                     ahead.map(|ahead| (header.log_time, ahead))
                 }
             };
+            quiet += 1;
+            if self.ahead.is_none() && quiet >= QUIET_ENTRIES_MAX && self.first_ns.is_some() {
+                self.ahead = Some((self.last_ns, Ahead::Nothing));
+            }
         }
         Ok(self.ahead.as_ref().map(|(at_ns, _)| *at_ns))
     }
@@ -170,7 +193,11 @@ impl<R: Read> Pieces<R> {
         };
         let piece = match ahead {
             Ahead::Received(raw) => {
-                let missing = self.missing_before(&raw);
+                let given = self.given_before(&raw);
+                let missing = match given {
+                    0 => self.missing_before(&raw),
+                    _ => Some(0),
+                };
                 if let Some(missing @ 1..) = missing {
                     self.place.stream = Some(raw.stream_offset);
                     self.ahead = Some((at_ns, Ahead::Received(raw)));
@@ -179,16 +206,18 @@ impl<R: Read> Pieces<R> {
                 self.current = raw;
                 let offset = self.current.stream_offset;
                 if missing == Some(0) {
-                    let end = offset.saturating_add(self.current.data.len() as u64);
-                    self.place.stream = Some(end);
-                    Piece::Received(&self.current.data)
-                } else if offset < self.place.stream.unwrap_or(0) {
+                    self.given = given;
+                    return Ok(Some((at_ns, self.next_part(at_ns))));
+                }
+                if offset < self.place.stream.unwrap_or(0) {
                     Piece::Repeated(offset)
                 } else {
                     let damage = format!("{RAW_RX}: the offset {offset} makes no sense");
                     Piece::Damaged(damage)
                 }
             }
+            Ahead::Rest => return Ok(Some((at_ns, self.next_part(at_ns)))),
+            Ahead::Nothing => Piece::Received(&[]),
             Ahead::Sent(raw) => {
                 self.current = raw;
                 Piece::Sent(&self.current.data)
@@ -198,6 +227,30 @@ impl<R: Read> Pieces<R> {
         };
         self.place.position = self.entries.position();
         Ok(Some((at_ns, piece)))
+    }
+
+    /// The next part of the received bytes. Before the last, reading goes on in the same record.
+    fn next_part(&mut self, at_ns: u64) -> Piece<'_> {
+        let from = self.given;
+        self.given = self.current.data.len().min(from + PIECE_BYTES_MAX);
+        let end = self.current.stream_offset.saturating_add(self.given as u64);
+        self.place.stream = Some(end);
+        if self.given < self.current.data.len() {
+            self.ahead = Some((at_ns, Ahead::Rest));
+        } else {
+            self.place.position = self.entries.position();
+        }
+        Piece::Received(&self.current.data[from..self.given])
+    }
+
+    /// Bytes of the first record after a place that were given out before it.
+    fn given_before(&mut self, raw: &RawBytes) -> usize {
+        let given = self
+            .resumes_at
+            .take()
+            .and_then(|at| at.checked_sub(raw.stream_offset));
+        let given = given.and_then(|given| usize::try_from(given).ok());
+        given.filter(|given| *given < raw.data.len()).unwrap_or(0)
     }
 
     /// Number of bytes missing before these; `None` if these are repeated or their offset is damaged.
@@ -266,6 +319,10 @@ fn decode(topic: Topic, data: &[u8]) -> Option<Ahead> {
     let decoded = match topic {
         Topic::RawRx => RawBytes::decode(data).map(Ahead::Received),
         Topic::RawTx => RawBytes::decode(data).map(Ahead::Sent),
+        Topic::Station if data.len() > EVENT_BYTES_MAX => {
+            let problem = "an event is longer than any";
+            return Some(Ahead::Damaged(format!("{}: {problem}", topic.name())));
+        }
         Topic::Station => StationEvent::decode(data).map(|event| Ahead::Event(Box::new(event))),
         _ => return None,
     };

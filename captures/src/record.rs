@@ -8,7 +8,10 @@ use prost::encoding::{DecodeContext, decode_key, skip_field};
 pub(crate) const HEAD_BYTES: usize = 9;
 
 /// The largest accepted record, and the largest accepted chunk once unpacked, bytes.
-pub(crate) const RECORD_BYTES_MAX: usize = 64 << 20;
+pub(crate) const RECORD_BYTES_MAX: usize = 8 << 20;
+
+/// The largest accepted map of strings, bytes: in memory it takes a dozen times as many.
+const MAP_BYTES_MAX: usize = 1 << 20;
 
 /// Bytes of a message record before its data.
 const MESSAGE_HEADER_BYTES: usize = 22;
@@ -78,7 +81,7 @@ pub(crate) fn bytes_after_fields(opcode: u8, body: &[u8]) -> Option<usize> {
                 rest = data.get(length..)?;
             }
             Map => {
-                let mut pairs = sized(&mut rest)?;
+                let mut pairs = sized(&mut rest).filter(|pairs| pairs.len() <= MAP_BYTES_MAX)?;
                 while !pairs.is_empty() {
                     sized(&mut pairs)?;
                     sized(&mut pairs)?;
@@ -90,6 +93,7 @@ pub(crate) fn bytes_after_fields(opcode: u8, body: &[u8]) -> Option<usize> {
 }
 
 /// The record with this body. Lengths in it are checked first, because [`parse_record`] reserves memory for them.
+#[expect(clippy::disallowed_methods, reason = "the lengths are checked")]
 pub(crate) fn parse(opcode: u8, body: &[u8]) -> Option<Record<'_>> {
     bytes_after_fields(opcode, body)?;
     parse_record(opcode, body).ok()

@@ -170,10 +170,7 @@ impl Survey {
                 self.is_unfinished = unfinished::is_library(library);
                 return;
             }
-            Item::Damage(damage) => {
-                self.damage.push(damage.clone());
-                return;
-            }
+            Item::Damage(damage) => return self.take_damage(damage),
             Item::Table(_) | Item::Attachment(_) => return,
         };
         self.observations += 1;
@@ -194,6 +191,21 @@ impl Survey {
                 }
             }
             Observation::Event(_) => {}
+        }
+    }
+
+    /// Adds a damaged part, to the one before it where they meet.
+    fn take_damage(&mut self, damage: &Damage) {
+        match self.damage.last_mut() {
+            Some(last)
+                if last.problem == damage.problem
+                    && last.offset + last.bytes == damage.offset
+                    && last.times_ns.is_none()
+                    && damage.times_ns.is_none() =>
+            {
+                last.bytes += damage.bytes;
+            }
+            _ => self.damage.push(damage.clone()),
         }
     }
 

@@ -4,6 +4,7 @@
 //! a damaged record and reports it. When the length of a record is damaged, it continues at the next whole chunk or,
 //! outside of chunks, at the next row of messages. A chunk is checked before its records are returned.
 
+mod allowance;
 mod chunk;
 mod damage;
 #[cfg(test)]
@@ -15,6 +16,7 @@ use std::io::{self, Read};
 use ::mcap::records::op;
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{MAGIC, McapError};
+use allowance::Allowance;
 use chunk::{Chunk, Lost};
 pub use damage::{Damage, Problem};
 use window::Window;
@@ -69,6 +71,7 @@ enum Found {
 /// Reads a file or a stream.
 pub struct RepairingReader<R> {
     window: Window<R>,
+    allowance: Allowance,
     /// Reads the file without unpacking chunks.
     outer: LinearReader,
     /// Number of bytes of the window that `outer` has.
@@ -97,6 +100,7 @@ impl<R: Read> RepairingReader<R> {
             .with_validate_data_section_crc(true);
         Self {
             window: Window::new(source),
+            allowance: Allowance::new(),
             outer: LinearReader::new_with_options(options),
             given: 0,
             chunk: None,
@@ -172,7 +176,11 @@ impl<R: Read> RepairingReader<R> {
         while found.is_none() && self.end.is_none() {
             match self.outer.next_event() {
                 None => self.end = Some(End::Finished),
-                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => self.give(bytes)?,
+                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
+                    if !self.give(bytes)? {
+                        found = self.search(false)?;
+                    }
+                }
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     self.body.clear();
                     self.body.extend_from_slice(data);
@@ -187,44 +195,52 @@ impl<R: Read> RepairingReader<R> {
     fn next_in_chunk(&mut self) -> Option<Found> {
         let chunk = self.chunk.as_mut()?;
         chunk.position.record += 1;
-        if let Some((opcode, body)) = chunk.first.take() {
+        let opcode = if let Some((opcode, body)) = chunk.first.take() {
             self.body = body;
-            return Some(Found::Record(opcode));
-        }
-        match chunk.reader.next_event() {
-            Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                self.body.clear();
-                self.body.extend_from_slice(data);
-                Some(Found::Record(opcode))
+            opcode
+        } else {
+            match chunk.reader.next_event() {
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    self.body.clear();
+                    self.body.extend_from_slice(data);
+                    opcode
+                }
+                Some(Ok(LinearReadEvent::ReadRequest(_))) | None => {
+                    self.chunk = None;
+                    return None;
+                }
+                Some(Err(_)) => {
+                    self.chunk = None;
+                    let problem = "the inside of a chunk makes no sense".into();
+                    return Some(self.damage(self.window.offset, (problem, None)));
+                }
             }
-            Some(Ok(LinearReadEvent::ReadRequest(_))) | None => {
-                self.chunk = None;
-                None
-            }
-            Some(Err(_)) => {
-                self.chunk = None;
-                let problem = "the inside of a chunk makes no sense".into();
-                Some(self.damage(self.window.offset, (problem, None)))
-            }
-        }
+        };
+        Some(match flaw(opcode, &self.body) {
+            None => Found::Record(opcode),
+            Some(problem) => self.damage(self.window.offset, (problem.into(), None)),
+        })
     }
 
-    /// Passes bytes to `outer`; no bytes at the end.
-    fn give(&mut self, wanted: usize) -> io::Result<()> {
+    /// Passes bytes to `outer`, none at the end; `false` if they exceed the allowance.
+    fn give(&mut self, wanted: usize) -> io::Result<bool> {
         let bytes = self.window.fill(self.given + wanted)?;
         let bytes = bytes.get(self.given..).unwrap_or_default();
         let bytes = &bytes[..bytes.len().min(wanted)];
+        if !self.allowance.takes(bytes.len()) {
+            return Ok(false);
+        }
         self.outer.insert(wanted)[..bytes.len()].copy_from_slice(bytes);
         self.outer.notify_read(bytes.len());
         self.given += bytes.len();
-        Ok(())
+        Ok(true)
     }
 
     /// Accepts the record in `body`, skips it, or searches for the next one if its length is not plausible.
     fn take_record(&mut self, opcode: u8) -> io::Result<Option<Found>> {
         let length = HEAD_BYTES + self.body.len();
         // The first record comes after the start mark.
-        self.window.advance(self.given - length);
+        self.pass(self.given - length);
         let at = self.window.offset;
         let after = self.window.fill(length + HEAD_BYTES)?;
         let after = after.get(length..).unwrap_or_default();
@@ -232,7 +248,7 @@ impl<R: Read> RepairingReader<R> {
             op::FOOTER => after.starts_with(MAGIC) || MAGIC.starts_with(after),
             _ => after.len() < HEAD_BYTES || head(after).is_some(),
         };
-        let chunk = (opcode == op::CHUNK).then(|| Chunk::open(&self.body, at));
+        let chunk = (opcode == op::CHUNK).then(|| Chunk::open(&self.body, at, &mut self.allowance));
         let flaw = match &chunk {
             Some(opened) => opened.as_ref().err().copied(),
             None => flaw(opcode, &self.body).map(|problem| (problem.into(), None)),
@@ -315,7 +331,7 @@ impl<R: Read> RepairingReader<R> {
     /// Skips to the next part that can be read.
     fn search(&mut self, is_torn: bool) -> io::Result<Option<Found>> {
         let at = self.window.offset;
-        self.window.advance(1);
+        self.pass(1);
         while !self.window.fill(1)?.is_empty() {
             if self.can_go_on()? {
                 self.restart();
@@ -323,7 +339,7 @@ impl<R: Read> RepairingReader<R> {
                     self.damage(at, ("no record begins here".into(), None)),
                 ));
             }
-            self.window.advance(1);
+            self.pass(1);
         }
         self.end = Some(End::Unfinished);
         self.is_torn = is_torn;
@@ -349,8 +365,11 @@ impl<R: Read> RepairingReader<R> {
         let Some((body, after)) = bytes[HEAD_BYTES..].split_at_checked(length) else {
             return Ok(false);
         };
+        if !self.allowance.takes(length) {
+            return Ok(false);
+        }
         Ok(match opcode {
-            op::CHUNK => Chunk::open(body, 0).is_ok(),
+            op::CHUNK => Chunk::open(body, 0, &mut self.allowance).is_ok(),
             op::FOOTER => flaw(opcode, body).is_none() && MAGIC.starts_with(after),
             _ => flaw(opcode, body).is_none() && head(after).is_some(),
         })
@@ -366,7 +385,8 @@ impl<R: Read> RepairingReader<R> {
         let body_at = MESSAGE_AT + HEAD_BYTES;
         let bytes = self.window.fill(body_at + length)?;
         Ok(bytes.get(body_at..body_at + length).is_some_and(|body| {
-            crc32fast::hash(body).to_le_bytes() == bytes[HEAD_BYTES..MESSAGE_AT]
+            self.allowance.takes(length)
+                && crc32fast::hash(body).to_le_bytes() == bytes[HEAD_BYTES..MESSAGE_AT]
         }))
     }
 
@@ -384,7 +404,7 @@ impl<R: Read> RepairingReader<R> {
             let Some(body) = self.window.fill(end)?.get(at + HEAD_BYTES..end) else {
                 return Ok(number > 0 && opcode == op::MESSAGE);
             };
-            if flaw(opcode, body).is_some() {
+            if !self.allowance.takes(length) || flaw(opcode, body).is_some() {
                 return Ok(false);
             }
             if opcode == op::MESSAGE {
@@ -409,8 +429,13 @@ impl<R: Read> RepairingReader<R> {
 
     /// Moves past an accepted record.
     fn accept(&mut self, length: usize) {
-        self.window.advance(length);
+        self.pass(length);
         self.given = 0;
+    }
+
+    fn pass(&mut self, bytes: usize) {
+        self.window.advance(bytes);
+        self.allowance.pass(bytes);
     }
 
     /// The damaged part from `offset` to here.

@@ -12,10 +12,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use ::mcap::records::{MessageHeader, Record, op};
 use ::mcap::write::NoSeek;
-use ::mcap::{MAGIC, McapResult, WriteOptions, Writer, parse_record};
+use ::mcap::{MAGIC, McapResult, WriteOptions, Writer};
 use prost::Message as _;
 
 use super::messages::RawBytes;
+use super::record::{HEAD_BYTES, parse};
 use super::session::{Session, since_1970_ns};
 use super::session_writer::io_error;
 use super::topics::{StationEvent, Topic, register};
@@ -236,13 +237,15 @@ pub(crate) fn is_library(library: &str) -> bool {
 
 /// Library name in the header at the beginning of an MCAP file.
 fn library(begin: &[u8]) -> Option<String> {
-    let (head, rest) = begin.strip_prefix(MAGIC)?.split_first_chunk::<9>()?;
+    let (head, rest) = begin
+        .strip_prefix(MAGIC)?
+        .split_first_chunk::<HEAD_BYTES>()?;
     let [op::HEADER, length @ ..] = *head else {
         return None;
     };
     let body = rest.get(..usize::try_from(u64::from_le_bytes(length)).ok()?)?;
-    match parse_record(op::HEADER, body) {
-        Ok(Record::Header(header)) => Some(header.library),
+    match parse(op::HEADER, body) {
+        Some(Record::Header(header)) => Some(header.library),
         _ => None,
     }
 }

@@ -50,7 +50,10 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     let reader = {
         let (state, mut tape) = (first.clone(), tape.reopen());
         thread::spawn(move || {
-            read_through(state, &mut tape, |found| tell.blocking_send(found).is_ok())
+            let are_wanted = || !tell.is_closed();
+            read_through(state, &mut tape, are_wanted, |found| {
+                tell.blocking_send(found).is_ok()
+            })
         })
     };
     let started = Instant::now();

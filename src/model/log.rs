@@ -6,6 +6,9 @@ use crate::event::{Level, Moment};
 
 const ENTRIES_MAX: usize = 256;
 
+/// The longest text, bytes: a recording may hold any, and kept states of a replay hold copies.
+const TEXT_BYTES_MAX: usize = 512;
+
 /// Least time between two log lines about the holder of the motors.
 const HOLDER_REST: Moment = Moment::from_millis(1500);
 
@@ -74,7 +77,8 @@ impl Log {
         subject: Subject,
         text: impl Into<String>,
     ) {
-        let text = text.into();
+        let mut text = text.into();
+        text.truncate(text.floor_char_boundary(TEXT_BYTES_MAX));
         self.alarms += u64::from(level == Level::Alarm);
         if let Some(last) = self.entries.back_mut()
             && last.text == text

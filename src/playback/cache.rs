@@ -45,15 +45,14 @@ impl<C: Cursor> Cache<C> {
     }
 }
 
-/// Runs to a moment.
-pub(super) fn run<C: Cursor>(cursor: &mut C, source: &mut C::Source, until: Moment) {
-    go_on(
-        cursor,
-        source,
-        usize::MAX,
-        |_, next| next <= until,
-        |_: &C| {},
-    );
+/// Runs to a moment in at most `steps` steps; `false` when more steps are needed.
+pub(super) fn run<C: Cursor>(
+    cursor: &mut C,
+    source: &mut C::Source,
+    until: Moment,
+    steps: usize,
+) -> bool {
+    go_on(cursor, source, steps, |_, next| next <= until, |_: &C| {})
 }
 
 /// Steps while `goes_on` allows the next step, given the state and the step's moment; `false` when more than `steps`

@@ -120,6 +120,7 @@ impl CaptureState {
 
     fn take_piece(&mut self, piece: Option<Piece<'_>>) {
         match piece {
+            Some(Piece::Received([]) | Piece::Repeated(_)) | None => {}
             Some(Piece::Received(bytes)) => self.station.handle_bytes(self.at, bytes),
             Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
             Some(Piece::Event(event)) => match from_recorded(&event) {
@@ -145,7 +146,6 @@ impl CaptureState {
                     text,
                 )));
             }
-            Some(Piece::Repeated(_)) | None => {}
         }
     }
 
@@ -257,16 +257,20 @@ pub enum Finding {
     End(Moment),
 }
 
-/// Reads a capture to its end and reports states to keep, spaced by its length, until `report` returns `false`.
-/// Returns the first damaged part.
+/// Reads a capture to its end and reports states to keep, spaced by its length, until `report` returns `false` or the findings
+/// are no longer wanted. Returns the first damaged part.
 pub fn read_through(
     mut scene: CaptureState,
     tape: &mut Box<dyn SeekableReader + Send>,
+    are_wanted: impl Fn() -> bool,
     mut report: impl FnMut(Finding) -> bool,
 ) -> Option<String> {
     let mut kept = Keyframes::new(SPACING);
     kept.push(scene.at, ());
     while scene.next_at(tape).is_some() {
+        if !are_wanted() {
+            return scene.damage;
+        }
         let marks = scene.marks.len();
         scene.step(tape);
         if scene.marks.len() != marks && !report(Finding::Marks(scene.marks.clone())) {

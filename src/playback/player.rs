@@ -272,16 +272,25 @@ impl<C: Cursor> Player<C> {
 
     fn step(&mut self, forward: bool) {
         self.paused = true;
-        let is_there = if forward {
+        let found = if forward {
             self.timeline.step_forward()
         } else {
             self.timeline.step_back()
         };
-        if is_there {
-            self.at = self.timeline.at().min(self.until);
-        } else {
-            let end = if forward { "last" } else { "first" };
-            self.note = Some(format!("this is the {end} line"));
+        match found {
+            Found::At(_) => self.at = self.timeline.at().min(self.until),
+            Found::Nowhere => {
+                let end = if forward { "last" } else { "first" };
+                self.note = Some(format!("this is the {end} line"));
+            }
+            Found::NotYet => {
+                let target = Target::Landmark {
+                    landmark: Landmark::Line,
+                    from: self.at,
+                    forward,
+                };
+                self.look_for(target, STEPS_MAX);
+            }
         }
     }
 
@@ -363,7 +372,7 @@ impl<C: Cursor> Player<C> {
     /// Whether there is something to do for [`Self::work`].
     #[must_use]
     pub const fn has_work(&self) -> bool {
-        self.timeline.is_partial() || self.timeline.is_searching()
+        self.timeline.has_work()
     }
 
     /// Continues a search, or completes the state shown, in at most `steps` steps; says whether the screen changes.

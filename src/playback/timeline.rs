@@ -11,6 +11,9 @@ use crate::model::Facts;
 /// Most steps to a moment before an incomplete state is shown meanwhile.
 pub const STEPS_MAX: usize = 4096;
 
+/// Most steps between two kept states before a moment among them is searched for like one in the unread part.
+const READ_STEPS_MAX: usize = 32_768;
+
 /// How many times as many steps a jump searches the unread part at once.
 const SEARCH_FACTOR: usize = 4;
 
@@ -25,6 +28,14 @@ pub enum Found {
     NotYet,
 }
 
+impl Found {
+    /// Whether it has been found.
+    #[must_use]
+    pub const fn is_there(self) -> bool {
+        matches!(self, Self::At(_))
+    }
+}
+
 /// Every moment of a capture or of a live session that can be shown.
 pub struct Timeline<C: Cursor> {
     source: C::Source,
@@ -35,6 +46,8 @@ pub struct Timeline<C: Cursor> {
     shown: C,
     /// The complete state on its way to the shown moment, while `shown` is incomplete.
     catch_up: Option<C>,
+    /// The moment to show, until `shown` has reached it.
+    behind: Option<Moment>,
     /// A search in the unread part.
     search: Option<Search<C>>,
     /// Keyframes reach to the end.
@@ -54,6 +67,7 @@ impl<C: Cursor> Timeline<C> {
             cache: Cache::default(),
             shown: first,
             catch_up: None,
+            behind: None,
             search: None,
             is_complete: true,
         }
@@ -109,6 +123,12 @@ impl<C: Cursor> Timeline<C> {
         self.catch_up.is_some()
     }
 
+    /// Whether there is something to do for [`Self::work`] or [`Self::search`].
+    #[must_use]
+    pub const fn has_work(&self) -> bool {
+        self.behind.is_some() || self.is_partial() || self.is_searching()
+    }
+
     /// When the next step happens.
     pub fn next_at(&mut self) -> Option<Moment> {
         self.shown.next_at(&mut self.source)
@@ -155,7 +175,7 @@ impl<C: Cursor> Timeline<C> {
         Some(oldest)
     }
 
-    /// Shows a moment: everything that happened until then, inclusive.
+    /// Shows a moment: everything that happened until then, inclusive. After many steps [`Self::work`] goes on.
     pub fn seek(&mut self, at: Moment) {
         let mut cursor = self.exact_before(at);
         if self.cache.run(&mut cursor, &mut self.source, at, STEPS_MAX) {
@@ -164,27 +184,33 @@ impl<C: Cursor> Timeline<C> {
         }
         let shortcuts = self.shortcuts;
         match shortcuts.map(|to| (to.fresh)(&cursor, &mut self.source, at)) {
-            Some(mut fresh) if fresh.at() > cursor.at() => {
-                run(&mut fresh, &mut self.source, at);
-                self.shown = fresh;
+            Some(fresh) if fresh.at() > cursor.at() => {
+                self.show(fresh);
                 self.catch_up = Some(cursor);
             }
-            _ => {
-                self.cache
-                    .run(&mut cursor, &mut self.source, at, usize::MAX);
-                self.show(cursor);
-            }
+            _ => self.show(cursor),
         }
+        self.run_to(at);
     }
 
-    /// Advances to a moment.
+    /// Advances to a moment. After many steps [`Self::work`] continues.
     pub fn run_to(&mut self, at: Moment) {
-        run(&mut self.shown, &mut self.source, at);
+        // Where every state is near there are no more steps than in a live session of an hour.
+        let steps = self.shortcuts.map_or(usize::MAX, |_| STEPS_MAX);
+        self.run(at, steps);
+    }
+
+    /// Runs to a moment in at most `steps` steps; says whether it is reached.
+    fn run(&mut self, at: Moment, steps: usize) -> bool {
+        let is_there = run(&mut self.shown, &mut self.source, at, steps);
+        self.behind = (!is_there).then_some(at);
+        is_there
     }
 
     fn show(&mut self, cursor: C) {
         self.shown = cursor;
         self.catch_up = None;
+        self.behind = None;
     }
 
     /// The nearest complete state not after a moment.
@@ -208,8 +234,12 @@ impl<C: Cursor> Timeline<C> {
             .max_by_key(|cursor| cursor.at())
     }
 
-    /// Completes the shown state, in at most `steps` steps; says whether it is complete now.
+    /// Brings the shown state to its moment, then completes it, in at most `steps` steps; says whether it is there, or
+    /// complete, now.
     pub fn work(&mut self, steps: usize) -> bool {
+        if let Some(at) = self.behind {
+            return self.run(at, steps);
+        }
         let Some(mut catch_up) = self.catch_up.take() else {
             return false;
         };
@@ -230,50 +260,64 @@ impl<C: Cursor> Timeline<C> {
         is_there
     }
 
-    /// Shows the line after the newest one shown; `false` when there is none.
-    pub fn step_forward(&mut self) -> bool {
+    /// Shows the line after the newest one shown.
+    pub fn step_forward(&mut self) -> Found {
         let lines = self.facts().tally().lines;
         let mut cursor = self.shown.clone();
         let goes_on = |cursor: &C, _| cursor.facts().tally().lines == lines;
-        go_on(&mut cursor, &mut self.source, usize::MAX, goes_on, |_| {});
-        let is_there = cursor.facts().tally().lines > lines;
-        if is_there {
+        let is_decided = go_on(&mut cursor, &mut self.source, STEPS_MAX, goes_on, |_| {});
+        if cursor.facts().tally().lines > lines {
+            let at = cursor.at();
             self.shown = cursor;
+            self.behind = None;
+            return Found::At(at);
         }
-        is_there
+        if is_decided {
+            Found::Nowhere
+        } else {
+            Found::NotYet
+        }
     }
 
-    /// Shows the line before the newest one shown; `false` when there is none.
-    pub fn step_back(&mut self) -> bool {
+    /// Shows the line before the newest one shown.
+    pub fn step_back(&mut self) -> Found {
         if self.is_partial() {
             return self.step_back_by_time();
         }
-        let lines = self.facts().tally().lines;
-        lines > 1 && self.seek_line(lines - 1, usize::MAX) != Found::Nowhere
+        match self.facts().tally().lines {
+            0 | 1 => Found::Nowhere,
+            lines => self.seek_line(lines - 1, READ_STEPS_MAX),
+        }
     }
 
     /// Finds the line before by time, where its number is unknown.
-    fn step_back_by_time(&mut self) -> bool {
+    fn step_back_by_time(&mut self) -> Found {
         let Some(line_at) = self.facts().newest_line_at() else {
-            return false;
+            return Found::Nowhere;
         };
         let Some(shortcuts) = self.shortcuts else {
-            return false;
+            return Found::Nowhere;
         };
         let mut cursor = (shortcuts.fresh)(&self.shown, &mut self.source, line_at);
         let mut before = None;
+        let mut steps = READ_STEPS_MAX;
         while let Some(at) = cursor.next_at(&mut self.source).filter(|at| *at < line_at) {
+            if steps == 0 {
+                return Found::NotYet;
+            }
+            steps -= 1;
             let lines = cursor.facts().tally().lines;
             cursor.step(&mut self.source);
             if cursor.facts().tally().lines > lines {
                 before = Some((at, cursor.clone()));
             }
         }
-        let Some((_, cursor)) = before else {
-            return false;
+        let Some((at, cursor)) = before else {
+            return Found::Nowhere;
         };
         self.shown = cursor;
-        true
+        self.behind = None;
+        Found::At(at)
     }
 
     /// Shows the line of a number, from 1. In the unread part at most `beyond` steps after the newest state are taken.
@@ -314,7 +358,7 @@ impl<C: Cursor> Timeline<C> {
         go_on(
             &mut fresh,
             source,
-            usize::MAX,
+            READ_STEPS_MAX,
             |_, next| next < from,
             |_| {},
         );
@@ -325,8 +369,9 @@ impl<C: Cursor> Timeline<C> {
         if lines(&fresh) < wanted {
             return None;
         }
-        self.catch_up = Some(self.exact_before(at));
-        self.shown = fresh;
+        let cursor = self.exact_before(at);
+        self.show(fresh);
+        self.catch_up = Some(cursor);
         Some(at)
     }
 
@@ -469,7 +514,7 @@ impl<C: Cursor> Timeline<C> {
     /// Most steps to search from a state.
     const fn reach(&self, is_newest: bool, beyond: usize) -> usize {
         if self.is_complete || !is_newest {
-            usize::MAX
+            READ_STEPS_MAX
         } else {
             beyond
         }

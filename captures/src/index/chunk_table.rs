@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use ::mcap::records::ChunkIndex;
 
 use crate::event::Landmark;
-use crate::mcap_reader::Channels;
+use crate::mcap_reader::Channel;
 use crate::record::HEAD_BYTES;
 use crate::topics::Topic;
 
@@ -62,6 +62,7 @@ pub(super) struct ChunkTable {
     counts: Counts,
     /// Whether the numbers of messages of all chunks are known.
     are_counted: bool,
+    ids: Ids,
 }
 
 impl Default for ChunkTable {
@@ -70,20 +71,33 @@ impl Default for ChunkTable {
             entries: Vec::new(),
             counts: Counts::ZERO,
             are_counted: true,
+            ids: Ids::default(),
         }
     }
 }
 
 impl ChunkTable {
+    /// Takes note of a channel that a summary lists before the chunks.
+    pub(super) fn know(&mut self, id: u16, channel: &Channel) {
+        let known = match channel.ours {
+            Some(Topic::RawRx) => &mut self.ids.received,
+            Some(Topic::Telemetry) => &mut self.ids.lines,
+            Some(Topic::Uplink) => &mut self.ids.uplinks,
+            Some(Topic::Log) => &mut self.ids.logs,
+            _ => return,
+        };
+        known.get_or_insert(id);
+    }
+
     /// Adds the next chunk that a summary lists.
-    pub(super) fn add(&mut self, index: &ChunkIndex, channels: &Channels) {
+    pub(super) fn add(&mut self, index: &ChunkIndex) {
         // A chunk without messages has no time.
         if index.message_end_time == 0 {
             return;
         }
-        let ids = Ids::of(channels);
+        let ids = self.ids;
         let lines_at = ids
-            .lines
+            .counted_lines()
             .and_then(|id| index.message_index_offsets.get(&id));
         self.entries.push(Entry {
             start_ns: index.message_start_time,
@@ -152,24 +166,18 @@ impl ChunkTable {
 }
 
 /// Channels whose messages are counted.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Ids {
+    received: Option<u16>,
     lines: Option<u16>,
     uplinks: Option<u16>,
     logs: Option<u16>,
 }
 
 impl Ids {
-    fn of(channels: &Channels) -> Self {
-        let id = |topic| {
-            let mut known = channels.iter();
-            known.find_map(|(id, channel)| (channel.ours == Some(topic)).then_some(*id))
-        };
-        Self {
-            lines: id(Topic::Telemetry).filter(|_| id(Topic::RawRx).is_some()),
-            uplinks: id(Topic::Uplink),
-            logs: id(Topic::Log),
-        }
+    /// The channel of lines in a recording of received bytes.
+    fn counted_lines(&self) -> Option<u16> {
+        self.lines.filter(|_| self.received.is_some())
     }
 }
 
@@ -184,7 +192,7 @@ fn counts(index: &ChunkIndex, ids: Ids) -> Option<Counts> {
     let end = chunk_end.checked_add(index.message_index_length)?;
     let ends = indexes.keys().copied().skip(1).chain([end]);
     let mut counts = Counts {
-        lines: ids.lines.map(|_| 0)?,
+        lines: ids.counted_lines().map(|_| 0)?,
         uplinks: ids.uplinks.map(|_| 0),
         logs: ids.logs.map(|_| 0),
     };

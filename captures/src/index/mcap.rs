@@ -253,13 +253,22 @@ fn read_summary(source: &Arc<dyn Source>) -> io::Result<Option<Contents>> {
         let Entry::Other { opcode, body } = entry else {
             continue;
         };
+        if opcode == op::CHANNEL
+            && let Some(id) = body.first_chunk()
+        {
+            let id = u16::from_le_bytes(*id);
+            if let Some(channel) = entries.channels().get(&id) {
+                contents.table.know(id, channel);
+            }
+            continue;
+        }
         if !matches!(opcode, op::CHUNK_INDEX | op::METADATA_INDEX) {
             continue;
         }
         match parse(opcode, body) {
             Some(Record::ChunkIndex(index)) if index.chunk_start_offset < from => {
                 contents.end_ns = contents.end_ns.max(index.message_end_time);
-                contents.table.add(&index, entries.channels());
+                contents.table.add(&index);
             }
             Some(Record::MetadataIndex(index)) if index.name == Session::TABLE => {
                 if let Some(record) = indexed(&**source, index.offset)? {

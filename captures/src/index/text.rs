@@ -32,6 +32,12 @@ const SAMPLES: u64 = 64;
 /// Length of such a sample, bytes: fifty lines.
 const SAMPLE_BYTES: usize = 4096;
 
+/// Bytes that are searched for a timestamp.
+const STAMP_SEARCH_BYTES: u64 = 1 << 20;
+
+/// Pieces that are searched for a landmark at once: three hours of lines.
+const LANDMARK_SEARCH_PIECES: usize = 32_768;
+
 /// A raw text with random access.
 #[derive(Clone)]
 pub struct SeekableText {
@@ -178,9 +184,10 @@ impl SeekableText {
         }
     }
 
-    /// Time and offset of the first line with a timestamp at or after an offset.
+    /// Time and offset of the first line with a timestamp at or shortly after an offset.
     fn time_after(&mut self, mut offset: u64, until: u64) -> Option<(Moment, u64)> {
         let style = self.style;
+        let until = until.min(offset.saturating_add(STAMP_SEARCH_BYTES));
         while offset < until {
             let about = self.about(offset);
             let bytes = self.fill(offset, style.reach());
@@ -333,7 +340,10 @@ impl SeekableReader for SeekableText {
         let mut ahead = self.clone();
         let place = ahead.find(from.saturating_sub(READ_BEFORE));
         ahead.seek(place);
-        while let Some(at) = ahead.next_at() {
+        for _ in 0..LANDMARK_SEARCH_PIECES {
+            let Some(at) = ahead.next_at() else {
+                break;
+            };
             if at > until {
                 return false;
             }
@@ -344,7 +354,7 @@ impl SeekableReader for SeekableText {
                 return true;
             }
         }
-        // Reading finds the end.
+        // Reading finds the end, and landmarks that are far away.
         true
     }
 

@@ -4,6 +4,7 @@ use ::mcap::McapError;
 use ::mcap::records::{Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use super::allowance::Allowance;
 use super::{Position, Problem};
 use crate::record::{HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, parse};
 
@@ -20,7 +21,7 @@ pub(super) struct Chunk {
 
 impl Chunk {
     /// Opens the chunk in a record body at an offset of the file.
-    pub(super) fn open(body: &[u8], offset: u64) -> Result<Self, Lost> {
+    pub(super) fn open(body: &[u8], offset: u64, allowance: &mut Allowance) -> Result<Self, Lost> {
         let header = match parse(op::CHUNK, body) {
             Some(Record::Chunk { header, .. })
                 if bytes_after_fields(op::CHUNK, body) == Some(0) =>
@@ -29,6 +30,14 @@ impl Chunk {
             }
             _ => return Err(("a chunk makes no sense".into(), None)),
         };
+        let times_ns = Some((header.message_start_time, header.message_end_time));
+        if header.uncompressed_size > RECORD_BYTES_MAX as u64 {
+            return Err(("a chunk claims to be larger than any".into(), times_ns));
+        }
+        if !allowance.takes_unpacked(header.uncompressed_size) {
+            let problem = "a chunk claims to unpack to many times its length";
+            return Err((problem.into(), times_ns));
+        }
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
@@ -43,10 +52,7 @@ impl Chunk {
         reader.notify_read(HEAD_BYTES + body.len());
         let first = match reader.next_event() {
             Some(Ok(LinearReadEvent::Record { data, opcode })) => Some((opcode, data.to_vec())),
-            Some(Err(error)) => {
-                let times_ns = (header.message_start_time, header.message_end_time);
-                return Err((chunk_problem(&error), Some(times_ns)));
-            }
+            Some(Err(error)) => return Err((chunk_problem(&error), times_ns)),
             _ => None,
         };
         Ok(Self {
@@ -64,7 +70,6 @@ fn chunk_problem(error: &McapError) -> Problem {
             "a chunk is compressed with something else than zstd"
         }
         McapError::BadChunkCrc { .. } => "the checksum of a chunk does not hold",
-        McapError::ChunkTooLarge(_) => "a chunk claims to be larger than any",
         _ => "a chunk cannot be unpacked",
     })
 }

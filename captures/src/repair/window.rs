@@ -31,7 +31,9 @@ impl<R: Read> Window<R> {
         while self.bytes.len() - self.start < wanted && !self.has_ended {
             self.bytes.drain(..self.start);
             self.start = 0;
-            let missing = (wanted - self.bytes.len()).max(READ_BYTES) as u64;
+            // In proportion to what is moved, so that moving takes linear time.
+            let missing = wanted - self.bytes.len();
+            let missing = missing.max(READ_BYTES).max(self.bytes.len() / 4) as u64;
             let mut source = self.source.by_ref().take(missing);
             self.has_ended = source.read_to_end(&mut self.bytes)? == 0;
         }

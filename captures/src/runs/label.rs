@@ -1,12 +1,15 @@
 //! The operator's label of a run, in a small TOML file beside its capture.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::event::Remark;
+
+/// The longest label, bytes.
+const LABEL_BYTES_MAX: u64 = 1 << 20;
 
 /// A name, remarks, and whether the run counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -83,8 +86,11 @@ impl Label {
     /// When the file cannot be read or parsed.
     pub fn of(capture: &Path) -> Result<Self, LabelError> {
         let path = file_of(capture);
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
+        let mut text = String::new();
+        let read = File::open(&path)
+            .and_then(|file| file.take(LABEL_BYTES_MAX + 1).read_to_string(&mut text));
+        match read {
+            Ok(_) => {}
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
             Err(error) => {
                 return Err(LabelError::File {
@@ -93,11 +99,19 @@ impl Label {
                     error,
                 });
             }
-        };
-        toml::from_str(&text).map_err(|error| LabelError::Malformed {
-            path,
-            problem: error.to_string().trim_end().replace('\n', "; "),
-        })
+        }
+        Self::parse(&text).map_err(|problem| LabelError::Malformed { path, problem })
+    }
+
+    /// Reads a label from its text.
+    ///
+    /// # Errors
+    /// The mistake and its place.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        if text.len() as u64 > LABEL_BYTES_MAX {
+            return Err("it is longer than 1 MiB".to_owned());
+        }
+        toml::from_str(text).map_err(|error| error.to_string().trim_end().replace('\n', "; "))
     }
 
     /// Saves the label beside the capture. A failure leaves the old label whole.

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::io::{self, Read};
 use std::time::Duration;
 
-use ::mcap::parse_record;
 use ::mcap::records::{MessageHeader, Record, op};
 use prost::Message as _;
 
@@ -14,6 +13,7 @@ use super::{Lines, Verdict};
 use crate::event::NoticeCode;
 use crate::mcap_reader::{Channel, Entries, Entry};
 use crate::messages::{RawBytes, StationEvent};
+use crate::record::parse;
 use crate::session_writer::LIBRARY;
 use crate::source::Form;
 use crate::topics::{RAW_RX, Topic};
@@ -158,16 +158,18 @@ impl Check {
 
     fn take_record(&mut self, opcode: u8, body: &[u8]) {
         self.in_summary |= opcode == op::DATA_END;
-        match parse_record(opcode, body) {
-            Ok(Record::Header(header)) => {
+        match parse(opcode, body) {
+            Some(Record::Header(header)) => {
                 self.is_ours = header.library == LIBRARY;
                 self.is_unfinished = is_library(&header.library);
             }
             // Earlier lines are in the previous part.
-            Ok(Record::Metadata(table)) if table.metadata.get("part").is_some_and(|n| n != "1") => {
+            Some(Record::Metadata(table))
+                if table.metadata.get("part").is_some_and(|n| n != "1") =>
+            {
                 self.derived.forget_beginning();
             }
-            Ok(Record::Statistics(statistics))
+            Some(Record::Statistics(statistics))
                 if self.in_summary && self.verdict.fault_count == 0 =>
             {
                 let found: u64 = self.verdict.messages.values().sum();
@@ -178,7 +180,7 @@ impl Check {
                     self.verdict.fault(what);
                 }
             }
-            Err(_) if self.in_summary && opcode == op::STATISTICS => {
+            None if self.in_summary && opcode == op::STATISTICS => {
                 self.verdict.fault("the statistics make no sense");
             }
             _ => {}

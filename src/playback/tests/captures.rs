@@ -46,7 +46,7 @@ fn stamped_text_is_played_at_its_own_times() {
     assert!(matches!(timeline.seek_line(20, STEPS_MAX), Found::At(_)));
     let times: Vec<Moment> = (0..6)
         .map(|_| {
-            assert!(timeline.step_forward());
+            assert!(timeline.step_forward().is_there());
             timeline.at()
         })
         .collect();
@@ -129,5 +129,5 @@ fn an_empty_capture_ends_at_once() {
     let (mut timeline, end) = read_whole(text(b""));
     timeline.seek(end);
     assert_eq!(end, Moment::ZERO);
-    assert!(!timeline.step_forward() && !timeline.step_back());
+    assert!(!timeline.step_forward().is_there() && !timeline.step_back().is_there());
 }

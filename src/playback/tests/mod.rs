@@ -2,6 +2,7 @@
 
 mod captures;
 mod live;
+mod long;
 mod player;
 mod timeline;
 mod unread;
@@ -40,14 +41,19 @@ fn read_whole(tape: Box<dyn SeekableReader + Send>) -> (Timeline<CaptureState>, 
     let mut again = tape.reopen();
     let mut timeline = capture::timeline(tape, first.clone());
     let mut end = Moment::ZERO;
-    read_through(first, &mut again, |finding| {
-        match finding {
-            Finding::State(scene) => timeline.keep(*scene),
-            Finding::Marks(_) => {}
-            Finding::End(at) => end = at,
-        }
-        true
-    });
+    read_through(
+        first,
+        &mut again,
+        || true,
+        |finding| {
+            match finding {
+                Finding::State(scene) => timeline.keep(*scene),
+                Finding::Marks(_) => {}
+                Finding::End(at) => end = at,
+            }
+            true
+        },
+    );
     timeline.complete();
     (timeline, end)
 }

@@ -41,15 +41,20 @@ fn jump_into_the_unread_part_waits_for_it() {
     assert!(looks(&player) && player.is_paused());
     player.handle(host, packet(lines - 100));
     let mut findings = 0;
-    read_through(first.clone(), &mut again, |finding| {
-        if let Finding::State(scene) = finding {
-            let at = scene.moment();
-            player.timeline_mut().keep(*scene);
-            player.set_read(at);
-            findings += 1;
-        }
-        looks(&player)
-    });
+    read_through(
+        first.clone(),
+        &mut again,
+        || true,
+        |finding| {
+            if let Finding::State(scene) = finding {
+                let at = scene.moment();
+                player.timeline_mut().keep(*scene);
+                player.set_read(at);
+                findings += 1;
+            }
+            looks(&player)
+        },
+    );
     assert!(findings > 10 && !looks(&player));
     assert_eq!(player.playback().packet, Some(lines - 100));
     // At the end of reading the target is known not to exist.
@@ -236,12 +241,17 @@ fn marks_of_a_recorded_session_come_back() {
     player.handle(Moment::ZERO, Control::Seek(Position::At(s(5))));
     player.handle(Moment::ZERO, Control::Mark);
     assert_eq!(player.take_marked(), Some((s(5), true)));
-    read_through(first, &mut again, |finding| {
-        if let Finding::Marks(marks) = finding {
-            player.set_recorded_marks(marks);
-        }
-        true
-    });
+    read_through(
+        first,
+        &mut again,
+        || true,
+        |finding| {
+            if let Finding::Marks(marks) = finding {
+                player.set_recorded_marks(marks);
+            }
+            true
+        },
+    );
     assert_eq!(player.playback().markers, [s(5), s(15), s(20)]);
 }
 

@@ -50,17 +50,23 @@ fn steps_go_back_the_way_they_came() {
         timeline.seek(end / 2);
         let mut way = Vec::new();
         for _ in 0..25 {
-            assert!(timeline.step_forward());
+            assert!(timeline.step_forward().is_there());
             way.push((timeline.packet(), timeline.at()));
         }
         for (packet, at) in way.into_iter().rev() {
             assert_eq!((timeline.packet(), timeline.at()), (packet, at), "{name}");
-            assert!(timeline.step_back());
+            assert!(timeline.step_back().is_there());
         }
         assert!(matches!(timeline.seek_line(1, STEPS_MAX), Found::At(_)));
-        assert!(!timeline.step_back(), "{name}: before the first line");
+        assert!(
+            !timeline.step_back().is_there(),
+            "{name}: before the first line"
+        );
         timeline.seek(end);
-        assert!(!timeline.step_forward(), "{name}: after the last");
+        assert!(
+            !timeline.step_forward().is_there(),
+            "{name}: after the last"
+        );
     }
 }
 
@@ -126,8 +132,8 @@ fn moment_of_an_unread_capture_is_partial_and_then_exact() {
     assert_eq!(timeline.find_next(Landmark::Alarm, at, 0), Found::NotYet);
     assert_eq!(timeline.find_last(Landmark::Alarm, at, 0), Found::NotYet);
     let newest = timeline.facts().newest_line_at();
-    assert!(timeline.step_back() && timeline.facts().newest_line_at() < newest);
-    assert!(timeline.step_forward());
+    assert!(timeline.step_back().is_there() && timeline.facts().newest_line_at() < newest);
+    assert!(timeline.step_forward().is_there());
     assert_eq!(timeline.facts().newest_line_at(), newest);
     while !timeline.work(1000) {}
     assert!(!timeline.is_partial());

@@ -230,14 +230,19 @@ fn reading_corrects_a_damaged_index() {
             },
         );
         player.handle(Moment::ZERO, Control::Seek(Position::Packet(300)));
-        read_through(first, &mut again, |finding| {
-            match finding {
-                Finding::State(scene) => player.timeline_mut().keep(*scene),
-                Finding::Marks(_) => {}
-                Finding::End(at) => player.set_read_through(at),
-            }
-            true
-        });
+        read_through(
+            first,
+            &mut again,
+            || true,
+            |finding| {
+                match finding {
+                    Finding::State(scene) => player.timeline_mut().keep(*scene),
+                    Finding::Marks(_) => {}
+                    Finding::End(at) => player.set_read_through(at),
+                }
+                true
+            },
+        );
         assert_eq!(player.playback().packet, Some(300), "flipped at {at}");
         assert!(!player.playback().is_looking, "flipped at {at}");
     }
@@ -351,7 +356,7 @@ fn cached_states_equal_played_states() {
             1 => assert!(matches!(timeline.seek_line(number, 0), Found::At(_))),
             _ => {
                 assert!(matches!(timeline.seek_line(number, 0), Found::At(_)));
-                assert!(timeline.step_forward() && timeline.step_back());
+                assert!(timeline.step_forward().is_there() && timeline.step_back().is_there());
             }
         }
         assert!(!timeline.is_partial());

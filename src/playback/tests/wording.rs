@@ -140,12 +140,17 @@ fn replayed(bytes: &[u8]) -> Vec<String> {
     let mut tape = open();
     let first = CaptureState::new("radio", Arc::default(), &*tape);
     let mut marks = Vec::new();
-    read_through(first, &mut tape, |finding| {
-        if let Finding::Marks(found) = finding {
-            marks = found;
-        }
-        true
-    });
+    read_through(
+        first,
+        &mut tape,
+        || true,
+        |finding| {
+            if let Finding::Marks(found) = finding {
+                marks = found;
+            }
+            true
+        },
+    );
     assert_eq!(marks.len(), 2);
     let mut seen = vec![format!("{marks:?}")];
     let (mut timeline, end) = read_whole(open());
