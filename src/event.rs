@@ -208,7 +208,7 @@ pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
     let (first, rest) = words.split_first()?;
     let text = unquoted(&rest.join(" "));
     Some(match *first {
-        "name" | "note" if text.is_empty() => Err(format!("`{first}` takes a text: {first} TEXT")),
+        "name" | "note" if text.is_empty() => Err(format!("`{first}` needs a text: {first} TEXT")),
         "name" => Ok(Remark::Name(text)),
         "note" => Ok(Remark::Note(text)),
         "void" => Ok(Remark::Void(text)),

@@ -43,7 +43,7 @@ pub enum RouteError {
     },
     /// No waypoints.
     #[error(
-        "{file}: no waypoints; write one `X,Y` a line, or use `clear` to delete the robot's route"
+        "{file}: no waypoints; write one `X,Y` per line, or use `clear` to delete the robot's route"
     )]
     Empty {
         /// Name of the file.

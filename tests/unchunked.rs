@@ -322,7 +322,7 @@ fn bytes_that_come_twice_are_named_and_cut_out_once() {
     let part = cut_mcap(&bytes[..], window, &mut piece).unwrap();
     let problem = part.problem.unwrap();
     assert!(problem.contains("/raw/rx: the bytes at"), "{problem}");
-    assert!(problem.contains("come twice"), "{problem}");
+    assert!(problem.contains("are repeated"), "{problem}");
     let path = folder.path().join("piece.mcap");
     fs::write(&path, piece).unwrap();
     let cut = concatenated(&path);

@@ -123,7 +123,7 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
                 if let Some((topic, raw, end)) = stream {
                     let at = raw.stream_offset;
                     if at < *end {
-                        damages.push(format_args!("{topic}: the bytes at {at} come twice"));
+                        damages.push(format_args!("{topic}: the bytes at {at} are repeated"));
                         continue;
                     }
                     *end = at.saturating_add(raw.data.len() as u64);

@@ -168,7 +168,7 @@ pub enum CaptureError {
         is_in_use: bool,
     },
     /// Checksums or structure of the recording are wrong.
-    #[error("{} is damaged: {problem}; everything else has been read", path.display())]
+    #[error("{} cannot be read completely: {problem}; everything else has been read", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

@@ -212,7 +212,7 @@ impl<R: Read> Pieces<R> {
                 if offset < self.place.stream.unwrap_or(0) {
                     Piece::Repeated(offset)
                 } else {
-                    let damage = format!("{RAW_RX}: the offset {offset} makes no sense");
+                    let damage = format!("{RAW_RX}: the offset {offset} is implausible");
                     Piece::Damaged(damage)
                 }
             }

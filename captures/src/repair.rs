@@ -211,7 +211,7 @@ impl<R: Read> RepairingReader<R> {
                 }
                 Some(Err(_)) => {
                     self.chunk = None;
-                    let problem = "the inside of a chunk makes no sense".into();
+                    let problem = "a record of a chunk is malformed".into();
                     return Some(self.damage(self.window.offset, (problem, None)));
                 }
             }
@@ -263,7 +263,7 @@ impl<R: Read> RepairingReader<R> {
                 return self.search(false);
             }
             self.accept(length);
-            let problem = "the checksum of a message does not hold".into();
+            let problem = "a message has a wrong checksum".into();
             return Ok(Some(self.damage(at, (problem, None))));
         }
         let is_confirmed =
@@ -296,8 +296,8 @@ impl<R: Read> RepairingReader<R> {
     fn take_error(&mut self, error: &McapError) -> io::Result<Option<Found>> {
         let at = self.window.offset;
         let crc = match error {
-            McapError::BadDataCrc { .. } => "the checksum of the data section does not hold",
-            McapError::BadSummaryCrc { .. } => "the checksum of the summary does not hold",
+            McapError::BadDataCrc { .. } => "the data section has a wrong checksum",
+            McapError::BadSummaryCrc { .. } => "the summary has a wrong checksum",
             McapError::BytesAfterEndMagic => {
                 self.end = Some(End::Finished);
                 let problem = "something follows the end mark".into();
@@ -466,11 +466,11 @@ fn flaw(opcode: u8, body: &[u8]) -> Option<&'static str> {
         (op::MESSAGE, _) => true,
         (op::DATA_END | op::FOOTER | op::MESSAGE_INDEX, Some(rest)) => rest == 0,
         (op::ATTACHMENT, _) if parse(opcode, body).is_none() => {
-            return Some("the checksum of an attachment does not hold");
+            return Some("an attachment has a wrong checksum");
         }
         _ => parse(opcode, body).is_some(),
     };
-    (!is_whole).then_some("a record makes no sense")
+    (!is_whole).then_some("a record is malformed")
 }
 
 fn log_time_ns(message: &[u8]) -> Option<u64> {

@@ -6,7 +6,7 @@ use groundwave_protocol::telemetry::SongLine;
 const MEANINGS: [([u16; 3], &str); 6] = [
     ([523, 659, 784], "finished its list"),
     ([1568, 1175, 1568], "wandered long enough, goes home"),
-    ([659, 659, 784], "hidden, waits for somebody"),
+    ([659, 659, 784], "hidden, waits for a person"),
     ([880, 698, 587], "battery low"),
     ([523, 784, 1047], "on the dock"),
     ([784, 784, 1047], "home again"),

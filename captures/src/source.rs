@@ -250,7 +250,7 @@ impl Capture {
             Piece::Sent(bytes) => self.uplink.take(at, bytes),
             Piece::Missing(bytes) => self.missing_bytes += bytes,
             Piece::Repeated(offset) => {
-                let damage = format_args!("{RAW_RX}: the bytes at {offset} come twice");
+                let damage = format_args!("{RAW_RX}: the bytes at {offset} are repeated");
                 self.damages.push(damage);
             }
             Piece::Damaged(damage) => self.damages.push(damage),

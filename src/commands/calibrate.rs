@@ -238,8 +238,8 @@ impl Guide<'_> {
             return Err(Fault::new(
                 Exit::Failed,
                 format!(
-                    "the {} square was broken off: the robot bumped, saw no floor, stalled or was stopped, {:.0} in from \
-                     its start by odometry. Clear the floor and begin again",
+                    "the {} square ended early: the robot bumped, saw no floor, stalled or was stopped, {:.0} in from \
+                     its start by odometry. Clear the floor and start again",
                     direction.words(),
                     reported.length_in()
                 ),
@@ -306,7 +306,7 @@ impl Guide<'_> {
                 () = self.operator.step() => {}
                 answer = self.answers.recv() => return answer.ok_or_else(|| Fault::new(
                     Exit::Usage,
-                    "standard input ended too early; give two numbers a line, one line a square",
+                    "standard input ended too early; give two numbers per line, one line per square",
                 )),
             }
         }

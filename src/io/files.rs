@@ -21,7 +21,9 @@ pub fn read_text(path: &str) -> Result<String, String> {
     let fail = |error: io::Error| format!("cannot read {path}: {}", hint::of_reading(&error));
     let about = fs::metadata(&full).map_err(fail)?;
     if !about.is_file() {
-        return Err(format!("cannot read {path}: choose a file; this is none"));
+        return Err(format!(
+            "cannot read {path}: it is not a regular file; choose a file"
+        ));
     }
     let mut text = String::new();
     let file = File::open(&full).map_err(fail)?;

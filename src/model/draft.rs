@@ -23,9 +23,9 @@ pub(crate) enum DraftError {
         "the draft is empty: <route/route-append> adds a waypoint, <route/route-ask-to-load> loads a file"
     )]
     Empty,
-    #[error("nothing to take back")]
+    #[error("nothing to undo")]
     NothingToUndo,
-    #[error("nothing to do again")]
+    #[error("nothing to redo")]
     NothingToRedo,
 }
 

@@ -71,7 +71,7 @@ impl Ui {
                     let here = Edit::AppendAt(pose.x_in, pose.y_in);
                     self.map.draft.edit(here, robot)
                 }
-                None => return self.tell_editor("the robot has not said yet where it is"),
+                None => return self.tell_editor("the robot's position is not known yet"),
             },
             RouteAction::Delete => self.map.draft.edit(Edit::Delete, robot),
             RouteAction::Clear => self.map.draft.edit(Edit::Clear, robot),
@@ -111,7 +111,7 @@ impl Ui {
                 }
                 None => {
                     return self.tell_editor(
-                        "what the robot holds was not sent in this session: it can be replaced, not read back",
+                        "the robot's route was not sent in this session: it can be replaced, but not read back",
                     );
                 }
             },

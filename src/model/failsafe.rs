@@ -19,7 +19,7 @@ fn words_of(setting: Option<Failsafe>) -> String {
             format!("{} after {silence_s} s of silence", words::mode(mode))
         }
         // Line A comes first, and line C every four seconds.
-        None => "not told yet what it does".to_owned(),
+        None => "setting not known yet".to_owned(),
     }
 }
 

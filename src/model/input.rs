@@ -183,7 +183,7 @@ impl Ui {
             Action::NextPlotWindow => self.next_plot_window(),
             Action::AcknowledgeAlarms => {
                 if facts.alarms.calling(&self.acknowledged).is_empty() {
-                    self.warn("no alarm waits to be seen");
+                    self.warn("no alarm to acknowledge");
                 }
                 self.acknowledged = Acknowledged::until(now, &facts.alarms);
             }
@@ -384,7 +384,7 @@ impl Ui {
     fn toggle(&mut self, facts: &Facts, layer: Layer) -> Vec<Effect> {
         let name = words::layer(layer);
         let Some(allowed) = facts.robot.allowed() else {
-            self.warn("the robot has not said yet which layers it has");
+            self.warn("the robot's layers are not known yet");
             return Vec::new();
         };
         if facts.robot.lacks(layer) {
@@ -405,7 +405,7 @@ impl Ui {
 
     pub(super) fn send_draft(&mut self) -> Vec<Effect> {
         if self.map.draft.waypoints().is_empty() {
-            let text = self.told("nothing drafted: move the cursor, press <add-waypoint>");
+            let text = self.told("no draft yet: move the cursor, press <add-waypoint>");
             self.warn(&text);
             return Vec::new();
         }

@@ -108,7 +108,8 @@ impl Ui {
                 Effect::Send(request) if request != Request::Stop => asked.push(request),
                 other => {
                     if other == Effect::Send(Request::Stop) {
-                        let aside = "STOP goes to the robot now; <playback-newest> shows what becomes of it";
+                        let aside =
+                            "STOP is sent to the robot now; <playback-newest> shows its status";
                         self.aside = Some(self.told(aside));
                     }
                     rest.push(other);
@@ -152,8 +153,7 @@ impl Ui {
                     self.map.draft.take();
                 }
                 if self.shows_past() {
-                    let aside =
-                        "it goes to the robot now; <playback-newest> shows what becomes of it";
+                    let aside = "it is sent to the robot now; <playback-newest> shows its status";
                     self.aside = Some(self.told(aside));
                 }
                 requests.into_iter().map(Effect::Send).collect()

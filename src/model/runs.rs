@@ -86,7 +86,8 @@ impl Ui {
     /// Labels the run shown, or the recording under way.
     pub(super) fn label(&mut self, facts: &Facts, remark: Remark, entry: TextEntry) -> Vec<Effect> {
         let Some(capture) = self.capture_at_hand(facts).cloned() else {
-            let error = "nothing is recorded: <toggle-recording> begins a recording, with what came before it";
+            let error =
+                "nothing is recorded: <toggle-recording> begins a recording, with the last minutes";
             self.overlay = Overlay::Text(TextEntry {
                 error: Some(self.told(error)),
                 ..entry

@@ -127,7 +127,7 @@ pub(crate) const fn outcome(outcome: Outcome) -> &'static str {
         Outcome::NotFitted => "not fitted",
         Outcome::BadValue => "value out of range",
         Outcome::ListIncomplete => "waypoints missing",
-        Outcome::DigestMismatch => "the list arrived differently",
+        Outcome::DigestMismatch => "the received list differs from the sent one",
         Outcome::NotNow => "not in its present state",
         Outcome::Unknown => "unknown to this firmware",
         Outcome::Failed => "could not carry it out",

@@ -105,7 +105,7 @@ pub const POSITION_HELP: &str =
 
 /// The typed text is not a position.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no time: say 12:30, +30s, -2m, 90%, #1234 or 14:05Z")]
+#[error("`{0}` is not a time; write 12:30, +30s, -2m, 90%, #1234 or 14:05Z")]
 pub struct PositionError(String);
 
 impl FromStr for Position {

@@ -253,7 +253,7 @@ impl<C: Cursor> Player<C> {
             Control::Jump { .. } | Control::Step { .. } => self.note.is_none(),
             Control::Seek(_) if self.is_at_end() => {
                 self.note
-                    .get_or_insert_with(|| "it goes no further than now".to_owned());
+                    .get_or_insert_with(|| "the present is the newest moment".to_owned());
                 false
             }
             _ => true,
@@ -306,7 +306,7 @@ impl<C: Cursor> Player<C> {
             Position::Packet(number) => self.look_for(Target::Packet(number), STEPS_MAX),
             Position::Utc(since_midnight) => match self.moment_of_utc(since_midnight) {
                 Some(at) => self.go(at),
-                None => self.note = Some("it does not reach to that time of day".to_owned()),
+                None => self.note = Some("that time of day is not in the capture".to_owned()),
             },
         }
     }
@@ -438,7 +438,7 @@ impl<C: Cursor> Player<C> {
             self.note = Some(format!("the mark at {marked} is gone"));
         } else if self.markers.len() == MARKERS_MAX {
             self.note = Some(format!(
-                "there are {MARKERS_MAX} marks already: <playback-mark> on one takes it away"
+                "there are {MARKERS_MAX} marks already; <playback-mark> on a mark removes it"
             ));
         } else {
             let place = self.markers.partition_point(|marker| *marker < self.at);

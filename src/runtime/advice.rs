@@ -6,10 +6,10 @@ use crate::io::link::BAUD;
 /// A log entry: the kind of bytes received and the remedy. `baud` is the port's rate if the station sets it.
 pub(super) fn advice(reception: Reception, baud: Option<u32>) -> (Level, String) {
     let words = match reception {
-        Reception::Lines => return (Level::Info, "intact lines are heard again".to_owned()),
-        Reception::Nothing => "no bytes are heard: is the robot switched on?".to_owned(),
+        Reception::Lines => return (Level::Info, "intact lines arrive again".to_owned()),
+        Reception::Nothing => "no bytes arrive: is the robot switched on?".to_owned(),
         Reception::Noise => {
-            "only noise is heard: is the robot on, and the channel right?".to_owned()
+            "only noise arrives: is the robot on, and the channel right?".to_owned()
         }
         Reception::Damaged => {
             "no line is intact, but it is text: a weak signal, or another kind of robot".to_owned()

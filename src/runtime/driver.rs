@@ -280,7 +280,7 @@ impl Driver {
             self.events.push_back(Event::Notice(Notice::new(
                 NoticeCode::NotTaken,
                 Level::Warning,
-                format!("the device takes no bytes: {bytes} not sent so far"),
+                format!("the device accepts no bytes: {bytes} not sent so far"),
             )));
         }
     }

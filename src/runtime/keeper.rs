@@ -338,12 +338,10 @@ fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
     let (path, error) = failed.first()?;
     let name = path.display();
     Some(match failed.len() {
-        1 => format!(
-            "an interrupted recording cannot be recovered: {error}; move or delete it if it is of no use"
-        ),
+        1 => format!("an interrupted recording cannot be recovered: {error}; move or delete it"),
         count => format!(
-            "{count} interrupted recordings cannot be recovered, {name} first: {error}; `groundwave recover FOLDER` says why \
-             of each; move or delete those that are of no use"
+            "{count} interrupted recordings cannot be recovered, {name} first: {error}; `groundwave recover FOLDER` says \
+             why; move or delete them"
         ),
     })
 }

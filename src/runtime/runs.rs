@@ -49,7 +49,7 @@ fn read(capture: &str) -> Result<Run, String> {
     let run = Run::read(Path::new(capture)).map_err(|error| error.to_string())?;
     if run.course.points().is_empty() {
         return Err(format!(
-            "{capture}: no report of where the robot was in it, so there is nothing to compare"
+            "{capture}: no position in the capture, so there is nothing to compare"
         ));
     }
     Ok(run)

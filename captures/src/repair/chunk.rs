@@ -28,14 +28,14 @@ impl Chunk {
             {
                 header
             }
-            _ => return Err(("a chunk makes no sense".into(), None)),
+            _ => return Err(("a chunk is malformed".into(), None)),
         };
         let times_ns = Some((header.message_start_time, header.message_end_time));
         if header.uncompressed_size > RECORD_BYTES_MAX as u64 {
-            return Err(("a chunk claims to be larger than any".into(), times_ns));
+            return Err(("a chunk declares an implausible size".into(), times_ns));
         }
         if !allowance.takes_unpacked(header.uncompressed_size) {
-            let problem = "a chunk claims to unpack to many times its length";
+            let problem = "a chunk declares an implausible compression ratio";
             return Err((problem.into(), times_ns));
         }
         let options = LinearReaderOptions::default()
@@ -66,10 +66,8 @@ impl Chunk {
 fn chunk_problem(error: &McapError) -> Problem {
     Problem::Flaw(match error {
         McapError::UnsupportedCompression(name) if name == "lz4" => return Problem::Lz4,
-        McapError::UnsupportedCompression(_) => {
-            "a chunk is compressed with something else than zstd"
-        }
-        McapError::BadChunkCrc { .. } => "the checksum of a chunk does not hold",
+        McapError::UnsupportedCompression(_) => "a chunk has an unknown compression",
+        McapError::BadChunkCrc { .. } => "a chunk has a wrong checksum",
         _ => "a chunk cannot be unpacked",
     })
 }

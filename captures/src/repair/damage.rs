@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn a_problem_is_its_text_for_programs_too() {
-        for problem in [Problem::Lz4, Problem::from("a record makes no sense")] {
+        for problem in [Problem::Lz4, Problem::from("a record is malformed")] {
             let json = serde_json::to_value(problem).unwrap();
             assert_eq!(json, problem.to_string());
         }

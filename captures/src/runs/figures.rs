@@ -158,7 +158,7 @@ impl Comparison {
             if run.restarts > 0 {
                 writeln!(
                     output,
-                    "run {number} set its odometer anew {} times: compared is what came after the last",
+                    "run {number} reset its odometer {} times; only the path after the last reset is compared",
                     run.restarts
                 )?;
             }

@@ -41,7 +41,7 @@ pub struct Note {
 fn hint(error: &io::Error) -> &'static str {
     match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            "; it lies beside its capture: copy that to a folder you may write to"
+            "; the label is kept beside its capture: copy the capture to a writable folder"
         }
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "; make room",
         _ => "",
@@ -62,7 +62,7 @@ pub enum LabelError {
         error: io::Error,
     },
     /// The file cannot be parsed; it is left as it is.
-    #[error("{} is no label of a run: {problem}; mend it by hand, or delete it to start anew", path.display())]
+    #[error("{} is not a valid label: {problem}; correct it, or delete it to start again", path.display())]
     Malformed {
         /// The label's file.
         path: PathBuf,
@@ -201,7 +201,7 @@ mod tests {
         };
         let said = error.to_string();
         assert!(
-            said.contains("copy that to a folder you may write to"),
+            said.contains("copy the capture to a writable folder"),
             "{said}"
         );
     }

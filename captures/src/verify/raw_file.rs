@@ -51,7 +51,7 @@ impl RawFile {
         if self.is_equal {
             let more = io::copy(&mut self.source, &mut io::sink())?;
             if more > 0 {
-                verdict.fault(format!("the raw file holds {more} bytes more"));
+                verdict.fault(format!("the raw file has {more} more bytes"));
                 self.is_equal = false;
             }
         }

@@ -133,7 +133,7 @@ impl Check {
         let Some(missing) = raw.stream_offset.checked_sub(received) else {
             let at = raw.stream_offset;
             self.verdict
-                .fault(format!("{RAW_RX}: the bytes at {at} come twice"));
+                .fault(format!("{RAW_RX}: the bytes at {at} are repeated"));
             return Ok(());
         };
         if missing > 0 {
@@ -181,7 +181,7 @@ impl Check {
                 }
             }
             None if self.in_summary && opcode == op::STATISTICS => {
-                self.verdict.fault("the statistics make no sense");
+                self.verdict.fault("the statistics are malformed");
             }
             _ => {}
         }

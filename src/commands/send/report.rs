@@ -134,7 +134,7 @@ impl Report {
         }
         if text.ends_with("broken off") {
             return failed(
-                "the robot broke the scan off: it met an obstacle, or it was stopped".to_owned(),
+                "the robot ended the scan early: it met an obstacle, or was stopped".to_owned(),
             );
         }
         Ok(())

@@ -164,7 +164,7 @@ proptest! {
         for deg in &turns {
             draft.edit(Edit::Rotate(*deg), None).unwrap();
         }
-        // A single place does not turn: there is nothing to take back then.
+        // A single place does not turn: there is nothing to undo then.
         while draft.past.len() > 1 {
             draft.undo().unwrap();
         }

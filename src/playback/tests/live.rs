@@ -402,7 +402,10 @@ fn failed_search_leaves_the_session_at_its_newest_moment() {
         (jump(Landmark::Alarm, true), "there are no later alarms"),
         (jump(Landmark::Bump, false), "there are no earlier bumps"),
         (seek(Position::Packet(99_999)), "there is no packet 99999"),
-        (seek(Position::Ahead(now)), "it goes no further than now"),
+        (
+            seek(Position::Ahead(now)),
+            "the present is the newest moment",
+        ),
         (Control::Step { forward: true }, "this is the last line"),
     ] {
         player.set_span(Moment::ZERO, now);

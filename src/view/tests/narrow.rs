@@ -59,10 +59,10 @@ fn the_result_of_a_command_shows_on_the_smallest_screen() {
         screen.lines().rev().nth(1).unwrap().to_owned()
     };
     scene.type_text("S");
-    assert_eq!(hint(&scene), "! nothing drafted: move the cursor, press w");
+    assert_eq!(hint(&scene), "! no draft yet: move the cursor, press w");
     scene.wait_ms(4000);
     scene.hear();
-    assert!(hint(&scene).contains("nothing drafted"));
+    assert!(hint(&scene).contains("no draft yet"));
     let until = scene.redraw_at().unwrap();
     assert!(until <= scene.now + std::time::Duration::from_secs(1));
     scene.wait_ms(1000);

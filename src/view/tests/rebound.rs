@@ -117,7 +117,7 @@ const MORE: &[(&str, Make, &str)] = &[
         "<show-everything>: all",
     ),
     (
-        "nothing drafted",
+        "no draft yet",
         |config| typed(config, "S"),
         "move the cursor, press <add-waypoint>",
     ),
@@ -162,12 +162,12 @@ const MORE: &[(&str, Make, &str)] = &[
     (
         "STOP in the past",
         |config| past(config, " "),
-        "STOP goes to the robot now; <playback-newest> shows what",
+        "STOP is sent to the robot now; <playback-newest> shows",
     ),
     (
         "a command in the past",
         |config| past(config, "py"),
-        "it goes to the robot now; <playback-newest> shows what",
+        "it is sent to the robot now; <playback-newest> shows",
     ),
     (
         "nothing to name",
