@@ -167,6 +167,25 @@ fn esc_and_an_arrow_in_one_burst_send_nothing() {
     leave(watch);
 }
 
+/// A broken program or line leaves a sequence without its end; the keys after it count.
+#[test]
+fn stop_and_ctrl_c_work_after_an_unfinished_sequence() {
+    for begun in ["\x1b[200~", "\x1b[1;1;", "\x1b["] {
+        let sim = Sim::start(&[]);
+        let mut watch = watch(&sim, &[], 120, 40);
+        watch.type_keys(begun);
+        watch.wait_for("the next line", |text| text.contains("newest <1 s"));
+        while !watch.text().contains("stop: confirmed") {
+            watch.type_keys(" ");
+            let before = watch.text();
+            watch.wait_for("the next line", |text| text != before);
+        }
+        watch.type_keys(begun);
+        watch.type_keys("\x03");
+        assert_eq!(watch.wait(), 0, "{begun:?}");
+    }
+}
+
 #[test]
 fn a_wrong_file_name_is_corrected_in_the_prompt() {
     let folder = scratch("mended");

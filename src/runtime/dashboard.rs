@@ -54,7 +54,7 @@ pub struct Dashboard {
 pub async fn run(dashboard: Dashboard) -> io::Result<()> {
     let mut signals = Signals::listen()?;
     let screen = Screen::take(dashboard.ui.wants_mouse())?;
-    let mut keys = terminal::events();
+    let mut keys = terminal::events()?;
     let (readers, mut read) = channel(4);
     let mut running = Running {
         keeper: dashboard.keeper,
