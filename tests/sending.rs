@@ -53,7 +53,10 @@ fn with_input(arguments: &[&str], input: &str) -> Output {
 
 /// The frame of a test vector, by its name.
 fn vector(about: &str) -> String {
-    let vectors = include_str!("../protocol/vectors/frames.jsonl");
+    let vectors = concat!(
+        include_str!("../protocol/vectors/frames.jsonl"),
+        include_str!("../protocol/vectors/frames-3.jsonl"),
+    );
     let found = json_lines(vectors)
         .into_iter()
         .find(|vector| vector["about"] == about);
@@ -90,10 +93,10 @@ fn dry_run_prints_frames_without_opening_a_link() {
     assert_eq!(told["bytes"], 20);
     assert_eq!(told["at_least_s"], 0.2);
     let (out, _) = expect(0, &["send", "--dry-run", "stop"]);
-    let stop = vector("STOP without a session").replace('\n', "\\n");
-    assert!(out.contains(&format!("7 bytes  {stop}\n")), "{out}");
+    let stop = vector("STOP with a receipt").replace('\n', "\\n");
+    assert!(out.contains(&format!("10 bytes  {stop}\n")), "{out}");
     assert!(
-        out.contains("stop: 7 bytes, at least 0.09 s") && out.contains("Nothing was sent."),
+        out.contains("stop: 10 bytes, at least 0.10 s") && out.contains("Nothing was sent."),
         "{out}"
     );
 }

@@ -185,7 +185,7 @@ fn stopped_robot_ignores_the_silence() {
         mode: Mode::GoHome,
     }));
     bench.order(key, home);
-    bench.send(&Message::Stop, Key::robot(ROBOT_ID));
+    bench.send(&Message::Stop(None), Key::robot(ROBOT_ID));
     bench.run_ms(30_000);
     assert_eq!(bench.robot.mode(), Mode::Stop);
     // A session alone does not move it either.

@@ -161,6 +161,9 @@ CHECKS: dict[str, Callable[[], Callable[[Vector], None]]] = {
     "streams.jsonl": lambda: check_stream,
     "frames.jsonl": lambda: check_frame,
     "frames-2.jsonl": lambda: check_frame,
+    "lines-3.jsonl": lambda: check_line,
+    "frames-3.jsonl": lambda: check_frame,
+    "conversation-2.jsonl": lambda: Conversation().check,
     "conversation.jsonl": lambda: Conversation().check,
 }
 

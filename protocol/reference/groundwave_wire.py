@@ -72,6 +72,8 @@ def decode_ack(characters: bytes) -> Fields:
     """Five characters of a line as a dict; ValueError if a character is none."""
     bits = from_six(characters)
     ack = {"boot": bits >> 27, "session": bits >> 24 & 7, "sequence": bits >> 21 & 7, "outcome": bits >> 18 & 7}
+    if bits >> 15 & 7 == 7:
+        return ack | {"receipt": bits & 0x7FFF}
     if bits >> 17 & 1:
         return ack | {"first_missing": bits >> 10 & 127, "tag": bits >> 8 & 3, "window": bits & 255}
     return ack | {"owner": bits >> 7 & 1023, "robot_id": bits & 127}
@@ -80,6 +82,8 @@ def decode_ack(characters: bytes) -> Fields:
 def encode_ack(ack: Fields) -> bytes:
     """The five characters of an acknowledgement."""
     bits = ack["boot"] << 27 | ack["session"] << 24 | ack["sequence"] << 21 | ack["outcome"] << 18
+    if "receipt" in ack:
+        return to_six(bits | 7 << 15 | ack["receipt"], 5)
     if "tag" in ack:
         return to_six(bits | 1 << 17 | ack["first_missing"] << 10 | ack["tag"] << 8 | ack["window"], 5)
     return to_six(bits | ack["owner"] << 7 | ack["robot_id"], 5)
@@ -372,7 +376,7 @@ Bits = list[tuple[str, int, int, int, int]]
 _HEARD, _POSE = (0, 99, 0), (15, -COORDINATE_MAX, COORDINATE_MAX, 16384)
 WAYPOINT: Bits = [("x_in", *_POSE), ("y_in", *_POSE)]
 PAYLOADS: dict[str, Bits] = {
-    "X": [],
+    "X": [],                                                                        # or a receipt
     "O": [("boot", 5, 0, 7, 0), ("replaces", 3, 0, 7, 0), ("owner", 10, 1, 1023, 0)],
     "C": [("sequence", 6, 0, 63, 0)],                                               # then the order
     "W": [("tag", 5, 1, 31, 0), ("first_block", 7, 0, BLOCKS - 1, 0)],              # then the waypoints
@@ -380,6 +384,7 @@ PAYLOADS: dict[str, Bits] = {
           ("count", 4, 0, 15, 0)],
     "L": [("heard", 12, *_HEARD)],
 }
+RECEIPT: Bits = [("receipt", 18, 0, 0x7FFF, 0)]
 SILENCE: Bits = [("silence_s", 12, 0, 4095, 0)]                                     # then a mode's letter
 KEY: Bits = [("key", 24, 0, 0xFFFFFF, 0)]
 VALUE: Bits = [("value", 18, -131072, 131071, 0)]                                   # only where there is one
@@ -423,7 +428,7 @@ def encode_frame(message: Fields, robot_id: int, boot: int, session: int, owner:
     kind = message["type"]
     if kind not in PAYLOADS:
         raise ValueError("no such type")
-    said = kind.encode("ascii") + _pack(PAYLOADS[kind], message)
+    said = kind.encode("ascii") + _pack(RECEIPT if "receipt" in message else PAYLOADS[kind], message)
     if kind == "C":
         order = message["order"]
         if order == "M":
@@ -474,7 +479,8 @@ def _decode_said(kind: str, payload: bytes) -> Fields:
     if kind not in PAYLOADS:
         raise ValueError("no such type")
     size = {"C": 1, "W": 2}.get(kind, len(payload))
-    fields, rest = {"type": kind} | _unpack(PAYLOADS[kind], payload[:size]), payload[size:]
+    layout = RECEIPT if kind == "X" and payload else PAYLOADS[kind]
+    fields, rest = {"type": kind} | _unpack(layout, payload[:size]), payload[size:]
     if kind == "C":
         fields |= _decode_order(rest)
     elif kind == "W":
@@ -518,6 +524,7 @@ class Farm:
         self.active: list[Waypoint] = []
         self.staged: dict[int, Waypoint] | None = None      # by number; None: not open
         self.tag, self.blocks = 0, set[int]()
+        self.receipt: int | None = None
         self.mode = ""                                      # the specification names none at boot
         self.sending: int | None = None                     # sequence of the line being sent, if known
         self.counters = dict.fromkeys(("frames_heard", "crc", "too_long", "unreadable"), 0)
@@ -545,6 +552,8 @@ class Farm:
     def ack(self) -> Fields:
         """The acknowledgement at this moment."""
         ack = {"boot": self.boot, "session": self.session, "sequence": self.sequence % 8, "outcome": self.outcome}
+        if self.receipt is not None:
+            return ack | {"receipt": self.receipt}
         if self.staged is None:
             return ack | {"owner": self.owner, "robot_id": self.robot_id}
         first = next(block for block in range(BLOCKS + 1) if block not in self.blocks)
@@ -554,14 +563,15 @@ class Farm:
     def _new_session(self, owner: int) -> None:
         self.session, self.owner = self.session % 7 + 1, owner
         self.sequence = self.outcome = self.drive_count = self.tag = 0
-        self.staged, self.blocks = None, set()
+        self.staged, self.blocks, self.receipt = None, set(), None
 
-    def _on_X(self, _: Fields) -> str:
+    def _on_X(self, message: Fields) -> str:
         self.mode = "X"
         if self.owner:
             self._new_session(0)
         else:
             self.sequence = (self.sequence + 1) % 64
+        self.receipt = message.get("receipt")
         return "stop"
 
     def _on_O(self, message: Fields) -> str:

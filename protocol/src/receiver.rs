@@ -156,7 +156,7 @@ mod tests {
             (Key::EVERY_ROBOT, true),
             (Key::robot(ROBOT_ID + 1), false),
         ] {
-            let frame = Message::Stop.encode(key);
+            let frame = Message::Stop(None).encode(key);
             for session in [None, Some(SESSION)] {
                 assert_eq!(hear(frame.as_bytes(), session).0.len(), usize::from(heard));
             }
@@ -192,12 +192,12 @@ mod tests {
 
     #[test]
     fn a_leading_line_feed_ends_noise_and_aborts_a_frame() {
-        let stop = Message::Stop.encode(Key::robot(ROBOT_ID));
+        let stop = Message::Stop(None).encode(Key::robot(ROBOT_ID));
         let prowl = PROWL.encode(SESSION);
         for length in 0..prowl.as_bytes().len() - 1 {
             let mut bytes = prowl.as_bytes()[..length].to_vec();
             bytes.extend(stop.as_bytes());
-            assert_eq!(hear(&bytes, Some(SESSION)).0, [Message::Stop]);
+            assert_eq!(hear(&bytes, Some(SESSION)).0, [Message::Stop(None)]);
         }
     }
 

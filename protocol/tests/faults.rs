@@ -3,13 +3,13 @@
 use crate::world::{DONE, ROBOT_ID, Robot, STOPPED, World, failed, replaced, route};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{CommandStatus, Config, Duplex, Failure, Fop, FopEvent, Task};
-use groundwave_protocol::command::{Key, Message, Order};
+use groundwave_protocol::command::{Command, Key, Message, Open, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{Link, Mode};
-use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, StateLine};
+use groundwave_protocol::telemetry::{Ack, AckLine, Body, Detail, Line, StateLine};
 
 fn replaced_by(list: &[Waypoint]) -> FopEvent {
     replaced(digest(list.iter()))
@@ -145,7 +145,7 @@ fn a_stop_that_never_arrives_is_never_proven() {
         world.down_delay_us = 1_000_000;
         world.deliver(Task::Order(Order::Mode(Mode::Stop)));
         world.deliver(Task::Order(Order::Mode(Mode::Prowl)));
-        world.robot.deaf_to = |message| *message == Message::Stop;
+        world.robot.deaf_to = |message| matches!(message, Message::Stop(_));
         for _ in 0..seed * 7 {
             world.step();
         }
@@ -162,13 +162,96 @@ fn a_stop_that_never_arrives_is_never_proven() {
     }
 }
 
+/// The downlink is late and the uplink dead. A second operator stops the robot and starts it again before this station's
+/// request, and the station hears of that STOP after it.
+#[test]
+fn the_stop_of_another_operator_before_the_request_proves_nothing() {
+    for seed in 0..50 {
+        let mut world = World::new(seed, 0.0);
+        world.down_delay_us = 2_000_000 + seed * 50_000;
+        world.deliver(Task::Order(Order::Mode(Mode::Reactive)));
+        let stop = Message::Stop(Some(0x111 << 5 | 1));
+        world.robot.hear(&stop, Key::robot(ROBOT_ID));
+        for _ in 0..240 {
+            world.step();
+        }
+        let ack = world.robot.farm.ack();
+        let open = Message::Open(Open {
+            boot: ack.boot,
+            replaces: ack.session,
+            owner: 0x111,
+        });
+        world.robot.hear(&open, Key::robot(ROBOT_ID));
+        let prowl = Message::Command(Command {
+            sequence: 1,
+            order: Order::Mode(Mode::Prowl),
+        });
+        let key = world.robot.farm.key().unwrap();
+        world.robot.hear(&prowl, key);
+        assert_eq!(world.robot.mode, Mode::Prowl);
+        world.deaf = true;
+        world.fop.stop(world.now_us);
+        let end = world.run_until(
+            60,
+            |event| matches!(event, FopEvent::Stop(status) if status.is_end()),
+        );
+        assert_eq!(
+            end,
+            FopEvent::Stop(CommandStatus::Failed(Failure::TimedOut)),
+            "seed {seed}"
+        );
+    }
+}
+
+/// A second request needs a STOP of its own: an order of another station may lie between.
+#[test]
+fn a_stop_before_the_latest_request_does_not_prove_it() {
+    let mut fop = Fop::new(Config::new(0x2A5));
+    let mut robot = Robot::new(1);
+    let mut sequence = 0;
+    let mut acknowledge = |fop: &mut Fop, now_us, ack| {
+        sequence += 1;
+        let line = AckLine {
+            sequence,
+            ack,
+            listens: false,
+        };
+        fop.handle_received(now_us, &Received::Ack(line));
+    };
+    let transmit = |fop: &mut Fop, robot: &mut Robot, now_us: u64| {
+        for at_us in (now_us..now_us + 50_000).step_by(4_000) {
+            while let Some(bytes) = fop.poll_transmit(at_us) {
+                bytes.iter().for_each(|&byte| robot.handle_byte(byte));
+            }
+        }
+        robot.farm.ack()
+    };
+    let sent = Some(FopEvent::Stop(CommandStatus::Sent { frames: 1 }));
+    fop.stop(0);
+    let first = transmit(&mut fop, &mut robot, 0);
+    assert_eq!(fop.poll_event(), sent);
+    fop.stop(100_000);
+    fop.stop(110_000);
+    acknowledge(&mut fop, 200_000, first);
+    assert_eq!(fop.poll_event(), Some(STOPPED), "the first request");
+    acknowledge(&mut fop, 210_000, first);
+    assert_eq!(fop.poll_event(), None);
+    let second = transmit(&mut fop, &mut robot, 400_000);
+    assert_eq!(fop.poll_event(), sent);
+    acknowledge(&mut fop, 500_000, first);
+    assert_eq!(fop.poll_event(), None);
+    acknowledge(&mut fop, 510_000, second);
+    assert_eq!(fop.poll_event(), Some(STOPPED), "the others");
+    assert_eq!(fop.poll_timeout(), None);
+}
+
 /// After a reboot no session is open, either.
 #[test]
 fn a_restart_proves_no_stop() {
     let mut world = World::new(1, 0.0);
     world.deliver(Task::Order(Order::Mode(Mode::Prowl)));
     world.robot = Robot::new(9);
-    world.robot.deaf_to = |message| *message == Message::Stop;
+    world.robot.deaf_to = |message| matches!(message, Message::Stop(_));
     world.fop.stop(world.now_us);
     let end = world.run_until(
         60,
@@ -249,8 +332,7 @@ fn repeated_stops_do_not_delay_the_first() {
         }
         while fop.poll_event().is_some() {}
     }
-    let stop = Message::Stop.encode(Key::EVERY_ROBOT);
-    let count = sent.windows(7).filter(|w| *w == stop.as_bytes()).count();
+    let count = sent.windows(2).filter(|w| *w == b"\nX").count();
     assert!((3..=5).contains(&count), "{count}");
 }
 

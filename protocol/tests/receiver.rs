@@ -35,7 +35,8 @@ fn samples() -> Vec<Message> {
     };
     let list: Vec<Waypoint> = (0..FRAME_WAYPOINTS_MAX as i16).map(point).collect();
     vec![
-        Message::Stop,
+        Message::Stop(None),
+        Message::Stop(Some(0x2A5)),
         Message::Open(Open {
             boot: 1,
             replaces: 7,

@@ -108,6 +108,19 @@ fn stop() {
     search("two orders, STOP", setting);
 }
 
+/// The lines are late, so the first operator hears of the second one's STOP after asking for one of its own.
+#[test]
+fn stop_by_two_operators() {
+    let setting = Setting {
+        stations: vec![(0x2A5, vec![]), (0x111, vec![])],
+        stops: 2,
+        held: (2, 3),
+        commands: 2,
+        ..alone(&[])
+    };
+    search("two operators, two STOPs", setting);
+}
+
 #[test]
 fn stop_and_reboot() {
     let setting = Setting {

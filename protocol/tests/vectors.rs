@@ -12,6 +12,8 @@ mod lines;
 mod parameters;
 #[path = "../examples/vectors/samples.rs"]
 mod samples;
+#[path = "../examples/vectors/sessions.rs"]
+mod sessions;
 #[path = "../examples/vectors/streams.rs"]
 mod streams;
 #[path = "../examples/vectors/uplink.rs"]
@@ -73,11 +75,14 @@ fn files_match_the_generator() {
     is_what_the_generator_writes("conversation", &conversation::conversation());
     is_what_the_generator_writes("lines-2", &parameters::lines());
     is_what_the_generator_writes("frames-2", &parameters::frames());
+    is_what_the_generator_writes("lines-3", &sessions::lines());
+    is_what_the_generator_writes("frames-3", &sessions::frames());
+    is_what_the_generator_writes("conversation-2", &conversation::sessions());
 }
 
 #[test]
 fn lines_match_their_vectors() {
-    for vector in [read("lines"), read("lines-2")].concat() {
+    for vector in [read("lines"), read("lines-2"), read("lines-3")].concat() {
         let judged = judge::line(string(&vector, "line").as_bytes());
         assert_eq!(judged, without(&vector, &["about", "line"]), "{vector}");
     }
@@ -112,7 +117,7 @@ fn checksums_match_their_vectors() {
 
 #[test]
 fn frames_match_their_vectors() {
-    for vector in [read("frames"), read("frames-2")].concat() {
+    for vector in [read("frames"), read("frames-2"), read("frames-3")].concat() {
         let ear = Ear {
             robot_id: number(&vector, "robot_id") as u8,
             boot: number(&vector, "boot") as u8,
@@ -145,7 +150,7 @@ fn digests_match_their_vectors() {
 #[test]
 fn acknowledgements_match_the_conversation() {
     let mut robot = Robot::boot(0);
-    for step in read("conversation") {
+    for step in [read("conversation"), read("conversation-2")].concat() {
         let judged = if step["boots"].is_null() {
             let outcome = step["outcome"].as_u64().unwrap_or_default() as usize;
             let frame = string(&step, "frame").as_bytes();
@@ -174,6 +179,10 @@ fn both_verdicts_of_every_kind_are_in_the_files() {
         ("lines-2", "fields", "*", 8),
         ("lines-2", "error", "field", 30),
         ("frames-2", "message", "*", 20),
+        ("lines-3", "fields", "*", 4),
+        ("frames-3", "message", "*", 4),
+        ("frames-3", "error", "unreadable", 3),
+        ("conversation-2", "action", "stop", 4),
         ("frames", "message", "*", 30),
         ("frames", "error", "crc", 8),
         ("frames", "error", "too_long", 1),

@@ -85,12 +85,21 @@ impl Station {
     }
 
     fn take_stop_status(&mut self, now: Moment, status: CommandStatus) {
-        for id in self.stops.clone() {
+        let count = self.stops.len();
+        let meant = match status {
+            CommandStatus::Sent { .. } => self.stops_sent..count,
+            CommandStatus::Confirmed { .. } => 0..self.stops_sent,
+            _ => 0..count,
+        };
+        for id in self.stops.get(meant.clone()).unwrap_or_default().to_vec() {
             self.report(now, id, status);
         }
-        if status.is_end() {
-            self.stops.clear();
-        }
+        self.stops_sent = if status.is_end() {
+            self.stops.drain(meant);
+            0
+        } else {
+            count
+        };
     }
 
     /// Acts on the verdict about a parameter command.

@@ -46,8 +46,10 @@ pub struct Station {
     current: Option<CommandId>,
     /// The command under way, if it is about parameters.
     tuner: Option<Tuner>,
-    /// STOPs that the robot has not confirmed yet.
+    /// STOPs that the robot has not confirmed yet, oldest first.
     stops: Vec<CommandId>,
+    /// How many of them have been sent.
+    stops_sent: usize,
     /// Whether this station has sent STOP in this session.
     stopped: bool,
     next_id: u32,
@@ -71,6 +73,7 @@ impl Station {
             current: None,
             tuner: None,
             stops: Vec::new(),
+            stops_sent: 0,
             stopped: false,
             next_id: 1,
             reported_counters: Counters::default(),

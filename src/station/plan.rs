@@ -22,6 +22,9 @@ pub const BOOT: u8 = 1;
 /// The station's nonce.
 pub const OWNER: u16 = 677;
 
+/// The receipt of its STOPs.
+const RECEIPT: u16 = OWNER << 5 | 1;
+
 /// Plans commands in order, for a robot that has just booted.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
@@ -67,7 +70,7 @@ impl Planner {
             }
             return Plan {
                 opening: None,
-                frames: vec![Message::Stop.encode(Key::robot(ROBOT_ID))],
+                frames: vec![Message::Stop(Some(RECEIPT)).encode(Key::robot(ROBOT_ID))],
             };
         }
         let opening = (!self.is_open).then(|| self.open());

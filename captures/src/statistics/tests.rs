@@ -103,7 +103,7 @@ fn frames_that_go_again_are_told_from_new_ones() {
         };
         Message::Open(open).encode(Key::robot(7))
     };
-    let stop = Message::Stop.encode(Key::robot(7));
+    let stop = Message::Stop(None).encode(Key::robot(7));
     let drive = Message::Drive(Drive {
         velocity_in_s: 5,
         rotation_in_s: 0,

@@ -66,7 +66,7 @@ impl Uplink {
             return;
         };
         let is_again = match message {
-            Message::Stop => {
+            Message::Stop(_) => {
                 let before = self.stop_at.replace(now);
                 before.is_some_and(|at| now.saturating_sub(at) <= STOP_AGAIN)
             }

@@ -28,7 +28,7 @@ impl Robot {
             self.transmitter.begin(&body, self.now_ticks);
         }
         self.transmitter
-            .next_byte(self.now_ticks, || self.farm.ack())
+            .next_byte(self.now_ticks, |sequence| self.farm.ack_in(sequence))
     }
 
     fn compose(&mut self, kind: Kind) -> Body {

@@ -151,7 +151,7 @@ impl Transmitter {
     }
 
     /// The next byte; `acknowledge` is called when the first column of the acknowledgement is due.
-    pub fn next_byte(&mut self, now_ticks: u32, acknowledge: impl FnOnce() -> Ack) -> Option<u8> {
+    pub fn next_byte(&mut self, now_ticks: u32, acknowledge: impl FnOnce(u8) -> Ack) -> Option<u8> {
         if !self.has_rested {
             self.has_rested = true;
             return None;
@@ -180,7 +180,7 @@ impl Transmitter {
             }
         }
         if self.position == self.head {
-            self.finish(acknowledge());
+            self.finish(acknowledge(self.sequence));
         }
         let byte = self.line.get(usize::from(self.position)).copied();
         self.position += 1;

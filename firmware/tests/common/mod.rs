@@ -260,7 +260,7 @@ pub fn running() -> (Bench, Key) {
 
 /// Sends STOP to the robot.
 pub fn stop(bench: &mut Bench) {
-    bench.send(&Message::Stop, Key::robot(ROBOT_ID));
+    bench.send(&Message::Stop(None), Key::robot(ROBOT_ID));
 }
 
 /// Sends a route and the command that activates it.

@@ -150,6 +150,30 @@ pub fn conversation() -> Vec<Value> {
     script.steps
 }
 
+/// A second conversation, about receipts.
+pub fn sessions() -> Vec<Value> {
+    let mut script = Script {
+        robot: Robot::boot(1),
+        steps: Vec::new(),
+        key: Key::session(ROBOT_ID, 1, 1, 0x2A5),
+    };
+    script.boot("the robot boots for the first time", 1);
+    receipts(&mut script);
+    script.steps
+}
+
+fn receipts(s: &mut Script) {
+    let stop = |receipt| Message::Stop(Some(receipt));
+    s.say("STOP without a session", stop(0x54A1));
+    s.say("the same STOP again counts again", stop(0x54A1));
+    s.open("a session has no receipt", 1, 0, 0x2A5);
+    s.say("STOP ends it", stop(0x54A2));
+    s.say("the STOP of another station", stop(0x2221));
+    s.say("STOP without a receipt", Message::Stop(None));
+    s.say("the greatest receipt", stop(0x7FFF));
+    s.boot("the robot boots again: no receipt", 2);
+}
+
 fn commands(s: &mut Script) {
     let reactive = Order::Mode(Mode::Reactive);
     let layers = Order::Layers {
@@ -241,7 +265,7 @@ fn stop_and_takeover(s: &mut Script) {
     let slots = |tag| Message::Waypoints(Slots::new(tag, 0, &list));
     s.say(
         "STOP ends the session and drops what is staged",
-        Message::Stop,
+        Message::Stop(None),
     );
     s.order(
         "a command of the ended session",
@@ -249,7 +273,7 @@ fn stop_and_takeover(s: &mut Script) {
         Order::Scan,
         Outcome::Done,
     );
-    s.say("STOP again", Message::Stop);
+    s.say("STOP again", Message::Stop(None));
     s.open("the request of the ended session, late", 1, 0, 0x2A5);
     s.open("a new session", 1, 2, 0x2A5);
     s.order(

@@ -138,6 +138,7 @@ pub fn ack(ack: Ack) -> Value {
             tag,
             window,
         } => json!({ "first_missing": first_missing, "tag": tag, "window": window }),
+        Detail::Stopped { receipt } => json!({ "receipt": receipt }),
     };
     let head = json!({
         "boot": ack.boot,
@@ -165,7 +166,8 @@ pub fn counters(c: &Counters) -> Value {
 /// The fields of a message.
 pub fn message(message: &Message) -> Value {
     match message {
-        Message::Stop => json!({ "type": "X" }),
+        Message::Stop(None) => json!({ "type": "X" }),
+        Message::Stop(Some(receipt)) => json!({ "type": "X", "receipt": receipt }),
         Message::Open(open) => json!({
             "type": "O",
             "boot": open.boot,

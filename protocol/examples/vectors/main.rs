@@ -7,6 +7,7 @@ mod judge;
 mod lines;
 mod parameters;
 mod samples;
+mod sessions;
 mod streams;
 mod uplink;
 
@@ -24,7 +25,7 @@ fn main() -> std::io::Result<()> {
 }
 
 /// The files by name.
-fn all() -> [(&'static str, Vec<Value>); 8] {
+fn all() -> [(&'static str, Vec<Value>); 11] {
     [
         ("lines", lines::lines()),
         ("streams", streams::streams()),
@@ -34,5 +35,8 @@ fn all() -> [(&'static str, Vec<Value>); 8] {
         ("conversation", conversation::conversation()),
         ("lines-2", parameters::lines()),
         ("frames-2", parameters::frames()),
+        ("lines-3", sessions::lines()),
+        ("frames-3", sessions::frames()),
+        ("conversation-2", conversation::sessions()),
     ]
 }

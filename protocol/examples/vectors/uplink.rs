@@ -140,12 +140,17 @@ fn valid() -> Vec<Value> {
         |about, ear, message: Message, key| vector(about, ear, message.encode(key).as_bytes());
     let mine = Key::robot(7);
     let mut vectors = vec![
-        said("STOP, the session open or not", EAR, Message::Stop, mine),
-        said("STOP without a session", CLOSED, Message::Stop, mine),
+        said(
+            "STOP, the session open or not",
+            EAR,
+            Message::Stop(None),
+            mine,
+        ),
+        said("STOP without a session", CLOSED, Message::Stop(None), mine),
         said(
             "STOP to whoever hears it",
             CLOSED,
-            Message::Stop,
+            Message::Stop(None),
             Key::EVERY_ROBOT,
         ),
         said(
@@ -213,7 +218,7 @@ fn not_heard() -> Vec<Value> {
         session,
         owner,
     };
-    let stop = Message::Stop.encode(Key::robot(7));
+    let stop = Message::Stop(None).encode(Key::robot(7));
     let stop = stop.as_bytes();
     let mut flipped = scan.to_vec();
     flipped[2] ^= 1;

@@ -31,6 +31,8 @@ pub struct Farm {
     sequence: u8,
     outcome: Outcome,
     drive_count: u8,
+    /// Receipt of the STOP that closed the session, or of a later one.
+    receipt: Option<u16>,
     lists: Lists,
 }
 
@@ -46,6 +48,7 @@ impl Farm {
             sequence: 0,
             outcome: Outcome::Done,
             drive_count: 0,
+            receipt: None,
             lists: Lists::default(),
         }
     }
@@ -57,18 +60,43 @@ impl Farm {
             .map(|owner| Key::session(self.robot_id, self.boot, self.session, owner))
     }
 
-    /// The acknowledgement for the robot's lines.
+    /// The acknowledgement.
     #[must_use]
     pub fn ack(&self) -> Ack {
+        let receipt = self.receipt.map(|receipt| Detail::Stopped { receipt });
+        let detail = self.lists.detail().or(receipt);
+        self.ack_with(detail.unwrap_or(self.idle()))
+    }
+
+    /// The acknowledgement in the line of this sequence: one line in three has the robot's id instead of a receipt, for
+    /// stations that have just started.
+    #[must_use]
+    pub fn ack_in(&self, sequence: u8) -> Ack {
+        if self.receipt.is_some() && sequence % 3 == 1 {
+            self.ack_with(self.idle())
+        } else {
+            self.ack()
+        }
+    }
+
+    const fn ack_with(&self, detail: Detail) -> Ack {
         Ack {
             boot: self.boot,
             session: self.session,
             sequence: self.sequence & 7,
             outcome: self.outcome,
-            detail: self.lists.detail().unwrap_or(Detail::Idle {
-                owner: self.owner.unwrap_or(0),
-                robot_id: self.robot_id,
-            }),
+            detail,
+        }
+    }
+
+    const fn idle(&self) -> Detail {
+        let owner = match self.owner {
+            Some(owner) => owner,
+            None => 0,
+        };
+        Detail::Idle {
+            owner,
+            robot_id: self.robot_id,
         }
     }
 
@@ -87,13 +115,14 @@ impl Farm {
     /// Takes an intact message; returns the robot's action. It returns each order once only.
     pub fn handle(&mut self, message: &Message) -> Action {
         match message {
-            Message::Stop => {
+            Message::Stop(receipt) => {
                 if self.owner.is_some() {
                     self.begin_session(None);
                 } else {
                     // Without a session the sequence counts STOPs, so that each shows in the acknowledgement.
                     self.sequence = (self.sequence + 1) & 0x3F;
                 }
+                self.receipt = *receipt;
                 Action::Stop
             }
             Message::Open(open) => {
@@ -153,6 +182,7 @@ impl Farm {
         self.sequence = 0;
         self.outcome = Outcome::Done;
         self.drive_count = 0;
+        self.receipt = None;
         self.lists.abandon();
     }
 }

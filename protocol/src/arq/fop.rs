@@ -16,7 +16,7 @@ use super::pacer::Pacer;
 use super::quality::Quality;
 use super::status::{CommandStatus, Failure};
 use super::transfer::Transfer;
-use crate::command::{Command, Key, Order};
+use crate::command::{Command, Key, Order, RECEIPT_MAX};
 use crate::telemetry::Ack;
 use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX, Waypoint};
 use turn::{Carrier, Turn};
@@ -57,9 +57,11 @@ struct Outstanding {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Stopping {
     since_us: u64,
-    /// Boot, session and sequence before the STOP, which it has to change.
-    before: Option<(u8, u8, u8)>,
+    /// The number in the STOP, which an acknowledgement has to return.
+    receipt: u16,
     has_left: bool,
+    /// Whether STOP was requested again since the latest one left: the next one needs another receipt.
+    is_renewed: bool,
     /// When to send it again.
     next_us: u64,
     /// When to send it even if a half-duplex robot has not announced that it listens.
@@ -96,8 +98,9 @@ const STOP_BLIND_US: u64 = 700_000;
 /// in four has to wait.
 const KEEPALIVES_PER_SILENCE: u64 = 10;
 
-/// Greatest age of an acknowledgement that counts as the state before a STOP; the robot may have rebooted since.
-const STOP_BEFORE_US: u64 = 5_000_000;
+/// Bits of a receipt that count this station's STOPs; the others are its owner. A count repeats after more than the
+/// longest delay of a line, because a station makes a receipt per [`STOP_PERIOD_US`] at most.
+const RECEIPT_COUNT_BITS: u32 = 5;
 
 /// Period of STOP frames until one is proven.
 const STOP_PERIOD_US: u64 = 300_000;
@@ -138,6 +141,8 @@ pub struct Fop {
     sequence: u8,
     tag: u8,
     drive_count: u8,
+    /// Receipts made.
+    receipts: u16,
     work: Option<Work>,
     outstanding: Option<Outstanding>,
     frames: u32,
@@ -174,6 +179,7 @@ impl Fop {
             sequence: 0,
             tag: 0,
             drive_count: 0,
+            receipts: 0,
             work: None,
             outstanding: None,
             frames: 0,
@@ -238,23 +244,21 @@ impl Fop {
     }
 
     /// Stops the robot, and sends nothing else until a line proves the STOP. Ends task, hand drive and session. A
-    /// further call extends the time to try.
+    /// further call extends the time to try, and has to be proven after the calls before it.
     pub fn stop(&mut self, now_us: u64) {
         self.lose_session(Failure::Stopped);
         // Repeated keys must neither abort nor delay the frame.
         if let Some(stopping) = &mut self.stopping {
             stopping.since_us = now_us;
+            stopping.is_renewed |= stopping.has_left;
             return;
         }
         self.pacer.abort();
-        let is_news = now_us < self.heard_us + STOP_BEFORE_US;
         self.stopping = Some(Stopping {
             since_us: now_us,
-            before: self
-                .latest_ack
-                .filter(|_| is_news)
-                .map(|ack| (ack.boot, ack.session, ack.sequence)),
+            receipt: self.next_receipt(),
             has_left: false,
+            is_renewed: false,
             next_us: now_us,
             blind_us: now_us + STOP_BLIND_US,
         });
@@ -273,6 +277,13 @@ impl Fop {
             until_us,
             next_us: if changed { now_us } else { next_us },
         });
+    }
+
+    /// A receipt that no other station makes, and this one not for seconds.
+    fn next_receipt(&mut self) -> u16 {
+        self.receipts = self.receipts.wrapping_add(1);
+        let count = self.receipts & ((1 << RECEIPT_COUNT_BITS) - 1);
+        (self.config.owner << RECEIPT_COUNT_BITS | count) & RECEIPT_MAX
     }
 
     fn next_tag(&mut self) -> u8 {

@@ -24,11 +24,14 @@ use crate::{crc, sixbit};
 use nom::{
     IResult, Parser,
     bytes::complete::take,
-    combinator::{map, map_opt},
+    combinator::{map, map_opt, opt},
 };
 
 /// The result of a parser in this module. Errors carry nothing: an unreadable frame is dropped.
 type Parsed<'a, T> = IResult<&'a [u8], T, ()>;
+
+/// Largest receipt of a STOP.
+pub const RECEIPT_MAX: u16 = 0x7FFF;
 
 /// Most bytes in a frame, both line feeds included.
 pub const FRAME_BYTES_MAX: usize = 1 + 1 + 2 + 5 * FRAME_WAYPOINTS_MAX + crc::CHARACTERS + 1;
@@ -95,8 +98,8 @@ status_codes! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
     /// Motors off, in every state, from any station. Ends the session, so that no frame sent before it
-    /// executes after it.
-    Stop,
+    /// executes after it. Acknowledgements return its receipt, 15 bits; a STOP by hand has none.
+    Stop(Option<u16>),
     /// Opens a session.
     Open(Open),
     /// A command that executes exactly once.
@@ -114,7 +117,7 @@ impl Message {
     #[must_use]
     pub const fn frame_type(&self) -> FrameType {
         match self {
-            Self::Stop => FrameType::Stop,
+            Self::Stop(_) => FrameType::Stop,
             Self::Open(_) => FrameType::Open,
             Self::Command(_) => FrameType::Command,
             Self::Waypoints(_) => FrameType::Waypoints,
@@ -126,7 +129,7 @@ impl Message {
     /// Whether the frame is checked with [`Key::robot`] instead of [`Key::session`].
     #[must_use]
     pub const fn is_sessionless(&self) -> bool {
-        matches!(self, Self::Stop | Self::Open(_))
+        matches!(self, Self::Stop(_) | Self::Open(_))
     }
 
     /// Reads type and payload of a frame with a valid CRC; `None` if they are unreadable: another version of the wire.
@@ -134,7 +137,7 @@ impl Message {
     pub fn parse(content: &[u8]) -> Option<Self> {
         let (&letter, payload) = content.split_first()?;
         let (left, message) = match FrameType::from_letter(letter)? {
-            FrameType::Stop => Ok((payload, Self::Stop)),
+            FrameType::Stop => map(opt(map_opt(number(3), receipt)), Self::Stop).parse(payload),
             FrameType::Open => map(Open::parse, Self::Open).parse(payload),
             FrameType::Command => map(Command::parse, Self::Command).parse(payload),
             FrameType::Waypoints => map(Slots::parse, Self::Waypoints).parse(payload),
@@ -152,7 +155,11 @@ impl Message {
         frame.push(b'\n');
         frame.push(self.frame_type().letter());
         match self {
-            Self::Stop => {}
+            Self::Stop(receipt) => {
+                if let Some(receipt) = receipt {
+                    frame.push_sixbit(3, u32::from(receipt & RECEIPT_MAX));
+                }
+            }
             Self::Open(open) => open.write(&mut frame),
             Self::Command(command) => command.write(&mut frame),
             Self::Waypoints(slots) => slots.write(&mut frame),
@@ -230,6 +237,13 @@ impl Frame {
             self.push(sixbit::encode((value >> (6 * i)) as u8));
         }
     }
+}
+
+/// The receipt in a STOP; `None` if leading bits are set.
+fn receipt(bits: u32) -> Option<u16> {
+    u16::try_from(bits)
+        .ok()
+        .filter(|&receipt| receipt <= RECEIPT_MAX)
 }
 
 /// A number in 6-bit characters.

@@ -70,5 +70,5 @@ fn frames_of_wrong_length_or_unknown_type_are_refused() {
     ] {
         assert_eq!(Message::parse(content), None, "{}", content.escape_ascii());
     }
-    assert_eq!(Message::parse(b"X"), Some(Message::Stop));
+    assert_eq!(Message::parse(b"X"), Some(Message::Stop(None)));
 }

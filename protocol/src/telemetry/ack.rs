@@ -4,13 +4,15 @@
 //! bit  29-27  26-24    23-21     20-18    17     16-0
 //!      boot   session  sequence  outcome  kind   detail
 //!                                         0      owner (10 bits), robot id (7)
-//!                                         1      first missing block (7), tag (2), window (8)
+//!                                         1      first missing block (7, up to 75), tag (2), window (8)
+//!                                         1      two set bits, receipt of a STOP (15)
 //! ```
 //!
 //! All counters are the low bits of larger ones. It is a snapshot, not an event: a lost line loses no acknowledgement.
 
 use super::FieldError;
 use super::fields::{Fields, Parsed, byte, bytes, digits};
+use crate::command::RECEIPT_MAX;
 use crate::{crc, sixbit};
 use nom::Parser;
 use nom::combinator::{map_opt, verify};
@@ -98,7 +100,15 @@ pub enum Detail {
         /// Bit `n` is block `first_missing + 1 + n`; set when it has arrived.
         window: u8,
     },
+    /// No session is open since a STOP with this receipt, 15 bits.
+    Stopped {
+        /// Number in the latest STOP.
+        receipt: u16,
+    },
 }
+
+/// Values of the bits 16 and 15 beside a set bit 17 that no block has: a receipt follows.
+const RECEIPT: u32 = 0b11;
 
 /// The state of the robot's receiver at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -131,6 +141,15 @@ impl Default for Ack {
 }
 
 impl Ack {
+    /// Whether no session is open.
+    #[must_use]
+    pub const fn is_closed(&self) -> bool {
+        matches!(
+            self.detail,
+            Detail::Idle { owner: 0, .. } | Detail::Stopped { .. }
+        )
+    }
+
     /// Five characters for columns 70 to 74.
     #[must_use]
     pub fn encode(&self) -> [u8; 5] {
@@ -147,6 +166,7 @@ impl Ack {
                 1,
                 u32::from(first_missing & 0x7F) << 10 | u32::from(tag & 3) << 8 | u32::from(window),
             ),
+            Detail::Stopped { receipt } => (1, RECEIPT << 15 | u32::from(receipt & RECEIPT_MAX)),
         };
         let bits = u32::from(self.boot & 7) << 27
             | u32::from(self.session & 7) << 24
@@ -171,6 +191,10 @@ impl Ack {
             Detail::Idle {
                 owner: (bits >> 7 & 0x3FF) as u16,
                 robot_id: (bits & 0x7F) as u8,
+            }
+        } else if bits >> 15 & 3 == RECEIPT {
+            Detail::Stopped {
+                receipt: bits as u16 & RECEIPT_MAX,
             }
         } else {
             Detail::Staging {
@@ -298,6 +322,10 @@ mod tests {
             },
             ..none
         };
+        let stopped = |receipt| Ack {
+            detail: Detail::Stopped { receipt },
+            ..none
+        };
         let idle = |owner, robot_id| Ack {
             detail: Detail::Idle { owner, robot_id },
             ..none
@@ -334,11 +362,13 @@ mod tests {
             (idle(0, 127), 127),
             (staging(0, 0, 0), 1 << 17),
             (staging(1, 0, 0), 1 << 17 | 1 << 10),
-            (staging(127, 0, 0), 1 << 17 | 127 << 10),
+            (staging(75, 0, 0), 1 << 17 | 75 << 10),
             (staging(0, 1, 0), 1 << 17 | 1 << 8),
             (staging(0, 3, 0), 1 << 17 | 3 << 8),
             (staging(0, 0, 1), 1 << 17 | 1),
             (staging(0, 0, 0x80), 1 << 17 | 0x80),
+            (stopped(0), 0b111 << 15),
+            (stopped(0x7FFF), 0x3_FFFF),
         ] {
             assert_eq!(sixbit::decode_from(&ack.encode()), Some(bits), "{ack:?}");
         }

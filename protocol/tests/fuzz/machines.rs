@@ -2,7 +2,7 @@
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Action, CommandStatus, Config, Farm, Fop, FopEvent, Task};
-use groundwave_protocol::command::{Command, Key, Message, Open, Order};
+use groundwave_protocol::command::{Command, Key, Message, Open, Order, RECEIPT_MAX};
 use groundwave_protocol::decoder::Received;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::telemetry::{Ack, AckLine, Detail, Outcome};
@@ -70,7 +70,7 @@ fn message(input: &mut Input, farm: &Farm) -> Message {
     let ack = farm.ack();
     let kind = input.byte();
     if kind < 32 {
-        return Message::Stop;
+        return Message::Stop((kind > 0).then(|| input.word() & RECEIPT_MAX));
     }
     if kind < 96 {
         return Message::Open(Open {

@@ -31,6 +31,8 @@ pub struct Ground {
     pub task: Option<TaskId>,
     /// The session that the station believes its own.
     pub epoch: Option<Epoch>,
+    /// STOPs that the robot had taken at the latest request for one, and at the latest request that has been sent.
+    pub stops_before: [u8; 2],
 }
 
 /// Longer than all steps between two timers in a search.
@@ -50,6 +52,7 @@ impl Ground {
             begun: 0,
             task: None,
             epoch: None,
+            stops_before: [0; 2],
         }
     }
 
@@ -62,6 +65,7 @@ impl Ground {
         self.begun.hash(hasher);
         self.task.hash(hasher);
         self.epoch.hash(hasher);
+        self.stops_before.hash(hasher);
     }
 
     /// Restarts the station; tasks not begun remain.
@@ -119,8 +123,12 @@ impl Ground {
 
     pub fn next_event(&mut self) -> Option<FopEvent> {
         let event = self.fop.poll_event();
-        if let Some(FopEvent::Task(CommandStatus::Failed(_))) = event {
-            self.task = None;
+        match event {
+            Some(FopEvent::Task(CommandStatus::Failed(_))) => self.task = None,
+            Some(FopEvent::Stop(CommandStatus::Sent { .. })) => {
+                self.stops_before[1] = self.stops_before[0];
+            }
+            _ => {}
         }
         event
     }

@@ -23,7 +23,7 @@ pub struct Setting {
     pub reboots: u8,
     /// Most restarts of the first station, each with another owner.
     pub restarts: u8,
-    /// Most STOPs of the first station's operator.
+    /// Most requests for STOP by the stations' operators.
     pub stops: u8,
     /// Most frames and most lines that the network keeps; the oldest are lost.
     pub held: (usize, usize),
@@ -42,8 +42,8 @@ pub struct Frame {
     bytes: Vec<u8>,
     /// The session that its sender believed its own.
     epoch: Option<Epoch>,
-    /// Whether it was sent before the STOP.
-    before_stop: bool,
+    /// STOPs that the robot had taken when it was sent.
+    stops: u8,
 }
 
 /// A line in the network.
@@ -72,7 +72,6 @@ pub struct State {
     reboots: u8,
     restarts: u8,
     stops: u8,
-    stop_said: bool,
     /// Names of the properties that the latest step broke or showed.
     pub happened: Vec<&'static str>,
 }
@@ -86,7 +85,6 @@ impl Hash for State {
         self.frames.hash(hasher);
         self.lines.hash(hasher);
         [self.reboots, self.restarts, self.stops].hash(hasher);
-        self.stop_said.hash(hasher);
         self.happened.hash(hasher);
     }
 }
@@ -103,8 +101,8 @@ pub enum Step {
     Receive(usize, usize),
     /// Time passes until timers of this kind have run out.
     Wait(usize),
-    /// The first station's operator stops the robot.
-    Stop,
+    /// A station's operator stops the robot.
+    Stop(usize),
     Reboot,
     /// The first station restarts.
     Restart,
@@ -116,7 +114,7 @@ pub const WHOLE: &str = "the active list is one that was sent, whole";
 pub const PROOF: &str = "a command reported as done was done in the same life";
 pub const REFUSAL: &str = "a command reported as refused was not done";
 pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
-pub const STOP_PROOF: &str = "a proven STOP was heard";
+pub const STOP_PROOF: &str = "a proven STOP was taken after its request";
 pub const ENDS: &str = "a channel that works again ends every task";
 
 /// Share of states continued over a good channel: one in this number.
@@ -160,7 +158,6 @@ impl Model for Setting {
             reboots: self.reboots,
             restarts: self.restarts,
             stops: self.stops,
-            stop_said: false,
             happened: Vec::new(),
         };
         state.speak();
@@ -173,13 +170,13 @@ impl Model for Setting {
                 steps.push(Step::Begin(n));
             }
             steps.push(Step::Transmit(n));
+            if state.stops > 0 {
+                steps.push(Step::Stop(n));
+            }
             steps.extend((0..state.lines.len()).map(|line| Step::Receive(n, line)));
         }
         steps.extend((0..state.frames.len()).map(Step::Hear));
         steps.extend((0..WAITS_US.len()).map(Step::Wait));
-        if state.stops > 0 {
-            steps.push(Step::Stop);
-        }
         if state.reboots > 0 {
             steps.push(Step::Reboot);
         }
@@ -212,13 +209,11 @@ impl Model for Setting {
                 }
                 next.wait(WAITS_US[kind]);
             }
-            Step::Stop => {
+            Step::Stop(n) => {
                 next.stops -= 1;
-                next.stop_said = true;
-                for frame in &mut next.frames {
-                    Arc::make_mut(frame).before_stop = true;
-                }
-                Arc::make_mut(&mut next.grounds[0]).fop.stop(next.now_us);
+                let ground = Arc::make_mut(&mut next.grounds[n]);
+                ground.stops_before[0] = next.robot.stops;
+                ground.fop.stop(next.now_us);
             }
             Step::Reboot => {
                 next.reboots -= 1;
@@ -243,10 +238,16 @@ impl Model for Setting {
     }
 
     fn properties(&self) -> Vec<Property<Self>> {
-        let mut properties = vec![
-            Property::always(WHOLE, |_, state: &State| state.holds_a_list_that_was_sent()),
-            sometimes!(PROVEN),
-        ];
+        let mut properties = vec![Property::always(WHOLE, |_, state: &State| {
+            state.holds_a_list_that_was_sent()
+        })];
+        if self
+            .stations
+            .iter()
+            .any(|(_, requests)| !requests.is_empty())
+        {
+            properties.push(sometimes!(PROVEN));
+        }
         if self.owners_differ {
             properties.extend([
                 always!(ONCE),
@@ -296,7 +297,7 @@ impl State {
         let frame = Frame {
             bytes,
             epoch: ground.epoch,
-            before_stop: false,
+            stops: self.robot.stops,
         };
         let known = self
             .frames
@@ -319,7 +320,6 @@ impl State {
     }
 
     fn hear(&mut self, frame: &Frame) {
-        let stopped = self.robot.stopped;
         let robot = Arc::make_mut(&mut self.robot);
         let Some(task) = robot.hear(&frame.bytes) else {
             return;
@@ -331,7 +331,7 @@ impl State {
         if frame.epoch != Some(epoch) {
             self.happened.push(EPOCH);
         }
-        if stopped && frame.before_stop {
+        if self.robot.stops > frame.stops {
             self.happened.push(AFTER_STOP);
         }
     }
@@ -375,7 +375,7 @@ impl State {
                 }
                 FopEvent::Stop(CommandStatus::Confirmed { .. }) => {
                     self.happened.push(STOP_PROVEN);
-                    if !self.robot.stopped {
+                    if self.robot.stops == ground.stops_before[1] {
                         self.happened.push(STOP_PROOF);
                     }
                 }

@@ -36,7 +36,8 @@ pub struct Robot {
     mode: Mode,
     /// All actions in order, over all lives.
     pub deeds: Vec<Deed>,
-    pub stopped: bool,
+    /// STOPs taken, over all lives.
+    pub stops: u8,
     /// Hash of the FARM, kept because the FARM is large and seldom changes.
     hash: u64,
 }
@@ -47,7 +48,7 @@ impl Hash for Robot {
         self.mode.hash(hasher);
         self.boots.hash(hasher);
         self.deeds.hash(hasher);
-        self.stopped.hash(hasher);
+        self.stops.hash(hasher);
     }
 }
 
@@ -58,7 +59,7 @@ impl Robot {
             boots: 1,
             mode: Mode::Prowl,
             deeds: Vec::new(),
-            stopped: false,
+            stops: 0,
             hash: 0,
         };
         robot.remember();
@@ -102,7 +103,7 @@ impl Robot {
         let task = match self.farm.handle(message) {
             Action::Stop => {
                 self.mode = Mode::Stop;
-                self.stopped = true;
+                self.stops += 1;
                 None
             }
             Action::Execute(order) => {

@@ -3,7 +3,7 @@
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Action, CommandStatus, Config, Failure, Farm, Fop, FopEvent, Task};
-use groundwave_protocol::command::{Message, Order};
+use groundwave_protocol::command::{Key, Message, Order};
 use groundwave_protocol::decoder::Decoder;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::receiver::Receiver;
@@ -144,6 +144,13 @@ impl Robot {
         }
     }
 
+    /// Hears a frame of another station.
+    pub fn hear(&mut self, message: &Message, key: Key) {
+        for &byte in message.encode(key).as_bytes() {
+            self.handle_byte(byte);
+        }
+    }
+
     /// The next byte on the wire; the acknowledgement is taken when its column is due.
     pub fn next_byte(&mut self) -> u8 {
         if self.sent == self.line.len() {
@@ -151,8 +158,8 @@ impl Robot {
         }
         let long = self.line.len() == 80;
         if self.sent == if long { 69 } else { 3 } {
-            let ack = self.farm.ack();
             let sequence = self.sequence_of_line();
+            let ack = self.farm.ack_in(sequence);
             let whole = if long {
                 let line: [u8; 80] = self.line.clone().try_into().unwrap();
                 Line {

@@ -52,7 +52,7 @@ pub(super) fn run(options: &Send, script: &Script) -> Result<(), Fault> {
     if !options.json && !options.quiet {
         show_line(format_args!(
             "Nothing was sent. The four characters before each frame's last \\n are a checksum that depends on robot, \
-             boot,\nsession and owner, and so does the `open` frame: here robot {ROBOT_ID}, boot {BOOT}, owner {OWNER}. \
+             boot,\nsession and owner, and so do the frames `open` and STOP: here robot {ROBOT_ID}, boot {BOOT}, owner {OWNER}. \
              Least time: the bytes at\n240 bytes/s and the shortest acknowledgement. Measured time: full duplex without \
              bit errors (docs/measurements.md);\na shorter route takes no longer."
         ))?;

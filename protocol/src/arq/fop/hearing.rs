@@ -105,27 +105,23 @@ impl Fop {
         self.robot_id == Some(robot_id)
     }
 
-    /// Recognizes the proof of a STOP: no session is open, and session or sequence changed. Within one life of the robot
-    /// only a STOP does that, even if the radio delays lines. The mode in a line proves nothing: the line may be older
-    /// than an order sent before the STOP.
+    /// Recognizes the proof of a STOP: its receipt. Nothing else proves that the robot took a STOP after this station's
+    /// request: a late line may hold the state after a STOP and before another station's order.
     fn check_stop(&mut self, ack: Ack) {
         let Some(stopping) = &mut self.stopping else {
             return;
         };
-        let now = (ack.boot, ack.session, ack.sequence);
-        let Some(before) = stopping.before.filter(|before| before.0 == ack.boot) else {
-            // The next STOP has to change this state.
-            stopping.before = Some(now);
+        let receipt = stopping.receipt;
+        if ack.detail != (Detail::Stopped { receipt }) || !stopping.has_left {
             return;
-        };
-        let is_closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
-        // After a boot there is no session and no STOP, either.
-        let is_booted = (ack.session, ack.sequence) == (0, 0);
-        if is_closed && !is_booted && now != before && stopping.has_left {
-            self.stopping = None;
-            let confirmed = CommandStatus::Confirmed { digest: None };
-            self.push(FopEvent::Stop(confirmed));
         }
+        if stopping.is_renewed {
+            stopping.has_left = false;
+        } else {
+            self.stopping = None;
+        }
+        let confirmed = CommandStatus::Confirmed { digest: None };
+        self.push(FopEvent::Stop(confirmed));
     }
 
     fn handle_ack(&mut self, now_us: u64, ack: Ack, latched_us: u64) {

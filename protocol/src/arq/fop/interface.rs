@@ -63,6 +63,7 @@ pub enum FopEvent {
     Session(Result<(), Failure>),
     /// The task has a new status.
     Task(CommandStatus),
-    /// STOP has a new status: sent, confirmed or failed.
+    /// STOP has a new status: sent, confirmed or failed. Confirmed are the requests before the latest one sent; later
+    /// ones still wait.
     Stop(CommandStatus),
 }

@@ -99,9 +99,18 @@ impl Fop {
 
     /// The next message, most urgent first.
     fn next_frame(&mut self, now_us: u64, room: u64) -> Option<(Message, Key)> {
-        if let Some(stopping) = self.stopping {
+        if let Some(mut stopping) = self.stopping {
+            if now_us < stopping.next_us {
+                return None;
+            }
+            if stopping.is_renewed {
+                stopping.receipt = self.next_receipt();
+                stopping.is_renewed = false;
+                stopping.has_left = false;
+                self.stopping = Some(stopping);
+            }
             let key = self.robot_id.map_or(Key::EVERY_ROBOT, Key::robot);
-            return (now_us >= stopping.next_us).then_some((Message::Stop, key));
+            return Some((Message::Stop(Some(stopping.receipt)), key));
         }
         let wants_drive = self
             .drive
@@ -226,7 +235,7 @@ impl Fop {
 
     fn note_sent(&mut self, message: &Message, ends_us: u64) {
         match message {
-            Message::Stop => {
+            Message::Stop(_) => {
                 if let Some(stopping) = &mut self.stopping {
                     stopping.next_us = ends_us + STOP_PERIOD_US;
                     stopping.blind_us = ends_us + STOP_BLIND_US;

@@ -42,7 +42,7 @@ impl Fop {
                         transfer.restart(1);
                     }
                     self.push(FopEvent::Session(Ok(())));
-                } else if matches!(ack.detail, Detail::Idle { owner: 0, .. }) {
+                } else if ack.is_closed() {
                     // A STOP has closed it.
                     self.session = Session::None;
                 } else {
@@ -53,8 +53,7 @@ impl Fop {
                 if ack.boot != *boot {
                     self.lose_session(Failure::RobotRestarted);
                 } else if ack.session != *number {
-                    let closed = matches!(ack.detail, Detail::Idle { owner: 0, .. });
-                    self.lose_session(if closed {
+                    self.lose_session(if ack.is_closed() {
                         Failure::Stopped
                     } else {
                         Failure::TakenOver
