@@ -76,7 +76,7 @@ fn keys() -> String {
         "# Keys\n\n\
          Generated from the table in `src/model/keys.rs` by `cargo run --example documents`. `?` shows the keys in the dashboard. The\n\
          configuration changes a key, under the name in the third column; `groundwave config` prints all names:\n\n\
-         ```toml\n[keys]\nscan = [\"v\", \"F9\"]\n[keys.drive]\nleave-drive = \"x\"\n```\n\n\
+         ```toml\n[keys]\nscan = [\"v\", \"F12\"]\n[keys.drive]\nleave-drive = \"x\"\n```\n\n\
          STOP always keeps Space and Ctrl-S. Keys for `stop` in `[keys]` also count in sections that name no other key for it; a character\n\
          does not count while text is entered.\n",
     );

@@ -14,9 +14,9 @@ pub use groundwave_captures::event::{
     NoticeCode, Reception, Remark, Truth,
 };
 
+use crate::capture::runs::figures::{Listed, Overlaid};
 use crate::playback::Control;
 use crate::request::Request;
-use crate::run::{Listed, Overlaid};
 use crate::statistics::Statistics;
 
 /// An event. Its time, since the station started, is passed separately.

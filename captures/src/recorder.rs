@@ -47,11 +47,11 @@ pub struct Recorder {
     /// Error after which nothing is written to the present part.
     write_error: Option<CaptureError>,
     alarms: AlarmDetector,
-    orders: Option<Sender<Order>>,
+    jobs: Option<Sender<Job>>,
     thread: Option<JoinHandle<Result<(), CaptureError>>>,
     shared: Arc<Shared>,
     sync_at: Option<Moment>,
-    /// When a sync was ordered that has not begun.
+    /// When a sync was requested that has not begun.
     stalled_since: Option<Moment>,
     /// A sync has not begun for [`STALL_PERIOD`].
     is_stalled: bool,
@@ -89,7 +89,7 @@ impl Recorder {
         let path = path.into();
         let (part, file) = Part::begin(&path, existing, session)?;
         let shared = Arc::<Shared>::default();
-        let (orders, queue) = channel();
+        let (jobs, queue) = channel();
         let worker = Worker {
             part,
             shared: Arc::clone(&shared),
@@ -112,7 +112,7 @@ impl Recorder {
             file,
             write_error: None,
             alarms: AlarmDetector::default(),
-            orders: Some(orders),
+            jobs: Some(jobs),
             thread: Some(thread),
             shared,
             sync_at: None,
@@ -212,14 +212,14 @@ impl Recorder {
         } else {
             self.stalled_since = None;
             self.is_stalled = false;
-            self.order(Order::Sync);
+            self.hand_over(Job::Sync);
         }
     }
 
-    fn order(&self, order: Order) {
-        if let Some(orders) = &self.orders {
+    fn hand_over(&self, job: Job) {
+        if let Some(jobs) = &self.jobs {
             // A thread that has ended has reported its error.
-            let _ = orders.send(order);
+            let _ = jobs.send(job);
         }
     }
 
@@ -273,7 +273,7 @@ impl Recorder {
 
     /// Leaves the present part unfinished, as a kill does.
     pub fn abandon(mut self) {
-        self.order(Order::Leave);
+        self.hand_over(Job::Leave);
         let _ = self.stop();
     }
 
@@ -287,9 +287,9 @@ impl Recorder {
     fn stop(&mut self) -> Result<(), CaptureError> {
         let write_error = self.write_error.take();
         if write_error.is_some() {
-            self.order(Order::Leave);
+            self.hand_over(Job::Leave);
         }
-        self.orders = None;
+        self.jobs = None;
         let ended = self.thread.take().map_or(Ok(()), |thread| {
             thread.join().unwrap_or_else(|_| {
                 let error = io::Error::other("the recorder stopped unexpectedly");
@@ -317,7 +317,7 @@ impl Recorder {
         match Part::begin(&path, self.existing, &session) {
             Ok((part, file)) => {
                 self.file = file;
-                self.order(Order::Next(part));
+                self.hand_over(Job::Next(part));
                 self.part = number;
                 self.part_since = Some(now);
                 self.first_ns = None;
@@ -334,8 +334,8 @@ impl Drop for Recorder {
     }
 }
 
-/// An order to the thread.
-enum Order {
+/// A job for the thread.
+enum Job {
     /// Sync, and check that the file still has its name.
     Sync,
     /// Finish the present part and continue with this one.
@@ -348,7 +348,7 @@ enum Order {
 #[derive(Default)]
 struct Shared {
     problem: Mutex<Option<String>>,
-    /// A sync was ordered and has not begun.
+    /// A sync was requested and has not begun.
     is_sync_due: AtomicBool,
     /// Bytes of the present part on the disk.
     synced_bytes: AtomicU64,
@@ -441,8 +441,8 @@ struct Worker {
 }
 
 impl Worker {
-    /// Carries out orders until there are no more, then finishes the recording.
-    fn run(mut self, queue: &Receiver<Order>) -> Result<(), CaptureError> {
+    /// Does the jobs until there are no more, then finishes the recording.
+    fn run(mut self, queue: &Receiver<Job>) -> Result<(), CaptureError> {
         let result = self.carry_out_all(queue);
         if let Err(error) = &result {
             self.shared.set_problem(error);
@@ -450,11 +450,11 @@ impl Worker {
         result
     }
 
-    fn carry_out_all(&mut self, queue: &Receiver<Order>) -> Result<(), CaptureError> {
+    fn carry_out_all(&mut self, queue: &Receiver<Job>) -> Result<(), CaptureError> {
         let mut finished = Ok(());
-        for order in queue {
-            match order {
-                Order::Sync => {
+        for job in queue {
+            match job {
+                Job::Sync => {
                     self.shared.is_sync_due.store(false, Ordering::Release);
                     let Part { path, file, bytes } = &self.part;
                     let bytes = bytes.load(Ordering::Acquire);
@@ -465,7 +465,7 @@ impl Worker {
                     })?;
                     self.shared.synced_bytes.store(bytes, Ordering::Release);
                 }
-                Order::Next(part) => {
+                Job::Next(part) => {
                     // A part that cannot be finished stays complete and unfinished.
                     let result = self.finish();
                     if let Err(error) = &result {
@@ -474,7 +474,7 @@ impl Worker {
                     finished = finished.and(result);
                     self.part = part;
                 }
-                Order::Leave => return finished,
+                Job::Leave => return finished,
             }
         }
         finished.and(self.finish())

@@ -42,12 +42,12 @@ pub struct Cli {
     pub config: Option<PathBuf>,
     /// The command; without one, Groundwave suggests what to run on this machine.
     #[command(subcommand)]
-    pub command: Option<Command>,
+    pub verb: Option<Verb>,
 }
 
-/// The commands.
+/// The verbs: the commands of the command line.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub enum Verb {
     /// Simulate a robot in a house and show it in the dashboard.
     Demo(Demo),
     /// Show a robot in the live dashboard.
@@ -117,7 +117,7 @@ Examples:
     Man(Man),
 }
 
-impl Command {
+impl Verb {
     /// Whether the command stops the robot.
     #[must_use]
     pub fn is_stop(&self) -> bool {
@@ -247,7 +247,7 @@ mod tests {
             "--go",
         ]);
         let Ok(Cli {
-            command: Some(Command::Send(send)),
+            verb: Some(Verb::Send(send)),
             ..
         }) = cli
         else {
@@ -262,7 +262,7 @@ mod tests {
     fn with_via_no_link_precedes_the_command() {
         let cli = Cli::try_parse_from(["groundwave", "send", "--via", "4001", "goto", "-48", "0"]);
         let Ok(Cli {
-            command: Some(Command::Send(send)),
+            verb: Some(Verb::Send(send)),
             ..
         }) = cli
         else {
@@ -290,9 +290,9 @@ mod tests {
             (&["param", "--via", "list"], &["param", "list"]),
         ] {
             let cli = Cli::try_parse_from(["groundwave"].iter().chain(words));
-            let send = match cli.map(|cli| cli.command) {
-                Ok(Some(Command::Send(send))) => send,
-                Ok(Some(Command::Param(param))) => param.to_send(),
+            let send = match cli.map(|cli| cli.verb) {
+                Ok(Some(Verb::Send(send))) => send,
+                Ok(Some(Verb::Param(param))) => param.to_send(),
                 other => panic!("{words:?}: {other:?}"),
             };
             let via = Way::Via(usual.clone());

@@ -89,7 +89,7 @@ fn summary(config: &Config) -> String {
 /// The whole default file, with the keys.
 fn commented() -> String {
     let mut text = config::DEFAULT.to_owned();
-    text += "\n# Keys by action: one such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []. Actions that are not named keep\n\
+    text += "\n# Keys by action: one such as \"F12\", several such as [\"F12\", \"Ctrl-B\"], or none: []. Actions that are not named keep\n\
              # their keys. STOP always has Space and Ctrl-S as well. Its keys here also count in sections that name no other\n\
              # key for it; a character does not count while text is entered.\n[keys]\n";
     let mut place = String::from("dashboard");
@@ -120,7 +120,7 @@ mod tests {
             ("[keys]\nstop = \"F12\"", "1 key of your own"),
             ("[keys.drive]\nstop = \"F12\"", "1 key of your own"),
             (
-                "[keys]\nstop = \"F12\"\nscan = \"F9\"",
+                "[keys]\nstop = \"F12\"\nscan = \"F11\"",
                 "2 keys of your own",
             ),
         ] {

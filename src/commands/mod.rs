@@ -40,7 +40,7 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-use cli::{Cli, Command};
+use cli::{Cli, Verb};
 pub use completions::answer as answer_shell;
 pub use fault::{Exit, Fault};
 
@@ -72,14 +72,14 @@ pub fn refuse(error: &clap::Error) -> ExitCode {
 }
 
 fn dispatch(cli: &Cli) -> Result<(), Fault> {
-    let Some(command) = &cli.command else {
+    let Some(verb) = &cli.verb else {
         return welcome::run(cli.config.as_deref());
     };
     let load = || {
         let (config, fault) = config::load_lenient(cli.config.as_deref());
         match fault {
             // A mistake in the configuration must not prevent STOP.
-            Some(fault) if command.is_stop() => say(format_args!(
+            Some(fault) if verb.is_stop() => say(format_args!(
                 "groundwave: {fault}\nTrying to stop anyway, with the rest of the configuration."
             )),
             Some(fault) => return Err(fault),
@@ -88,34 +88,34 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Ok(config)
     };
     // A file named with --config is read and checked by every command; `config` does so itself.
-    let is_named = cli.config.is_some() && !matches!(command, Command::Config(_));
+    let is_named = cli.config.is_some() && !matches!(verb, Verb::Config(_));
     let named = is_named.then(load).transpose()?;
     let config = || named.map_or_else(load, Ok);
-    match command {
-        Command::Demo(demo) => watch::demo(demo, &config()?),
-        Command::Watch(watch) => watch::watch(watch, &config()?),
-        Command::Record(record) => record::run(record, &config()?),
-        Command::Send(send) => send::run(send, &config()?),
-        Command::Param(param) => send::run(&param.to_send(), &config()?),
-        Command::Calibrate(calibrate) => calibrate::run(calibrate, &config()?),
-        Command::Sim(sim) => sim::run(sim),
-        Command::Replay(replay) => replay::run(replay, &config()?),
-        Command::Decode(decode) => decode::run(decode),
-        Command::Info(info) => info::run(info),
-        Command::Recover(recover) => recover::run(recover),
-        Command::Convert(convert) => convert::run(convert),
-        Command::Export(export) => export::run(export),
-        Command::Cut(cut) => cut::run(cut),
-        Command::Verify(verify) => verify::run(verify),
-        Command::Songs(songs) => songs::run(songs),
-        Command::Runs(runs) => runs::run(runs),
-        Command::Label(label) => label::run(label),
-        Command::Compare(compare) => compare::run(compare),
-        Command::Ports(ports) => ports::run(ports),
-        Command::World(world) => world::run(world),
-        Command::Config(what) => config_command::run(what, cli.config.as_deref()),
-        Command::Completions(completions) => completions::run(completions),
-        Command::Man(man) => man::run(man),
+    match verb {
+        Verb::Demo(demo) => watch::demo(demo, &config()?),
+        Verb::Watch(watch) => watch::watch(watch, &config()?),
+        Verb::Record(record) => record::run(record, &config()?),
+        Verb::Send(send) => send::run(send, &config()?),
+        Verb::Param(param) => send::run(&param.to_send(), &config()?),
+        Verb::Calibrate(calibrate) => calibrate::run(calibrate, &config()?),
+        Verb::Sim(sim) => sim::run(sim),
+        Verb::Replay(replay) => replay::run(replay, &config()?),
+        Verb::Decode(decode) => decode::run(decode),
+        Verb::Info(info) => info::run(info),
+        Verb::Recover(recover) => recover::run(recover),
+        Verb::Convert(convert) => convert::run(convert),
+        Verb::Export(export) => export::run(export),
+        Verb::Cut(cut) => cut::run(cut),
+        Verb::Verify(verify) => verify::run(verify),
+        Verb::Songs(songs) => songs::run(songs),
+        Verb::Runs(runs) => runs::run(runs),
+        Verb::Label(label) => label::run(label),
+        Verb::Compare(compare) => compare::run(compare),
+        Verb::Ports(ports) => ports::run(ports),
+        Verb::World(world) => world::run(world),
+        Verb::Config(what) => config_command::run(what, cli.config.as_deref()),
+        Verb::Completions(completions) => completions::run(completions),
+        Verb::Man(man) => man::run(man),
     }
 }
 

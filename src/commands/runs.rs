@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use super::cli::Runs;
 use super::{Exit, Fault, say};
 use crate::capture::CaptureError;
+use crate::capture::runs::figures::{Figures, HEADING};
 use crate::capture::runs::folder::{self, Run, RunError};
 use crate::hint;
-use crate::run::{Figures, HEADING};
 
 pub(super) fn run(options: &Runs) -> Result<(), Fault> {
     let mut fault: Option<Fault> = None;

@@ -171,11 +171,11 @@ mod tests {
     use sr04_sim::Simulation;
 
     use super::*;
-    use crate::commands::cli::{Cli, Command};
+    use crate::commands::cli::{Cli, Verb};
 
     fn options(line: &[&str]) -> Simulated {
-        match Cli::try_parse_from(line).expect("it reads").command {
-            Some(Command::Demo(demo)) => demo.simulated,
+        match Cli::try_parse_from(line).expect("it reads").verb {
+            Some(Verb::Demo(demo)) => demo.simulated,
             _ => panic!("demo"),
         }
     }

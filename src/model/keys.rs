@@ -175,7 +175,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "R", &[plain('R')], Action::ToggleRecording, "record, or stop recording", "record"),
     row(Dashboard, "Tab", &[bare(KeyCode::Tab)], Action::NextPanel, "choose the next panel", "panel"),
     row(Dashboard, "F2", &[bare(KeyCode::F(2))], Action::Show(Panel::Sensors), "panel: sensors; again: larger", ""),
-    row(Dashboard, "F3", &[bare(KeyCode::F(3))], Action::Show(Panel::Body), "panel: the robot from above", ""),
+    row(Dashboard, "F3", &[bare(KeyCode::F(3))], Action::Show(Panel::Above), "panel: the robot from above", ""),
     row(Dashboard, "F4", &[bare(KeyCode::F(4))], Action::Show(Panel::Plots), "panel: plots", ""),
     row(Dashboard, "F5", &[bare(KeyCode::F(5))], Action::Show(Panel::Commands), "panel: commands", ""),
     row(Dashboard, "F6", &[bare(KeyCode::F(6))], Action::Show(Panel::Log), "panel: log", ""),

@@ -4,10 +4,11 @@ use std::collections::VecDeque;
 
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::Counters;
+use groundwave_protocol::telemetry::LineType;
 
 use super::age;
 use super::robot::Reading;
-use super::trace::Kind;
+use super::trace::{self, TRACED};
 use crate::event::{LinkEvent, Moment, Reception};
 use crate::statistics::Statistics;
 
@@ -62,7 +63,7 @@ pub(crate) struct Link {
     newest_line_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
     /// The newest line of each traced kind.
-    traced: [Option<Reading<[u8; LINE_BYTES]>>; Kind::ALL.len()],
+    traced: [Option<Reading<[u8; LINE_BYTES]>>; TRACED.len()],
     /// The kind of bytes received, and since when.
     reception: Option<(Reception, Moment)>,
     counters: Counters,
@@ -112,8 +113,8 @@ impl Link {
     pub(super) fn take_line(&mut self, now: Moment, raw: &[u8; LINE_BYTES]) {
         self.newest_line_at = Some(now);
         self.newest_raw = Some(*raw);
-        if let Some(kind) = Kind::of(raw) {
-            self.traced[kind as usize] = Some(Reading {
+        if let Some(place) = LineType::from_letter(raw[0]).and_then(trace::place) {
+            self.traced[place] = Some(Reading {
                 value: *raw,
                 at: now,
             });
@@ -170,9 +171,9 @@ impl Link {
         self.newest_raw.as_ref()
     }
 
-    /// The newest line of a kind.
-    pub(crate) const fn newest_of(&self, kind: Kind) -> Option<Reading<[u8; LINE_BYTES]>> {
-        self.traced[kind as usize]
+    /// The newest line of a type, if it is traced.
+    pub(crate) fn newest_of(&self, line_type: LineType) -> Option<Reading<[u8; LINE_BYTES]>> {
+        self.traced[trace::place(line_type)?]
     }
 
     /// `now`, or the end of the session.

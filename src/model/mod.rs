@@ -54,7 +54,8 @@ pub(crate) use text_entry::{Caret, Purpose, TextEntry};
 pub use ui::Ui;
 pub(crate) use ui::{Overlay, Question};
 
-/// A dashboard that shows the newest facts only.
+/// Facts and their view in one, for tests, benches and pictures. The program keeps them apart: [`crate::playback`] holds the
+/// facts of each moment, and the view shows one of them.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The facts.

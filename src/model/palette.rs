@@ -115,7 +115,7 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
             searched: format!(
                 "{title} {} {}",
                 row.name.replace('-', " "),
-                topics(row.action)
+                search_words(row.action)
             ),
             key: row.key_names(),
             pick: Pick::Action(row.action),
@@ -150,7 +150,7 @@ fn in_passing(sentence: &str) -> String {
 }
 
 /// Search words for a panel besides its name.
-const fn topics(action: Action) -> &'static str {
+const fn search_words(action: Action) -> &'static str {
     match action {
         Action::Show(Panel::Alarms) => "limits battery silence loss",
         Action::Show(Panel::Plots) => "battery voltage signal",

@@ -8,7 +8,7 @@ pub(crate) enum Panel {
     #[default]
     Sensors,
     /// The robot seen from above.
-    Body,
+    Above,
     Plots,
     Commands,
     Log,
@@ -17,11 +17,11 @@ pub(crate) enum Panel {
 }
 
 impl Panel {
-    /// Its name in the list of panels.
+    /// Its name in the list of panels; names and keys of all must fit a row of 80 columns.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Sensors => "sensors",
-            Self::Body => "above",
+            Self::Above => "above",
             Self::Plots => "plots",
             Self::Commands => "commands",
             Self::Log => "log",
@@ -33,7 +33,7 @@ impl Panel {
     /// Every panel, in the order of the Tab key.
     pub(crate) const ALL: [Self; 7] = [
         Self::Sensors,
-        Self::Body,
+        Self::Above,
         Self::Plots,
         Self::Commands,
         Self::Log,

@@ -344,7 +344,7 @@ mod tests {
             ui.update(now.now, Event::Key(key.into()), &then, Change::default());
         }
         assert_eq!(ui.map.draft.waypoints(), draft);
-        assert_eq!((ui.map.zoom, ui.panel), (1, Panel::Body));
+        assert_eq!((ui.map.zoom, ui.panel), (1, Panel::Above));
         let Overlay::Text(entry) = &ui.overlay else {
             panic!("{:?}", ui.overlay);
         };

@@ -17,10 +17,10 @@ pub(crate) use any::{Happening, any_event, any_happening};
 
 use super::keys::Keymap;
 use super::{Config, Model, Shown};
+use crate::capture::runs::figures::{Apart, Comparison, Figures, Listed, Overlaid};
 use crate::event::{CommandId, CommandStatus, Effect, Event, LinkEvent, Moment};
 use crate::playback::Playback;
 use crate::request::Request;
-use crate::run::{Apart, Comparison, Figures, Listed, Overlaid};
 
 /// A model, the time, and the contents of the next lines.
 pub(crate) struct Scene {

@@ -1,59 +1,39 @@
 //! The line and the columns that each value on the screen comes from (SPEC.md section 5, "Lines").
 
-/// A line whose columns are traced.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// State.
-    A,
-    /// Status.
-    B,
-    /// Counters.
-    C,
-}
+use groundwave_protocol::telemetry::LineType;
 
-impl Kind {
-    pub(crate) const ALL: [Self; 3] = [Self::A, Self::B, Self::C];
+/// Types of lines whose columns are traced.
+pub(crate) const TRACED: [LineType; 3] = [LineType::State, LineType::Status, LineType::Counters];
 
-    /// The letter in column 1.
-    pub(crate) const fn letter(self) -> u8 {
-        match self {
-            Self::A => b'A',
-            Self::B => b'B',
-            Self::C => b'C',
-        }
-    }
-
-    /// The kind of a line by its first byte; `None` for lines without traced values.
-    pub(crate) fn of(raw: &[u8]) -> Option<Self> {
-        let first = raw.first()?;
-        Self::ALL.into_iter().find(|kind| kind.letter() == *first)
-    }
+/// Place of a type among [`TRACED`].
+pub(crate) fn place(line_type: LineType) -> Option<usize> {
+    TRACED.iter().position(|traced| *traced == line_type)
 }
 
 /// One value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Field {
-    pub(crate) kind: Kind,
+    pub(crate) line_type: LineType,
     pub(crate) name: &'static str,
     /// First and last column, counted from 1.
     pub(crate) columns: (usize, usize),
 }
 
 const fn a(name: &'static str, first: usize, last: usize) -> Field {
-    field(Kind::A, name, first, last)
+    field(LineType::State, name, first, last)
 }
 
 const fn b(name: &'static str, first: usize, last: usize) -> Field {
-    field(Kind::B, name, first, last)
+    field(LineType::Status, name, first, last)
 }
 
 const fn c(name: &'static str, first: usize, last: usize) -> Field {
-    field(Kind::C, name, first, last)
+    field(LineType::Counters, name, first, last)
 }
 
-const fn field(kind: Kind, name: &'static str, first: usize, last: usize) -> Field {
+const fn field(line_type: LineType, name: &'static str, first: usize, last: usize) -> Field {
     Field {
-        kind,
+        line_type,
         name,
         columns: (first, last),
     }
@@ -116,16 +96,12 @@ pub(crate) const fn step(at: usize, steps: i8) -> usize {
 
 /// The first field of the next line, or of the one before.
 pub(crate) fn next_line(at: usize, steps: i8) -> usize {
-    let kind = FIELDS.get(at).map_or(Kind::A, |field| field.kind);
-    let place = Kind::ALL
-        .iter()
-        .position(|known| *known == kind)
-        .unwrap_or(0);
-    let count = Kind::ALL.len() as isize;
-    let kind = Kind::ALL[(place as isize + isize::from(steps)).rem_euclid(count) as usize];
+    let field = FIELDS.get(at).and_then(|field| place(field.line_type));
+    let next = field.unwrap_or(0) as isize + isize::from(steps);
+    let line_type = TRACED[next.rem_euclid(TRACED.len() as isize) as usize];
     FIELDS
         .iter()
-        .position(|field| field.kind == kind)
+        .position(|field| field.line_type == line_type)
         .unwrap_or(0)
 }
 
@@ -157,10 +133,10 @@ mod tests {
             .collect()
     }
 
-    fn assert_within(kind: Kind, name: &str, changed: &[usize]) {
+    fn assert_within(line_type: LineType, name: &str, changed: &[usize]) {
         let field = FIELDS
             .iter()
-            .find(|field| field.kind == kind && field.name == name);
+            .find(|field| field.line_type == line_type && field.name == name);
         let (first, last) = field.unwrap_or_else(|| panic!("no {name}")).columns;
         assert!(!changed.is_empty(), "{name}");
         for column in changed {
@@ -199,7 +175,7 @@ mod tests {
             let mut line = state();
             change(&mut line);
             let changed = changed(Body::State(state()), Body::State(line));
-            assert_within(Kind::A, name, &changed);
+            assert_within(LineType::State, name, &changed);
         }
         let of_status: [(&str, Change<StatusLine>); 9] = [
             ("robot's number", |line| line.robot_id = 98),
@@ -216,7 +192,7 @@ mod tests {
             let mut line = status();
             change(&mut line);
             let changed = changed(Body::Status(status()), Body::Status(line));
-            assert_within(Kind::B, name, &changed);
+            assert_within(LineType::Status, name, &changed);
         }
         let zero = || counters(0, [0; 9]);
         let of_counters: [(&str, Change<CountersLine>); 7] = [
@@ -232,18 +208,20 @@ mod tests {
             let mut line = zero();
             change(&mut line);
             let changed = changed(Body::Counters(zero()), Body::Counters(line));
-            assert_within(Kind::C, name, &changed);
+            assert_within(LineType::Counters, name, &changed);
         }
     }
 
     #[test]
     fn fields_do_not_overlap_and_steps_go_round() {
         for pair in FIELDS.windows(2) {
-            assert!(pair[0].kind != pair[1].kind || pair[0].columns.1 < pair[1].columns.0);
+            assert!(
+                pair[0].line_type != pair[1].line_type || pair[0].columns.1 < pair[1].columns.0
+            );
         }
         assert_eq!(step(0, -1), FIELDS.len() - 1);
         assert_eq!(step(FIELDS.len() - 1, 1), 0);
-        assert_eq!(FIELDS[next_line(3, 1)].kind, Kind::B);
-        assert_eq!(FIELDS[next_line(3, -1)].kind, Kind::C);
+        assert_eq!(FIELDS[next_line(3, 1)].line_type, LineType::Status);
+        assert_eq!(FIELDS[next_line(3, -1)].line_type, LineType::Counters);
     }
 }

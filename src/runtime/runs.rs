@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::capture::runs::comparison::{Apart, Comparison};
+use crate::capture::runs::figures::{Listed, Overlaid};
 use crate::capture::runs::folder::{self, Run};
 use crate::hint;
-use crate::run::{Listed, Overlaid};
 
 /// Reads the runs of the captures in a folder; captures that cannot be read are listed as problems.
 pub(super) fn list(folder: String) -> Result<Arc<Listed>, String> {

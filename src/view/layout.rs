@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
 use super::pointer::Mark;
-use super::{Screen, body, ladder, link, sensors, split_bottom, split_right, split_top};
+use super::{Screen, above, ladder, link, sensors, split_bottom, split_right, split_top};
 use crate::model::{Large, Panel};
 
 /// Minimum size for the full layout.
@@ -56,7 +56,7 @@ impl Screen<'_> {
             let (ladder, sensors) = split_top(right, ladder::ROWS);
             self.ladder(buffer, ladder);
             match self.ui.panel {
-                panel @ (Panel::Body | Panel::Plots | Panel::Alarms) if !is_wide => {
+                panel @ (Panel::Above | Panel::Plots | Panel::Alarms) if !is_wide => {
                     self.draw_panel(buffer, sensors, panel);
                 }
                 _ => self.draw_panel(buffer, sensors, Panel::Sensors),
@@ -77,8 +77,8 @@ impl Screen<'_> {
             self.draw_panel(buffer, log, Panel::Log);
         }
         if is_wide {
-            let (body, third) = split_top(third, body::ROWS);
-            self.draw_panel(buffer, body, Panel::Body);
+            let (above, third) = split_top(third, above::ROWS);
+            self.draw_panel(buffer, above, Panel::Above);
             let (plots, alarms) = split_bottom(third, ALARM_ROWS);
             self.draw_panel(buffer, plots, Panel::Plots);
             self.draw_panel(buffer, alarms, Panel::Alarms);
@@ -123,7 +123,7 @@ impl Screen<'_> {
             Panel::Commands => self.commands(buffer, area),
             Panel::Log => self.log(buffer, area),
             Panel::Link => self.link(buffer, area),
-            Panel::Body => self.body(buffer, area),
+            Panel::Above => self.above(buffer, area),
             Panel::Plots => self.plots(buffer, area),
             Panel::Alarms => self.alarms(buffer, area),
         }

@@ -35,8 +35,8 @@
 //! +------------------------------------------------------+
 //! ```
 
+mod above;
 mod alarms;
-mod body;
 mod commands;
 mod footer;
 mod hint;

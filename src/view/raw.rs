@@ -36,8 +36,8 @@ impl Screen<'_> {
     /// The newest line with the traced value, its columns highlighted.
     fn lit(&self, field: &Field) -> Line<'static> {
         let theme = &self.theme;
-        let letter = char::from(field.kind.letter());
-        let Some(raw) = self.facts.link.newest_of(field.kind) else {
+        let letter = char::from(field.line_type.letter());
+        let Some(raw) = self.facts.link.newest_of(field.line_type) else {
             return Line::styled(format!("no line {letter} yet"), theme.dim);
         };
         let text = printable(&raw.value);
@@ -53,14 +53,14 @@ impl Screen<'_> {
     /// The traced value in words.
     pub(super) fn trace_words(&self) -> Option<Line<'static>> {
         let field = self.traced()?;
-        let letter = char::from(field.kind.letter());
+        let letter = char::from(field.line_type.letter());
         let (first, last) = field.columns;
         let columns = if first == last {
             format!("column {first}")
         } else {
             format!("columns {first}-{last}")
         };
-        let says = match self.facts.link.newest_of(field.kind) {
+        let says = match self.facts.link.newest_of(field.line_type) {
             Some(raw) => {
                 let text = printable(&raw.value);
                 let value = text.get(first - 1..last).unwrap_or_default();

@@ -8,8 +8,8 @@ use super::map::Projection;
 use super::raster::{Ink, Raster};
 use super::text::wrap;
 use super::{Screen, columns, put, split_bottom, split_top};
+use crate::capture::runs::figures::{HEADING, Listed, Overlaid, Place};
 use crate::model::runs::Runs;
-use crate::run::{HEADING, Listed, Overlaid, Place};
 
 /// Preferred size of the window, columns and rows.
 const SIZE: (u16, u16) = (110, 44);

@@ -33,7 +33,7 @@ struct Sections {
 #[derive(Deserialize)]
 #[serde(
     untagged,
-    expecting = "expected a key such as \"F9\", several such as [\"F9\", \"Ctrl-B\"], or none: []"
+    expecting = "expected a key such as \"F12\", several such as [\"F12\", \"Ctrl-B\"], or none: []"
 )]
 enum Choice {
     One(String),

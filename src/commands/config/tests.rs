@@ -13,7 +13,7 @@ fn every_section_is_optional_and_read() {
     let text = "[link]\nradio = \"hc-12\"\nlatency_ms = 350\nbaud = 9600\n\
                 [link.shed]\nport = \"usb:0403:6001\"\nshare = \"4001\"\n\
                 [robot.marvin]\nlink = \"shed\"\ntheme = \"high-contrast\"\n\
-                [dashboard]\nbell = false\n[keys]\nscan = \"F9\"\nquit = []\n[keys.drive]\nleave-drive = [\"x\"]\n";
+                [dashboard]\nbell = false\n[keys]\nscan = \"F12\"\nquit = []\n[keys.drive]\nleave-drive = [\"x\"]\n";
     let config = parse(text).expect("it is right");
     assert_eq!(config.link.radio, Some(RadioKind::Hc12));
     assert_eq!(config.link.latency(), Some(Duration::from_millis(350)));
@@ -93,7 +93,7 @@ fn mistakes_have_line_and_column() {
             "2:9: `theme`: unknown variant `pink`, expected one of `auto`, `dark`, `light`, `high-contrast`, `mono`",
         ),
         (
-            "[keys]\nscna = \"F9\"\n",
+            "[keys]\nscna = \"F12\"\n",
             "2:1: no key does `scna`; did you mean `scan`?",
         ),
         (
@@ -106,7 +106,7 @@ fn mistakes_have_line_and_column() {
         ),
         (
             "[keys]\nscan = 9\n",
-            "2:8: `scan`: expected a key such as \"F9\"",
+            "2:8: `scan`: expected a key such as \"F12\"",
         ),
         (
             "[keys.dirve]\nstop = \"x\"\n",

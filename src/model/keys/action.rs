@@ -94,7 +94,7 @@ impl Action {
         matches!(
             (panel, self),
             (Panel::Sensors, Self::Trace)
-                | (Panel::Body, Self::Why)
+                | (Panel::Above, Self::Why)
                 | (Panel::Plots, Self::NextPlotWindow)
                 | (Panel::Commands, Self::CancelCommands | Self::AskCommand)
                 | (Panel::Log, Self::AskJump { .. })

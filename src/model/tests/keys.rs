@@ -302,7 +302,7 @@ fn rebound_stop_takes_no_key_from_a_prompt() {
     let stop = Rebinding {
         context: "dashboard".to_owned(),
         name: "stop".to_owned(),
-        keys: ["F9", "Ctrl-B"].map(str::to_owned).to_vec(),
+        keys: ["F12", "Ctrl-B"].map(str::to_owned).to_vec(),
     };
     Keymap::with(&[stop]).unwrap();
 }

@@ -284,7 +284,7 @@ fn jumps_pause_at_the_landmark() {
 #[test]
 fn notes_name_the_rebound_keys() {
     let chosen = [
-        ("playback-loop", "F9"),
+        ("playback-loop", "F12"),
         ("playback-mark", "F10"),
         ("ask-jump-forward", "F11"),
     ];
@@ -307,7 +307,7 @@ fn notes_name_the_rebound_keys() {
     };
     assert_eq!(
         note(Control::Loop),
-        "the loop begins at 00:00; F9 where it ends"
+        "the loop begins at 00:00; F12 where it ends"
     );
     assert_eq!(
         note(Control::Mark),

@@ -6,6 +6,8 @@ use ratatui::style::{Color, Modifier};
 
 use super::*;
 use crate::event::Moment;
+use crate::model::Panel;
+use crate::model::keys::{Action, Context, Keymap};
 
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
@@ -28,6 +30,29 @@ fn busy(config: Config) -> Scene {
     scene.state.arm = Arm::MotionLeft;
     scene.hear();
     scene
+}
+
+#[test]
+fn every_panel_has_a_key_and_a_place() {
+    let key = |panel| Keymap::default().label(Context::Dashboard, Action::Show(panel));
+    let mut scene = flight(Config::default());
+    let all = screen(&scene, 200, 60);
+    for panel in Panel::ALL {
+        let title = format!("── {} ", key(panel));
+        assert!(all.contains(&title), "{panel:?}\n{all}");
+        let number = key(panel).trim_start_matches('F').parse().unwrap();
+        if scene.model.ui.panel != panel {
+            scene.press(&[KeyCode::F(number)]);
+        }
+        for (width, height) in [(80, 24), (120, 40)] {
+            let chosen = screen(&scene, width, height);
+            assert!(chosen.contains(&title), "{panel:?}\n{chosen}");
+        }
+    }
+    let tabs = screen(&scene, 80, 24);
+    for panel in Panel::ALL {
+        row(&tabs, &format!("{} {}", key(panel), panel.name()));
+    }
 }
 
 #[test]
@@ -131,7 +156,7 @@ fn without_color_an_alarm_has_its_shape() {
 
 #[test]
 fn the_robot_from_above_highlights_triggered_sensors() {
-    for (config, name) in [(Config::default(), "body"), (mono(), "body_ascii")] {
+    for (config, name) in [(Config::default(), "above"), (mono(), "above_ascii")] {
         let mut scene = busy(config);
         scene.press(&[KeyCode::F(3)]);
         let narrow = screen(&scene, 80, 24);

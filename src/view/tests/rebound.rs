@@ -8,10 +8,10 @@ use groundwave_protocol::status_codes::Power;
 use super::every::{SIZES, STATES, State, typed};
 use super::time::{flight_at, playback};
 use super::*;
+use crate::capture::runs::figures::Listed;
 use crate::model::alarms::RULES;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::request::dashboard_listing;
-use crate::run::Listed;
 
 /// First of the characters used as keys: one column each, and unused elsewhere on the screen.
 const SYLLABLES: u32 = 0x1401;
@@ -315,6 +315,6 @@ fn an_action_without_a_key_is_not_offered() {
 fn several_keys_are_apart_from_their_meaning() {
     let help = screen(&typed(but("stop", &["F12"]), "?"), 80, 24);
     row(&help, " F12 Space Ctrl-S STOP ");
-    let help = screen(&typed(but("scan", &["F9", "F10", "F11"]), "?"), 120, 40);
-    row(&help, "F9 F10 F11 look around");
+    let help = screen(&typed(but("scan", &["F10", "F11", "F12"]), "?"), 120, 40);
+    row(&help, "F10 F11 F12 look around");
 }

@@ -58,11 +58,11 @@ fn rows_of_a_context_have_different_descriptions() {
 
 #[test]
 fn rebound_key_is_shown() {
-    let keymap = with(&[("dashboard", "scan", &["F9", "Ctrl-V"])]).expect("it is free");
-    assert_eq!(press(&keymap, KeyCode::F(9)), Some(Action::Scan));
+    let keymap = with(&[("dashboard", "scan", &["F12", "Ctrl-V"])]).expect("it is free");
+    assert_eq!(press(&keymap, KeyCode::F(12)), Some(Action::Scan));
     assert_eq!(press(&keymap, KeyCode::Char('v')), None);
     let row = keymap.rows().find(|row| row.action == Action::Scan);
-    assert_eq!(row.expect("it is still there").label, "F9 Ctrl-V");
+    assert_eq!(row.expect("it is still there").label, "F12 Ctrl-V");
     let bare = with(&[("dashboard", "scan", &[])]).expect("none is a choice too");
     assert_eq!(press(&bare, KeyCode::Char('v')), None);
 }
@@ -89,12 +89,12 @@ fn text_names_keys_of_actions() {
         ("dashboard", "scan", &[] as &[&str]),
         ("dashboard", "toggle-layer-sonar", &["F10", "F11"]),
         ("dashboard", "move-cursor-up", &[]),
-        ("route", "route-undo", &["F9"]),
+        ("route", "route-undo", &["F12"]),
     ];
     let told = with(&chosen).expect("they are free").told(text);
     assert_eq!(
         told,
-        "scan looks, F9, forbid one (1 2 3 F10 5 6 7), Left Right Down move, <1 s"
+        "scan looks, F12, forbid one (1 2 3 F10 5 6 7), Left Right Down move, <1 s"
     );
     for text in ["", "<", "a <b> c", "<scan", ">"] {
         assert_eq!(Keymap::default().told(text), text);
@@ -104,20 +104,20 @@ fn text_names_keys_of_actions() {
 #[test]
 fn a_label_that_is_a_key_speaks_for_that_alone() {
     let chosen = [
-        ("help-screen", "turn-page-more", &["F9"] as &[&str]),
-        ("text", "close", &["F9"]),
+        ("help-screen", "turn-page-more", &["F12"] as &[&str]),
+        ("text", "close", &["F12"]),
     ];
     let keymap = with(&chosen).expect("they are free");
     let labels = |context, action| keymap.labels(context, action);
-    assert_eq!(labels(Context::Help, Action::TurnPage(1)), "F9");
-    assert_eq!(labels(Context::Text, Action::Close), "F9");
+    assert_eq!(labels(Context::Help, Action::TurnPage(1)), "F12");
+    assert_eq!(labels(Context::Text, Action::Close), "F12");
 }
 
 /// Its other key is in the label then, or gone.
 #[test]
 fn help_names_no_replaced_key() {
     let chosen = [
-        ("dashboard", "add-waypoint", &["F9"] as &[&str]),
+        ("dashboard", "add-waypoint", &["Ctrl-B"] as &[&str]),
         ("dashboard", "turn-page-less", &["F10"]),
         ("dashboard", "playback-newest", &["F11"]),
         ("dashboard", "enter-drive", &["F12"]),
@@ -188,7 +188,7 @@ fn stop_has_each_of_its_keys_once() {
 #[test]
 fn a_key_for_stop_that_means_something_elsewhere_is_named_with_the_place() {
     let taken = with(&[
-        ("dashboard", "toggle-bell", &["F9"]),
+        ("dashboard", "toggle-bell", &["F12"]),
         ("dashboard", "stop", &["b"]),
     ]);
     let taken = taken.expect_err("they jump and choose by it");
@@ -228,7 +228,7 @@ fn mistakes_are_named() {
         all => panic!("{all:?}"),
     };
     let taken = error(&[
-        ("dashboard", "quit", &["F9"]),
+        ("dashboard", "quit", &["F12"]),
         ("dashboard", "scan", &["p"]),
     ]);
     assert_eq!(taken.index, 1);
@@ -247,23 +247,23 @@ fn mistakes_are_named() {
         stop.message
     );
     let both = error(&[
-        ("dashboard", "scan", &["F9"]),
-        ("dashboard", "quit", &["F9"]),
+        ("dashboard", "scan", &["F12"]),
+        ("dashboard", "quit", &["F12"]),
     ]);
     assert_eq!(both.index, 1);
     assert!(
         both.message
-            .starts_with("`F9` cannot be the key for `quit`: it is the key for `scan`"),
+            .starts_with("`F12` cannot be the key for `quit`: it is the key for `scan`"),
         "{}",
         both.message
     );
-    let unknown = error(&[("dashboard", "scna", &["F9"])]);
+    let unknown = error(&[("dashboard", "scna", &["F12"])]);
     assert!(
         unknown.message.contains("did you mean `scan`?"),
         "{}",
         unknown.message
     );
-    let elsewhere = error(&[("dashboard", "leave-drive", &["F9"])]);
+    let elsewhere = error(&[("dashboard", "leave-drive", &["F12"])]);
     assert!(
         elsewhere
             .message
@@ -271,20 +271,20 @@ fn mistakes_are_named() {
         "{}",
         elsewhere.message
     );
-    let alike = error(&[("dashboard", "layer-light", &["F9"])]);
+    let alike = error(&[("dashboard", "layer-light", &["F12"])]);
     assert!(
         alike.message.contains("toggle-layer-photo"),
         "{}",
         alike.message
     );
     let several = errors(&[
-        ("dashboard", "scna", &["F9"]),
+        ("dashboard", "scna", &["F12"]),
         ("dashboard", "scan", &["p"]),
         ("dashboard", "why", &["Alt-x"]),
     ]);
     let indices: Vec<usize> = several.iter().map(|mistake| mistake.index).collect();
     assert_eq!(indices, [0, 2, 1], "{several:?}");
-    let context = error(&[("dashbord", "scan", &["F9"])]);
+    let context = error(&[("dashbord", "scan", &["F12"])]);
     assert!(
         context.message.contains("did you mean `dashboard`?"),
         "{}",

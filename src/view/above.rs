@@ -44,11 +44,11 @@ impl Canvas<'_> {
 }
 
 impl Screen<'_> {
-    pub(super) fn body(&self, buffer: &mut Buffer, area: Rect) {
+    pub(super) fn above(&self, buffer: &mut Buffer, area: Rect) {
         let state = self.facts.robot.state;
         let note = self.staleness(state.map(|state| state.age(self.now)), STATE_STALE);
         let note = note.map(|note| Span::styled(note, self.theme.warning));
-        let below = self.panel(buffer, area, &self.titled(Panel::Body, "from above"), note);
+        let below = self.panel(buffer, area, &self.titled(Panel::Above, "from above"), note);
         let Some(state) = state else {
             put(
                 buffer,
