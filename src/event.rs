@@ -14,7 +14,7 @@ pub use groundwave_captures::event::{
     NoticeCode, Reception, Remark, Truth,
 };
 
-use crate::capture::runs::figures::{Listed, Overlaid};
+use crate::figures::{Listed, Overlaid};
 use crate::playback::Control;
 use crate::request::Request;
 use crate::statistics::Statistics;

@@ -9,6 +9,7 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 pub use groundwave_captures as capture;
+pub use groundwave_captures::runs::figures;
 pub use groundwave_captures::{hint, song, statistics};
 
 pub mod calibration;

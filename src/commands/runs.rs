@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use super::cli::Runs;
 use super::{Exit, Fault, say};
 use crate::capture::CaptureError;
-use crate::capture::runs::figures::{Figures, HEADING};
 use crate::capture::runs::folder::{self, Run, RunError};
+use crate::figures::{Figures, HEADING};
 use crate::hint;
 
 pub(super) fn run(options: &Runs) -> Result<(), Fault> {

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Facts, Overlay, TextEntry, Ui};
-use crate::capture::runs::figures::{Listed, Overlaid};
 use crate::event::{Effect, Remark};
+use crate::figures::{Listed, Overlaid};
 
 /// The runs overlay.
 #[derive(Clone, Debug, PartialEq)]

@@ -17,8 +17,8 @@ pub(crate) use any::{Happening, any_event, any_happening};
 
 use super::keys::Keymap;
 use super::{Config, Model, Shown};
-use crate::capture::runs::figures::{Apart, Comparison, Figures, Listed, Overlaid};
 use crate::event::{CommandId, CommandStatus, Effect, Event, LinkEvent, Moment};
+use crate::figures::{Apart, Comparison, Figures, Listed, Overlaid};
 use crate::playback::Playback;
 use crate::request::Request;
 

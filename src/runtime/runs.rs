@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::capture::runs::comparison::{Apart, Comparison};
-use crate::capture::runs::figures::{Listed, Overlaid};
 use crate::capture::runs::folder::{self, Run};
+use crate::figures::{Listed, Overlaid};
 use crate::hint;
 
 /// Reads the runs of the captures in a folder; captures that cannot be read are listed as problems.

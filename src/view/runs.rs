@@ -8,7 +8,7 @@ use super::map::Projection;
 use super::raster::{Ink, Raster};
 use super::text::wrap;
 use super::{Screen, columns, put, split_bottom, split_top};
-use crate::capture::runs::figures::{HEADING, Listed, Overlaid, Place};
+use crate::figures::{HEADING, Listed, Overlaid, Place};
 use crate::model::runs::Runs;
 
 /// Preferred size of the window, columns and rows.

@@ -8,7 +8,7 @@ use groundwave_protocol::status_codes::Power;
 use super::every::{SIZES, STATES, State, typed};
 use super::time::{flight_at, playback};
 use super::*;
-use crate::capture::runs::figures::Listed;
+use crate::figures::Listed;
 use crate::model::alarms::RULES;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::request::dashboard_listing;
