@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""What `groundwave watch` costs and how prompt it is, as a Markdown table; with --beside next to other programs.
+"""Cost and response times of `groundwave watch` as a Markdown table; with --beside, compared with other programs.
 
     cargo build --release
     python3 -m venv /tmp/measuring && /tmp/measuring/bin/pip install -r docs/measuring/requirements.txt
     /tmp/measuring/bin/python docs/measure.py                  about a quarter of an hour
     /tmp/measuring/bin/python docs/measure.py --beside         half an hour; MAVProxy, gpsmon, picocom and btm too
 
-Linux only. A packet comes down a pseudo-terminal three times a second, in clumps of 16 ms as a USB adapter hands them over; the
-terminal has 120x40. For CPU, memory and processes /proc is read, times are those of the monotonic clock. --only NAME
-measures one program, --seconds and --keys say how long. As root the measuring itself has precedence over what it measures;
-without, its own wait for a core is in the times. On a machine that is not idle --first lets the quiet figures be taken as if it
-were, as far as waiting for a core goes.
+Linux only. A pseudo-terminal delivers a line three times per second, in bunches of 16 ms like a USB adapter; the
+terminal has 120x40. CPU, memory and processes are read from /proc; times are those of the monotonic clock. --only
+NAME measures one program; --seconds and --keys set the duration. As root, the script has a higher priority than the
+measured program; otherwise the times include its own wait for a core. On a busy machine, --first gives the measured
+program the priority that it would have on an idle one.
 """
 
 import argparse
@@ -34,7 +34,7 @@ STARTS = 9
 SETTLE_S = 6.0
 SILENCE_S = 62.0
 
-#: What is measured, and what is to be reached.
+#: Measured figures, and the goals.
 ROWS = {
     "cpu": ("CPU, % of a core", "0.6"),
     "bytes": ("bytes/s to the terminal", ""),
@@ -51,7 +51,7 @@ ROWS = {
 
 
 class Trial:
-    """One program, measured: what came out, by the row it belongs to."""
+    """Measures one program; returns the results by row."""
 
     def __init__(self, contestant: Contestant, options: argparse.Namespace, folder: str) -> None:
         self.contestant, self.folder, self.is_first = contestant, folder, options.first

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""What the tools take for a day of capture and for a month: time, CPU and peak memory.
+"""Time, CPU and peak memory of the tools on captures of a day and of a month.
 
     cargo build --release
     python3 -m venv /tmp/measuring && /tmp/measuring/bin/pip install mcap==1.6.0
     /tmp/measuring/bin/python docs/measure_captures.py [--month]
 
-Linux only. The day is made by the simulator: 86,400 s of prowling in the default house, 259,200 lines. The month is the day
-30 times over: the same robot, so that what grows does so because of the length alone. Each figure is of the fastest of three
-runs. Where the Python package `mcap` is installed, its writer writes the messages of the day too, run by run in turn with
-`convert`, so that both have the same machine.
+Linux only. The simulator makes the day: 86,400 s of prowling in the default house, 259,200 lines. The month is the
+day 30 times, so that figures grow with the length alone. Each figure is that of the fastest of three runs. If the
+Python package `mcap` is installed, its writer also writes the messages of the day, in turn with `convert`, so that
+both run under the same conditions.
 """
 
 import os
@@ -40,7 +40,7 @@ def measure(*words):
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
             if pid != 0:
                 break
-            # What the system tells in the end counts this script's own memory too, of which the process was made.
+            # The system's final figure includes the memory of this script, from which the process was forked.
             peak_kb = max(peak_kb, memory_kb(process.pid))
             time.sleep(0.005)
         took_s = time.monotonic() - began
@@ -51,7 +51,7 @@ def measure(*words):
 
 
 def memory_kb(pid):
-    """The most that a process has had so far, if it is the program already."""
+    """Peak memory of a process so far, once it runs the program."""
     with open(f"/proc/{pid}/status") as file:
         lines = dict(line.split(":", 1) for line in file)
     has_begun = lines["Name"].strip() == os.path.basename(PROGRAM)
@@ -81,8 +81,8 @@ def table(folder, raw):
 
 
 def beside_python(folder, raw):
-    """CPU a message of `convert`, which decodes, derives and compresses, and of Python's writer, which is handed the same
-    messages as they are to be written."""
+    """CPU per message of `convert`, which decodes, derives and compresses, and of Python's writer, which gets the
+    same messages already encoded."""
     ours, theirs = os.path.join(folder, "a.mcap"), os.path.join(folder, "python.mcap")
     convert = ["convert", raw, "-o", ours, "-q", "--force"]
     measure(*convert)

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""What a slow terminal does to `groundwave watch`, as a Markdown table.
+"""Effect of a slow terminal on `groundwave watch`, as a Markdown table.
 
     cargo build --release
     python3 -m venv /tmp/measuring && /tmp/measuring/bin/pip install -r docs/measuring/requirements.txt
     /tmp/measuring/bin/python docs/measure_slow.py             about 6 minutes
 
-Linux only. The terminal has 80x24 and no colours (NO_COLOR, TERM=vt100) and takes so many bytes a second; *set* is one whose speed
-the dashboard is told (`stty 2400`). The robot's line is that of measure.py, and STOP is pressed again and again. *Behind* is how
-old, at each moment at which the terminal takes something, the newest line on its screen is: the time since the next one came.
-*Stalled* takes nothing for forty seconds, in which STOP is pressed too: more than a pseudo-terminal holds.
+Linux only. The terminal has 80x24 and no colours (NO_COLOR, TERM=vt100) and accepts a limited number of bytes per
+second; *set* marks a terminal that reports its speed (`stty 2400`). The serial line is that of measure.py, and STOP
+is pressed repeatedly. *Behind* is the age of the screen at each moment at which the terminal reads: the time since
+the first line that it does not show yet. *Stalled* reads nothing for forty seconds, in which STOP is pressed too:
+more than a pseudo-terminal can buffer.
 """
 
 import argparse
@@ -30,7 +31,7 @@ from terminal import Program
 SIZE = (80, 24)
 SETTLE_S = 5.0
 STALL_S = 40.0
-#: What the terminal is, how many bytes a second it takes (0 is all), whether its speed is set.
+#: Name of the terminal, bytes per second that it accepts (0: unlimited), whether its speed is set.
 TERMINALS = (
     ("fast", 0, False),
     ("2,400 bytes/s", 2400, False),

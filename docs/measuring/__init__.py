@@ -1,1 +1,1 @@
-"""What `docs/measure.py` is made of: the machine, the serial line, the terminal, the programs, and times between them."""
+"""Parts of `docs/measure.py`: the machine, the serial line, the terminal, the programs, and the times between them."""

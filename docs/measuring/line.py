@@ -1,4 +1,4 @@
-"""A serial line made of a pseudo-terminal, and what comes down it at three packets a second."""
+"""A serial line on a pseudo-terminal, with three packets per second."""
 
 import contextlib
 import math
@@ -12,28 +12,28 @@ from collections.abc import Iterator
 
 from terminal import wait_readable
 
-#: A USB adapter hands bytes over so often; at 2400 baud four come in that time.
+#: Interval at which a USB adapter delivers bytes; at 2400 baud four arrive in that time.
 CLUMP_S, CLUMP_BYTES = 0.016, 4
 PACKETS_PER_S = 3
 
 
 class SerialLine:
-    """The end that a program opens is `path`; what it sends is noted with the moment at which it came."""
+    """A program opens `path`; the bytes that it sends are noted with their times."""
 
     def __init__(self) -> None:
         self._fd, self._other = pty.openpty()
         tty.setraw(self._other)
         self.path = os.ttyname(self._other)
-        #: Packets whose last byte went down the line, and when.
+        #: Packets sent completely, with the time of their last byte.
         self.sent: list[tuple[float, bytes]] = []
-        #: What the program sent, and when.
+        #: Bytes sent by the program, with their times.
         self.received: list[tuple[float, bytes]] = []
         self.is_silent = threading.Event()
         self._is_over = threading.Event()
         self._threads: list[threading.Thread] = []
 
     def robot(self, program: str) -> None:
-        """A simulated robot of ours at the other end, which hears what the program says."""
+        """A simulated robot at the other end, which receives the program's bytes."""
         sim = subprocess.Popen([program, "sim"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         robot = os.open(sim.stdout.readline().strip(), os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         tty.setraw(robot)
@@ -41,12 +41,12 @@ class SerialLine:
         self._run(self._hear, robot)
 
     def packets(self, packets: Iterator[bytes]) -> None:
-        """Packets that somebody else made; nobody hears what the program says."""
+        """Given packets; the program's bytes are ignored."""
         self._run(self._pace, packets)
         self._run(self._hear, None)
 
     def end(self) -> None:
-        """Returns when the robot has gone: one that is left behind disturbs what is measured next."""
+        """Waits until the robot has ended, because a running one would disturb the next measurement."""
         self._is_over.set()
         for thread in self._threads:
             thread.join()
@@ -65,7 +65,7 @@ class SerialLine:
     def _relay(self, robot: int, sim: subprocess.Popen) -> None:
         line, data, at = b"", b"", 0.0
         while not self._is_over.wait(CLUMP_S):
-            # What was written is noted a clump later: the system hands it over when we sleep.
+            # Written bytes are noted a bunch later, because the system delivers them while this thread sleeps.
             *whole, line = (line + data).split(b"\n")
             self.sent += [(at, packet) for packet in whole]
             data = b""
@@ -102,7 +102,7 @@ class SerialLine:
 
 
 def nmea() -> Iterator[bytes]:
-    """A receiver that stands still, its sentences GGA, RMC and GLL in turn."""
+    """A receiver at rest that sends the sentences GGA, RMC and GLL in turn."""
     begin = time.monotonic()
     count = 0
     while True:

@@ -1,4 +1,4 @@
-"""The machine: what it is, what a process takes of it, and how it is kept busy."""
+"""The machine: its description, the resources of a process, and artificial load."""
 
 import contextlib
 import gc
@@ -12,7 +12,7 @@ ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 
 
 def describe() -> str:
-    """Processor, cores, memory, systems and how much else went on, in one line."""
+    """Processor, cores, memory, system and other load, in one line."""
     with open("/proc/cpuinfo", encoding="utf-8") as lines:
         models = {line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")}
     with open("/proc/meminfo", encoding="ascii") as lines:
@@ -27,14 +27,14 @@ def describe() -> str:
 
 
 def commit() -> str:
-    """The commit that is checked out, with a mark when files differ from it."""
+    """The current commit, marked if files differ from it."""
     words = ["git", "describe", "--always", "--dirty", "--exclude=*"]
     return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
 
 
 def be_prompt() -> bool:
-    """Takes precedence over all that is measured, so that a time is the program's and not our own wait for a core, nor our own
-    pause to collect what is no longer needed."""
+    """Raises the priority of this script above the measured programs, and switches garbage collection off, so that
+    times do not include its own delays."""
     gc.disable()
     sys.setswitchinterval(1e-4)
     try:
@@ -45,7 +45,7 @@ def be_prompt() -> bool:
 
 
 def give_precedence(pid: int, is_given: bool) -> None:
-    """Lets all threads of a process run before those of others, as they would on an idle machine; or takes that back."""
+    """Raises or restores the priority of all threads of a process, as if the machine were idle."""
     policy, priority = (os.SCHED_RR, 1) if is_given else (os.SCHED_OTHER, 0)
     for member in family(pid):
         for task in _tasks(member):
@@ -54,7 +54,7 @@ def give_precedence(pid: int, is_given: bool) -> None:
 
 
 def family(pid: int) -> list[int]:
-    """A process and all that it started."""
+    """A process and its descendants."""
     found = [pid]
     for parent in found:
         for task in _tasks(parent):
@@ -64,7 +64,7 @@ def family(pid: int) -> list[int]:
 
 
 def cpu_s(pid: int) -> float:
-    """Seconds of a core that a process and its children have taken; to the nanosecond where the system counts so."""
+    """CPU seconds of a process and its children; to the nanosecond if the system counts them."""
     return sum(_cpu_s(member) for member in family(pid))
 
 
@@ -78,7 +78,7 @@ def threads(pid: int) -> int:
 
 @contextlib.contextmanager
 def every_core_busy():
-    """A process on each core that does nothing but take it."""
+    """A busy process on each core."""
     spin = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(os.cpu_count() or 1)]
     try:
         yield

@@ -1,4 +1,4 @@
-"""The programs that are measured, each as its own manual says it is used."""
+"""The measured programs, used as in their manuals."""
 
 import os
 import shutil
@@ -14,26 +14,26 @@ GROUNDWAVE = os.path.join(machine.ROOT, "target", "release", "groundwave")
 
 @dataclass(frozen=True)
 class Contestant:
-    """A program and how its times are taken."""
+    """A program, and the parameters of its measurements."""
 
     name: str
-    #: Its words, for the path of the serial line and the name of a new file.
+    #: Its arguments, from the path of the serial line and the name of a new file.
     words: Callable[[str, str], list[str]]
-    #: What comes down the line; `None` for a program that has none.
+    #: Feeder of the serial line; `None` for a program without one.
     feed: Callable[[line.SerialLine], None] | None
-    #: Written when its first screen is there.
+    #: Bytes that mark the first complete screen.
     first_paint: bytes
     #: The text on the screen that shows a packet; `None` for packets that it does not show.
     shown: Callable[[bytes], str | None] | None = None
-    #: Typed once before the times are taken.
+    #: Keys typed once before the measurement.
     setup: bytes = b""
-    #: Typed ahead of the key whose time is taken.
+    #: Keys typed before each measured key.
     ahead: bytes = b""
-    #: The key whose time is taken; none where no key leads to the line.
+    #: The measured key; empty if no key causes bytes on the line.
     key: bytes = b""
-    #: What has to be in the bytes that answer the key; other bytes come by themselves.
+    #: Bytes that the answer to the key must contain; other bytes are unrelated.
     answer: bytes = b""
-    #: How its version is told, and why a column is empty.
+    #: Its version, and the reason for empty columns.
     version: tuple[str, ...] = ("--version",)
     remark: str = ""
 
@@ -42,13 +42,13 @@ class Contestant:
 
 
 def _installed(name: str) -> str:
-    """A program of the environment that runs this, or of the system."""
+    """Path of a program in the Python environment, else in the system."""
     beside = os.path.join(os.path.dirname(sys.executable), name)
     return beside if os.path.exists(beside) else name
 
 
 def our_line(packet: bytes) -> str | None:
-    """The line of the robot that the dashboard shows as it came; acknowledgements have none."""
+    """The text of a robot's line as the dashboard shows it; `None` for acknowledgement lines."""
     return packet[:78].decode("ascii", "replace").rstrip() if packet[:1] in (b"A", b"B", b"C") and len(packet) > 70 else None
 
 

@@ -1,4 +1,4 @@
-"""A program on a terminal of its own: what it writes, when, and what it takes."""
+"""A program on a pseudo-terminal, its output with times, and its resources."""
 
 import contextlib
 import fcntl
@@ -15,13 +15,13 @@ import machine
 
 COLUMNS, ROWS = 120, 40
 TICK_S = 0.02
-#: What terminals are asked, and a plain one says: who waits for that would wait for seconds.
+#: Queries of programs, and the answers of a plain terminal; without an answer, programs would wait for seconds.
 ANSWERS = {b"\x1b[c": b"\x1b[?62;22c", b"\x1b[6n": b"\x1b[1;1R"}
 
 
 class Program:
-    """Started on a terminal of 120x40 or another size. A thread notes everything it writes with the moment at which it came; of a
-    slow terminal it takes so many bytes a second."""
+    """Starts a program on a terminal of 120x40 or another size. A thread notes its output with times; a slow terminal
+    reads a limited number of bytes per second."""
 
     def __init__(
         self,
@@ -33,7 +33,7 @@ class Program:
         bytes_per_s: int = 0,
     ) -> None:
         self._bytes_per_s = bytes_per_s
-        #: While it is set the terminal takes nothing.
+        #: While this is set, the terminal reads nothing.
         self.is_stalled = threading.Event()
         wait, go = os.pipe()
         self.pid, self.fd = pty.fork()
@@ -45,12 +45,12 @@ class Program:
             os.read(wait, 1)
             os.execvp(words[0], words)
         fcntl.ioctl(self.fd, termios.TIOCSWINSZ, struct.pack("HHHH", size[1], size[0], 0, 0))
-        #: Moments (seconds of the monotonic clock) and what came then.
+        #: Times (seconds of the monotonic clock) and the output at them.
         self.written: list[tuple[float, bytes]] = []
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         time.sleep(0.05)
-        #: When it took the place of the process that was forked for it.
+        #: Time at which the program replaced the forked process.
         self.began = time.monotonic()
         os.write(go, b"!")
         os.close(wait)
@@ -69,13 +69,13 @@ class Program:
                         os.write(self.fd, answer)
 
     def type(self, keys: bytes) -> float:
-        """Presses keys; returns when."""
+        """Presses keys; returns the time."""
         at = time.monotonic()
         os.write(self.fd, keys)
         return at
 
     def wait_for(self, text: bytes, patience_s: float = 30.0) -> float:
-        """The moment at which it had written this."""
+        """The time at which the output contained a text."""
         deadline = time.monotonic() + patience_s
         while time.monotonic() < deadline:
             so_far = b""
@@ -91,7 +91,7 @@ class Program:
         return sum(len(data) for at, data in list(self.written) if begin <= at < end)
 
     def stop(self) -> None:
-        """Ends it, in good order if it listens to that."""
+        """Ends the program, by a signal if it reacts to one."""
         for number in (signal.SIGTERM, signal.SIGKILL):
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self.pid, number)

@@ -1,4 +1,4 @@
-"""From a packet to the screen, and from a key to the line: times between moments that were noted."""
+"""Times from a packet to the screen and from a key to the serial line, computed from noted times."""
 
 import bisect
 import random
@@ -9,25 +9,25 @@ from collections.abc import Callable
 from line import SerialLine
 from terminal import COLUMNS, ROWS, Program
 
-#: Between two keys, so that what the first one led to is over.
+#: Pause between two keys, in which the effect of the first one ends.
 KEY_EVERY_S = 1.0
-#: A key whose answer has not come by then has none.
+#: Timeout of the answer to a key.
 ANSWER_S = 0.9
-#: For the keys that are typed ahead to be taken.
+#: Pause for the program to process the keys typed before.
 AHEAD_S = 0.3
-#: Bytes that come within this before a key may be those that are taken for its answer.
+#: Time before a key in which unrelated bytes could be mistaken for its answer.
 QUIET_S = 0.02
 
 
 def percentile(times_s: list[float], share: float) -> float:
-    """The least of the times within which this share of them lies."""
+    """The given quantile of the times."""
     ordered = sorted(times_s)
     return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
 
 
 def to_screen(program: Program, serial: SerialLine, shown: Callable[[bytes], str | None], since: float) -> list[float]:
-    """Seconds from the last byte of each packet to the bytes after which the screen shows it; one that is never shown has
-    none."""
+    """Seconds from the last byte of each packet to the output after which the screen shows it; packets that are never
+    shown are omitted."""
     import pyte  # an emulator that knows what all these programs write
 
     screen = pyte.Screen(COLUMNS, ROWS)
@@ -53,8 +53,8 @@ def to_screen(program: Program, serial: SerialLine, shown: Callable[[bytes], str
 def behind(
     program: Program, serial: SerialLine, shown: Callable[[bytes], str | None], since: float, until: float, size: tuple[int, int]
 ) -> list[float]:
-    """At each moment between two at which the terminal took something: seconds since the first packet that its screen does not
-    show yet, 0 when it shows the newest."""
+    """At each time at which the terminal read, between two times: seconds since the first packet that the screen does
+    not show yet; 0 if it shows the newest."""
     import pyte  # as above
 
     screen = pyte.Screen(*size)
@@ -74,7 +74,8 @@ def behind(
 
 
 def to_line(program: Program, serial: SerialLine, ahead: bytes, key: bytes, answer: bytes, count: int) -> list[float]:
-    """Seconds from each of `count` keys to the first byte that it led to on the line; a key without an answer has none."""
+    """Seconds from each of `count` keys to the first byte of its answer on the line; keys without an answer are
+    omitted."""
     times = []
     pace = random.Random(1)
     for _ in range(count):
@@ -89,6 +90,6 @@ def to_line(program: Program, serial: SerialLine, ahead: bytes, key: bytes, answ
         answers = [at for at, data in serial.received[heard:] if at >= pressed and re.search(answer, data, re.DOTALL)]
         if answers:
             times.append(answers[0] - pressed)
-        # No key keeps step with the packets.
+        # The interval of keys varies against that of the packets.
         time.sleep(KEY_EVERY_S - ANSWER_S + pace.random() / 3)
     return times

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Judges a Groundwave recording with the MCAP and protobuf libraries that others wrote.
+"""Judges a Groundwave recording with independent MCAP and protobuf libraries.
 
     judge_mcap.py RECORDING.mcap [--raw TEE [--killed]] [--jsonl DECODED]
     judge_mcap.py RECORDING.mcap --unfinished --raw TEE
@@ -8,7 +8,7 @@ Every checksum must hold. Reading by the index, reading from the front and the s
 The bytes of /raw/rx must be those of the raw capture (of a killed one, its beginning but for the last
 read: the raw file is written first), every pose must be where the line before it says, and the fields of /telemetry those of
 `groundwave decode --to jsonl`. Of a recording that was killed and not recovered, --unfinished reads what a plain reader
-finds. Says what it found, or fails with the first thing that is wrong.
+finds. Prints a summary, or fails at the first error.
 """
 
 import argparse
@@ -27,7 +27,7 @@ TOPICS = json.loads((pathlib.Path(__file__).parent / "topics.json").read_text())
 
 M_PER_IN = 0.0254
 
-# The most that the station reads at a time.
+# Maximum size of a read of the station.
 READ_BYTES = 4096
 
 
@@ -37,7 +37,7 @@ def check(holds, complaint):
 
 
 def plain(message):
-    """A telemetry message as the JSON lines have it."""
+    """A telemetry message in the form of the JSON lines."""
     record = {}
     for field, value in message.ListFields():
         if field.enum_type is not None:
@@ -53,7 +53,7 @@ def plain(message):
 
 
 def judge_unfinished(path, raw_path):
-    """Reads a recording under way from its front, as far as it goes."""
+    """Reads an unfinished recording from its beginning to its end."""
     schemas, channels, received, count = {}, {}, bytearray(), 0
     with open(path, "rb") as file:
         try:

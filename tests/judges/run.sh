@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Lets the tools that others wrote judge recordings: one that ran to its end, one that was killed and
-# recovered, a converted capture, and a part of one.
+# Judges recordings with independent tools: a finished recording, a killed and recovered one, a converted capture, and
+# a part of one.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 root=$PWD
@@ -35,7 +35,7 @@ trap 'kill "${pids[@]}" 2>/dev/null || true; rm -rf "$work"' EXIT
 pids=()
 cd "$work"
 
-# A live recording, and one that is killed in the middle, of robots that live fifty times as fast.
+# A finished recording and a killed one, of robots that run fifty times as fast as real time.
 for name in live killed; do
   channel=$([ $name = live ] && echo ber=3e-4 || echo ber=1e-3)
   "$groundwave" sim --seed 7 --pty "$name.pty" --time-factor 50 --channel "$channel" > /dev/null &
@@ -65,7 +65,7 @@ for name in live killed converted part; do
   "$root/$environment/bin/python" "$root/tests/judges/judge_mcap.py" "$name.mcap" \
     --raw "$name.txt" $killed --jsonl "$name.jsonl"
   node "$root/$core/judge.mjs" "$name.mcap" "$name.txt"
-  # It names what is wrong and leaves with 0 all the same.
+  # The tool reports errors but exits with 0.
   "$root/$environment/bin/rerun" mcap check --full "$name.mcap" > checked.txt 2>&1 || true
   if grep -q PROBLEM checked.txt || ! grep -q '^ok' checked.txt; then
     cat checked.txt

@@ -1,6 +1,5 @@
-// Judges recordings with @mcap/core, the strictest on indexes: read by the index and from the front, the
-// messages are the same, in number and in content, and as many as the statistics say; and the bytes of
-// /raw/rx follow each other without a gap.
+// Judges recordings with @mcap/core, which is the strictest reader of indexes. Reading by index and from the front
+// must give the same messages, as many as the statistics declare, and the bytes of /raw/rx must have no gap.
 //
 //     node judge.mjs RECORDING.mcap [RAW]
 

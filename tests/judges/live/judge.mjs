@@ -1,12 +1,11 @@
-// Judges the Foxglove server with the client and the protobuf reader that others wrote: those with which
-// Lichtblick reads.
+// Judges the Foxglove server with the client and the protobuf reader that Lichtblick uses.
 //
 //     GROUNDWAVE=target/debug/groundwave node judge.mjs
 //
 // Starts a simulated robot and a station, subscribes to everything, decodes every message with the schema
-// that came with it, sends a list of waypoints and a mode and waits for their proof, and offers rubbish.
-// At the end what came must be what the station kept: the bytes of its --tee, and the lines in it as
-// `groundwave decode` reads them. Says what it found, or fails with the first thing that is wrong.
+// that came with it, sends a route and a mode and waits for their confirmation, and sends invalid calls. At the end,
+// the received messages must equal the station's files: the bytes of its --tee, and the lines in it as `groundwave
+// decode` reads them. Prints a summary, or fails at the first error.
 
 import { execFileSync, spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -23,7 +22,7 @@ const GROUNDWAVE = process.env.GROUNDWAVE ?? "target/debug/groundwave";
 const PATIENCE_MS = 40_000;
 const SERVICE = "/groundwave/send";
 const TOPICS = JSON.parse(readFileSync(new URL("../topics.json", import.meta.url)));
-// What Lichtblick offers, in its order.
+// The subprotocols that Lichtblick offers, in its order.
 const SUBPROTOCOLS = [FoxgloveClient.SUPPORTED_SUBPROTOCOL, "foxglove.sdk.v1"];
 
 function check(holds, complaint) {
@@ -84,7 +83,7 @@ class Client {
       const topic = this.#topics.get(subscriptionId);
       const bytes = new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
       const type = this.#types.get(topic);
-      // As Lichtblick turns a message into what its panels show.
+      // Decodes a message as Lichtblick does for its panels.
       const content = type.toObject(type.decode(bytes), { defaults: true, enums: String });
       this.messages.push({ topic, timestamp, content, type });
     });
@@ -165,7 +164,7 @@ async function main(folder) {
   check(url.startsWith("ws://127.0.0.1:"), url);
   check(await refuses(url, ["mqtt"]), "a client without the protocol was let in");
 
-  // Connected, subscribed, and never reads again.
+  // A client that subscribes and never reads again.
   const sleeper = new Client(url, () => true);
   await until("what the sleeper subscribed to", () => sleeper.on("/telemetry").length);
   sleeper.socket.pause();
@@ -202,7 +201,7 @@ async function main(folder) {
   const hurried = await client.call({ do: "mode wander", timeout_ms: 1 });
   check(hurried.status === "failed" && hurried.code === "timed-out", JSON.stringify(hurried));
 
-  // More calls than may wait at once: those in excess are told so, and a STOP gets through all the same.
+  // More calls than may wait: calls above the limit are refused, and a STOP still gets through.
   const crowd = Array.from({ length: 60 }, () => client.call({ do: "mode prowl", timeout_ms: 5000 }));
   const stops = Array.from({ length: 12 }, () => client.call({ do: "stop" }));
   const stopped = await Promise.all(stops);
@@ -213,14 +212,14 @@ async function main(folder) {
   check(crowded.some(({ code }) => code === "busy"), "nobody was told that too many wait");
   check(crowded.every(({ status }) => status === "failed" || status === "confirmed"), JSON.stringify(crowded));
 
-  // The same proof goes to everybody, and what the robot holds is drawn.
-  await until("the proof among the commands", () =>
+  // All clients get the same confirmation, and the robot's route is drawn.
+  await until("the confirmation among the commands", () =>
     client.on("/uplink").some(({ content }) => content.list_digest === parseInt(list.digest, 16)),
   );
   const drawn = ({ content }) =>
     content.entities.some(({ id, spheres }) => id === "waypoints" && spheres.length >= route.length);
   await until("the waypoints", () => client.on("/markers").some(drawn));
-  // Who comes late is told at once what was drawn before.
+  // A late subscriber gets the latest drawing at once.
   const late = new Client(url, (topic) => topic === "/markers");
   await until("the waypoints for who comes late", () => late.on("/markers").some(drawn));
   for (const topic of ["/tf", "/pose", "/path", "/sonar", "/log", "/raw/tx"]) {
@@ -252,7 +251,7 @@ async function main(folder) {
     .map((line) => JSON.parse(line));
   for (const record of decoded) delete record.at_s;
   const telemetry = client.on("/telemetry").map(plain);
-  // The client came in the middle: its messages are a run of those lines.
+  // The client connected later: its messages are a consecutive part of those lines.
   const same = (ours, theirs) => JSON.stringify(sorted(ours)) === JSON.stringify(sorted(theirs));
   const begin = decoded.findIndex((_, at) => telemetry.slice(0, 5).every((message, i) => decoded[at + i] && same(decoded[at + i], message)));
   check(begin >= 0, `no line says ${JSON.stringify(telemetry[0])}`);
@@ -262,7 +261,7 @@ async function main(folder) {
   sleeper.socket.terminate();
   const counts = Object.keys(TOPICS).map((topic) => `${topic} ${client.on(topic).length}`);
   console.log(`messages: ${counts.join(", ")}`);
-  console.log(`${bytes.length} bytes and ${telemetry.length} lines came as they were kept; a list, a mode and a preset proven, rubbish refused`);
+  console.log(`${bytes.length} bytes and ${telemetry.length} lines came as they were kept; a route, a mode and a preset confirmed, invalid calls refused`);
 }
 
 function sorted(record) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Lets a client that others wrote judge the Foxglove server. GROUNDWAVE names a program built with
+# Judges the Foxglove server with an independent client. GROUNDWAVE names a program built with
 # `--features foxglove`; `cargo xtask live` builds and names one.
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
