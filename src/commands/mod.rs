@@ -1,40 +1,43 @@
-//! The commands of the program, one file each.
+//! The verbs of the program, one file each; `demo` is beside `watch`, `param` beside `send`.
 
-mod appearance;
-mod batch;
+// The verbs.
 mod calibrate;
-pub mod cli;
 mod compare;
 mod completions;
-pub mod config;
 mod config_command;
 mod convert;
 mod cut;
 mod decode;
 mod export;
-mod fault;
-mod headless;
 mod info;
-mod input;
 mod label;
 mod man;
-mod output;
 mod ports;
-mod progress;
 mod record;
-mod recording;
 mod recover;
 mod replay;
 mod runs;
 mod send;
-mod sharing;
 mod sim;
-pub mod simulated;
 mod songs;
 mod verify;
 mod watch;
-mod welcome;
 mod world;
+
+// What verbs share.
+mod appearance;
+mod batch;
+pub mod cli;
+pub mod config;
+mod fault;
+mod headless;
+mod input;
+mod output;
+mod progress;
+mod recording;
+mod sharing;
+pub mod simulated;
+mod welcome;
 
 use std::fmt::Display;
 use std::io::{self, Write};
