@@ -1,6 +1,6 @@
 //! A pool of good lines of all types.
 
-use crate::damage::{Rng, Sample, bytes_of};
+use crate::damage::{Rng, Sample, bytes_of, vectors};
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::sixbit;
@@ -59,21 +59,14 @@ impl Pool {
 
 /// The bodies of the good lines among the golden vectors.
 fn bodies() -> Vec<Body> {
-    [
-        include_str!("../../vectors/lines.jsonl"),
-        include_str!("../../vectors/lines-2.jsonl"),
-    ]
-    .into_iter()
-    .flat_map(str::lines)
-    .filter_map(|vector| serde_json::from_str::<Value>(vector).ok())
-    .filter_map(|vector| {
+    let body = |vector: Value| {
         let line = vector["line"].as_str()?.as_bytes();
         match Decoder::default().lines(line).next() {
             Some(Received::Line(line, _)) => Some(line.body),
             _ => None,
         }
-    })
-    .collect()
+    };
+    vectors().into_iter().filter_map(body).collect()
 }
 
 fn varied(body: &Body, rng: &mut Rng) -> Body {

@@ -1,6 +1,8 @@
 //! A line of every type, and ways to damage it.
 #![allow(dead_code, reason = "an example uses a part of it")]
 
+use std::fs;
+
 use groundwave_protocol::crc;
 use groundwave_protocol::decoder::Received;
 use groundwave_protocol::telemetry::{AckLine, LineType};
@@ -82,18 +84,31 @@ pub fn samples() -> Vec<Sample> {
     types.chain(AckLine::LETTERS).map(sample).collect()
 }
 
+/// The golden vectors of lines, from all their files.
+pub fn vectors() -> Vec<Value> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/vectors");
+    let files = fs::read_dir(folder).unwrap_or_else(|e| panic!("cannot read {folder}: {e}"));
+    let mut paths: Vec<_> = files.flatten().map(|file| file.path()).collect();
+    paths.sort();
+    paths
+        .iter()
+        .filter(|path| {
+            path.file_name()
+                .is_some_and(|name| name.as_encoded_bytes().starts_with(b"lines"))
+        })
+        .flat_map(fs::read_to_string)
+        .flat_map(|text| text.lines().map(serde_json::from_str).collect::<Vec<_>>())
+        .flatten()
+        .collect()
+}
+
 /// The first line with this letter among the golden vectors.
 pub fn sample(letter: u8) -> Sample {
     let letter = char::from(letter);
-    let line = [
-        include_str!("../../vectors/lines.jsonl"),
-        include_str!("../../vectors/lines-2.jsonl"),
-    ]
-    .into_iter()
-    .flat_map(str::lines)
-    .filter_map(|line| serde_json::from_str::<Value>(line).ok())
-    .find(|vector| vector["fields"]["type"] == letter.to_string())
-    .and_then(|vector| Some(vector["line"].as_str()?.to_owned()));
+    let line = vectors()
+        .into_iter()
+        .find(|vector| vector["fields"]["type"] == letter.to_string())
+        .and_then(|vector| Some(vector["line"].as_str()?.to_owned()));
     let mut sample = Sample {
         name: format!("line {letter}"),
         bytes: line.unwrap_or_else(|| panic!("no line {letter}")).into(),
