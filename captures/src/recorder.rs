@@ -196,8 +196,8 @@ impl Recorder {
         }
     }
 
-    /// Syncs after [`SYNC_PERIOD`] and checks that the file still has its name. Call it about once a second, also while
-    /// nothing is received.
+    /// Syncs if the last sync was eight seconds ago, and checks that the file still has its name. Call it about once a
+    /// second, also while nothing is received.
     pub fn handle_timeout(&mut self, now: Moment) {
         if now >= *self.sync_at.get_or_insert(now + SYNC_PERIOD) {
             self.sync(now);
