@@ -60,7 +60,7 @@ impl SeekableReader for Counted {
 }
 
 /// Pieces that a key may lead to before the next look at keys and signals.
-const PIECES_MAX: usize = 100_000;
+const PIECES_MAX: usize = 25_000;
 
 #[test]
 fn no_key_waits_for_a_long_part_without_a_line() {
@@ -82,7 +82,7 @@ fn no_key_waits_for_a_long_part_without_a_line() {
         let timeline = capture::timeline(capture, first);
         let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
         for control in [
-            Control::Seek(Position::At(Moment::from_secs(60))),
+            Control::Seek(Position::At(Moment::from_mins(1))),
             Control::Step { forward: true },
             Control::Newest,
             Control::Step { forward: false },
