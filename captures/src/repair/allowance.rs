@@ -2,14 +2,14 @@
 
 use crate::record::RECORD_BYTES_MAX;
 
-/// Bytes that each byte passed allows to look at: a record is read, checked and, after damage, searched for.
+/// Bytes that may be examined per byte passed: a record is read, checked and, after damage, searched for.
 const EARNED: u64 = 4;
 
-/// Unpacked bytes that count as one byte looked at.
+/// Number of unpacked bytes that count as one byte examined.
 const UNPACKED: u64 = 16;
 
-/// Bytes that may still be looked at. A byte of a file can lie in any number of false records; with an allowance, time is linear
-/// in the file all the same.
+/// Number of bytes that may still be examined. A byte may be part of any number of false records; the allowance keeps
+/// the time linear in the length of the file.
 pub(super) struct Allowance(u64);
 
 impl Allowance {
@@ -17,17 +17,17 @@ impl Allowance {
         Self(2 * RECORD_BYTES_MAX as u64)
     }
 
-    /// Allows more: bytes of the file are left behind.
+    /// Increases the allowance for bytes of the file that have been passed.
     pub(super) const fn pass(&mut self, bytes: usize) {
         self.0 = self.0.saturating_add(EARNED * bytes as u64);
     }
 
-    /// Whether so many bytes may be looked at, which uses them up.
+    /// Uses the allowance for examining `bytes`; returns whether it suffices.
     pub(super) const fn takes(&mut self, bytes: usize) -> bool {
         self.takes_bytes(bytes as u64)
     }
 
-    /// Whether a chunk of so many unpacked bytes may be unpacked.
+    /// Uses the allowance for unpacking a chunk; returns whether it suffices.
     pub(super) const fn takes_unpacked(&mut self, bytes: u64) -> bool {
         self.takes_bytes(bytes / UNPACKED)
     }

@@ -1,4 +1,4 @@
-//! Damage to recordings without chunks, as they are while they are recorded.
+//! Damage to unfinished recordings, which have no chunks.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -39,7 +39,7 @@ fn written(options: ::mcap::WriteOptions) -> Vec<u8> {
     writer.into_inner().into_inner()
 }
 
-/// A file as it is while it is recorded, and where each message begins and ends.
+/// An unfinished file, with the begin and end of each message.
 fn unfinished() -> (Vec<u8>, Vec<(usize, usize)>) {
     let options = ::mcap::WriteOptions::new()
         .use_chunks(false)
@@ -62,7 +62,7 @@ fn unfinished() -> (Vec<u8>, Vec<(usize, usize)>) {
     (bytes, messages)
 }
 
-/// Numbers of the messages read, and the damage met.
+/// Numbers of the messages read, and the damage found.
 fn read(bytes: &[u8]) -> (Vec<u32>, Vec<Damage>) {
     let mut reader = RepairingReader::new(bytes);
     let (mut numbers, mut damages) = (Vec::new(), Vec::new());
@@ -90,7 +90,7 @@ fn a_cut_costs_no_whole_message_before_it() {
 }
 
 proptest! {
-    /// A bit that flips in the length of a message, wherever it leads, costs that message alone.
+    /// A flipped bit in the length of a message costs that message alone.
     #[test]
     fn a_damaged_length_costs_its_message_and_is_named(
         number in 0..MESSAGES as usize - 8,
@@ -105,7 +105,7 @@ proptest! {
         prop_assert!(damages[0].offset == messages[number].0 as u64);
     }
 
-    /// Reading goes on at each position as it went on without a stop.
+    /// Reading resumed at any position gives the same records.
     #[test]
     fn reading_resumes_at_each_position(stop in 0..MESSAGES as usize) {
         let (bytes, _) = unfinished();
@@ -125,7 +125,7 @@ proptest! {
         }
     }
 
-    /// A flipped bit of a finished file costs at most the messages of one chunk, and is named.
+    /// A flipped bit of a finished file costs at most the messages of one chunk, and is reported.
     #[test]
     fn a_flipped_bit_costs_at_most_a_chunk(place in 0.0..1.0_f64, bit in 0..8_u32) {
         const CHUNK_MESSAGES: usize = 20;
@@ -140,7 +140,7 @@ proptest! {
         prop_assert!(numbers.is_sorted_by(|one, next| one < next));
     }
 
-    /// Any damage at all ends in an end.
+    /// Reading ends after any damage.
     #[test]
     fn any_damage_is_read_to_the_end(
         is_chunked in any::<bool>(),

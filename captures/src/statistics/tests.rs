@@ -1,4 +1,4 @@
-//! Streams made by hand, and what they come to by pencil.
+//! Handmade streams, with statistics computed by hand.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Drive, Frame, Key, Message, Open, Order, Slots};
@@ -44,7 +44,7 @@ fn hear(meter: &mut LinkMeter, decoder: &mut Decoder, now: Moment, mut bytes: &[
 fn a_damaged_stream_comes_to_what_a_pencil_says() {
     let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
     let mut stream = Vec::new();
-    // Half a line before the first: not an error, but its line feed ended nothing.
+    // Half a line before the first is no error, but its line feed counts as rejected.
     stream.extend_from_slice(&line(9)[40..]);
     stream.extend_from_slice(&line(10));
     // 1: a wrong letter costs the line, 80 bytes.
@@ -52,12 +52,12 @@ fn a_damaged_stream_comes_to_what_a_pencil_says() {
     wrong[10] ^= 1;
     stream.extend_from_slice(&wrong);
     stream.extend_from_slice(&line(12));
-    // 2: one that ends in the middle, and 20 bytes of noise with a line feed: 30 + 20.
+    // 2: a line cut in the middle, and 20 bytes of noise with a line feed: 30 + 20.
     stream.extend_from_slice(&line(13)[..30]);
     stream.extend_from_slice(&[b'~'; 19]);
     stream.push(b'\n');
     stream.extend_from_slice(&line(14));
-    // 3: two lines without a trace cost no bytes, and three bytes of noise do.
+    // 3: two missing lines cost no bytes; three bytes of noise do.
     stream.extend_from_slice(b"~~~");
     stream.extend_from_slice(&line(17));
     hear(&mut meter, &mut decoder, at_ms(3000), &stream);
@@ -131,7 +131,7 @@ fn frames_that_go_again_are_told_from_new_ones() {
     let mut bytes = 0;
     for (ms, frame, is_again) in story {
         let before = (uplink.frames(), uplink.frames_again());
-        // Byte by byte, as a pacer hands them out.
+        // Byte by byte, as a pacer delivers them.
         for byte in frame.as_bytes() {
             uplink.take(at_ms(ms), &[*byte]);
         }
@@ -139,7 +139,7 @@ fn frames_that_go_again_are_told_from_new_ones() {
         assert_eq!((uplink.frames(), uplink.frames_again()), after, "{frame:?}");
         bytes += frame.as_bytes().len() as u64;
     }
-    // Neither hand drive nor a knock nor half a frame is one.
+    // Hand drive, a knock and half a frame do not count.
     let drive = drive.encode(KEY);
     for others in [
         drive.as_bytes(),
@@ -199,19 +199,19 @@ fn airtime_is_of_the_latest_twenty_seconds() {
     meter.take_sent(Moment::from_secs(18), &[b'\n'; 24]);
     // 2400 bytes in the 11 s since the first began to pass; 24 in 2.1 s.
     assert_eq!(share(&meter, 20), (91, 5));
-    // The window begins at 15: the bytes told of from 16 to 19 were in the air in it.
+    // The window begins at 15; the bytes reported from 16 to 19 were in the air in it.
     assert_eq!(share(&meter, 35), (20, 1));
     assert_eq!(share(&meter, 60), (0, 0));
 }
 
-/// A reader hands over whole lines: the first had been in the air for a third of a second when it came.
+/// A reader delivers whole lines: the first one was in the air for a third of a second before.
 #[test]
 fn a_full_radio_is_in_use_all_the_time_and_no_more() {
     let mut meter = LinkMeter::default();
     let counters = Counters::default();
     let airtime = |meter: &LinkMeter, ms| meter.statistics(at_ms(ms), &counters).airtime_down_pct;
     for line in 1..200_u64 {
-        // Held up now and then, and never faster than the radio.
+        // Sometimes delayed, and never faster than the radio.
         let at = line * 1000 / 3 + [0, 0, 150, 0][line as usize % 4];
         meter.take_received(at_ms(at), 80);
         let share_pct = airtime(&meter, at);

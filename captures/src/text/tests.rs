@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::*;
 use crate::index::{self, Piece, SeekableReader};
 
-/// Hands out a few bytes at a time.
+/// A reader that returns a few bytes at a time.
 struct Trickle<'a>(&'a [u8], usize);
 
 impl Read for Trickle<'_> {
@@ -27,7 +27,7 @@ fn pieces(source: impl Read) -> Vec<(Moment, Vec<u8>, Vec<u8>)> {
     pieces
 }
 
-/// The same from a place on, as it is replayed.
+/// The pieces that a seekable reader returns.
 fn played(tape: &mut dyn SeekableReader) -> Vec<(Moment, Vec<u8>)> {
     let mut pieces = Vec::new();
     while let Some(at) = tape.next_at() {
@@ -48,7 +48,7 @@ fn capture(name: &str) -> Vec<u8> {
     std::fs::read(folder.join(name)).unwrap()
 }
 
-/// A capture as others store it.
+/// A capture in the style of another program.
 fn stored(plain: &[u8], stamp: impl Fn(usize) -> String, end: &[u8]) -> Vec<u8> {
     let mut stored = Vec::new();
     for (n, line) in plain.split_inclusive(|&byte| byte == b'\n').enumerate() {
@@ -61,7 +61,7 @@ fn stored(plain: &[u8], stamp: impl Fn(usize) -> String, end: &[u8]) -> Vec<u8> 
     stored
 }
 
-/// A time of day that goes round, without a date.
+/// A time of day without a date.
 fn day_stamp(n: usize) -> String {
     let s = 86_395 + n / 3;
     format!("{:02}:{:02}:{:02} ", s / 3600 % 24, s / 60 % 60, s % 60)
@@ -115,8 +115,7 @@ fn three_lines_take_a_second() {
     assert!(at.is_sorted());
 }
 
-/// Whoever reads a capture from its front and whoever reads it from anywhere get the same lines at the same times,
-/// and what the radio delivered, however it is stored.
+/// Sequential and seekable readers give the same lines, times and radio bytes for every style.
 #[test]
 fn everybody_gets_what_the_radio_delivered() {
     for name in ["house-clean.txt", "house-noisy.txt"] {
@@ -145,7 +144,7 @@ fn everybody_gets_what_the_radio_delivered() {
     }
 }
 
-/// A radio that spoils the first line makes no other capture of it.
+/// A damaged first line does not change the style.
 #[test]
 fn one_line_that_is_stored_otherwise_decides_nothing() {
     let plain = capture("house-clean.txt");
@@ -181,7 +180,7 @@ fn what_has_no_intact_line_is_left_as_it_is() {
     }
 }
 
-/// Where the clock has no date, days are counted, also by whoever did not read what came before.
+/// Without a date, days are counted, even after a seek past the unread part.
 #[test]
 fn a_clock_without_a_date_is_followed_over_days() {
     let plain = capture("house-clean.txt").repeat(30);

@@ -1,7 +1,7 @@
-//! What the owner of a share alone can reach: the usual socket, and the token of a port.
+//! Access for the owner of a share alone: the default socket, and the token of a port.
 //!
-//! Every user of a machine can connect to its ports. A client of a port therefore shows the token first, from a file
-//! that the owner alone can read.
+//! Every user of a machine can connect to its ports. A client of a port therefore first sends the token from a file
+//! that only the owner can read.
 
 use std::env;
 use std::fmt::{self, Write as _};
@@ -15,10 +15,10 @@ use etcetera::BaseStrategy as _;
 use crate::io::files;
 use crate::share::Address;
 
-/// Environment variable with a token, for other users and other machines.
+/// Environment variable with the token, for other users and other machines.
 const TOKEN_VARIABLE: &str = "GROUNDWAVE_TOKEN";
 
-/// Random bytes of a token.
+/// Number of random bytes of a token.
 const TOKEN_BYTES: usize = 32;
 
 /// The socket of `--share` and `--via` without an address; `None` when the system has no home folder.
@@ -34,7 +34,7 @@ pub fn find_token(stream: &TcpStream) -> Option<String> {
         return Some(token.trim().to_owned());
     }
     let (own, peer) = (stream.local_addr().ok()?, stream.peer_addr().ok()?);
-    // No other machine is given the token of a station on this one.
+    // Another machine must not get the token of a station on this one.
     if own.ip() != peer.ip() && !peer.ip().is_loopback() {
         return None;
     }
@@ -42,7 +42,7 @@ pub fn find_token(stream: &TcpStream) -> Option<String> {
     Some(token.trim().to_owned())
 }
 
-/// Makes the folder of the usual socket if that is what a path names.
+/// Creates the folder of the default socket, if the path is in it.
 #[cfg(unix)]
 pub(super) fn make_folder_of(path: &Path) -> io::Result<()> {
     match folder() {
@@ -51,14 +51,14 @@ pub(super) fn make_folder_of(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The token of a share on a port. Its file goes with it.
+/// The token of a share on a port; dropping it removes its file.
 pub(super) struct Token {
     text: String,
     path: PathBuf,
 }
 
 impl Token {
-    /// A new token in a file named by the port, in place of one that was left behind.
+    /// Creates a token in a file named by the port; replaces a leftover file.
     pub(super) fn create(port: u16) -> io::Result<Self> {
         let path = token_path(port).ok_or(io::ErrorKind::NotFound)?;
         if let Some(folder) = path.parent() {
@@ -78,7 +78,7 @@ impl Token {
 
     fn keep(&self) -> io::Result<()> {
         let new = files::beside(&self.path);
-        // One that a killed process of this number left behind.
+        // A leftover of a killed process with this number.
         let _ = fs::remove_file(&new);
         let mut options = OpenOptions::new();
         options.write(true).create_new(true);
@@ -88,7 +88,7 @@ impl Token {
         fs::rename(&new, &self.path)
     }
 
-    /// Whether a client's first line shows it; takes the same time for every line of its length.
+    /// Whether a client's first line is the token; takes constant time for lines of its length.
     pub(super) fn is(&self, line: &[u8]) -> bool {
         let line = line.trim_ascii_end();
         let pairs = line.iter().zip(self.text.as_bytes());
@@ -96,7 +96,7 @@ impl Token {
         line.len() == self.text.len() && difference == 0
     }
 
-    /// How a client shows it, in words.
+    /// The instruction for clients without the token.
     pub(super) fn how_to_show(&self) -> String {
         format!(
             "this share wants its token as the first line. Programs of its owner find it in {}; elsewhere set \
@@ -110,7 +110,7 @@ impl Drop for Token {
     fn drop(&mut self) {
         let is_own = fs::read(&self.path).is_ok_and(|kept| self.is(&kept));
         if is_own {
-            // A file that cannot be removed opens nothing any more.
+            // A file that cannot be removed is useless without its station.
             let _ = fs::remove_file(&self.path);
         }
     }
