@@ -26,6 +26,9 @@ use crate::record::{
 };
 use crate::unfinished::{CHECKSUM, CHECKSUM_BYTES};
 
+/// Longest damaged part, bytes: longer damage is returned in parts, so that no step takes long. A torn record is shorter.
+const SEARCH_BYTES_MAX: u64 = (HEAD_BYTES + RECORD_BYTES_MAX) as u64;
+
 /// Consecutive intact records after which reading a file without chunks resumes.
 const ROW_RECORDS: usize = 3;
 
@@ -83,6 +86,8 @@ pub struct RepairingReader<R> {
     last_ns: Option<u64>,
     /// CRC-32 of the next message, from the private record before it.
     checksum: Option<u32>,
+    /// The damaged part returned last may continue here.
+    is_searching: bool,
     /// The file ends in the middle of a record.
     is_torn: bool,
     /// Offset in the file of the record or chunk returned last.
@@ -107,6 +112,7 @@ impl<R: Read> RepairingReader<R> {
             body: Vec::new(),
             last_ns: None,
             checksum: None,
+            is_searching: false,
             is_torn: false,
             part_offset: 0,
             has_footer: false,
@@ -174,6 +180,10 @@ impl<R: Read> RepairingReader<R> {
     fn advance(&mut self) -> io::Result<Option<Found>> {
         let mut found = self.next_in_chunk();
         while found.is_none() && self.end.is_none() {
+            if self.is_searching {
+                found = self.search(false)?;
+                continue;
+            }
             match self.outer.next_event() {
                 None => self.end = Some(End::Finished),
                 Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
@@ -328,12 +338,13 @@ impl<R: Read> RepairingReader<R> {
         Ok(Some(self.damage(0, (problem, None))))
     }
 
-    /// Skips to the next part that can be read.
+    /// Skips to the next part that can be read, or a long way towards it.
     fn search(&mut self, is_torn: bool) -> io::Result<Option<Found>> {
         let at = self.window.offset;
         self.pass(1);
         while !self.window.fill(1)?.is_empty() {
-            if self.can_go_on()? {
+            self.is_searching = !self.can_go_on()?;
+            if !self.is_searching || self.window.offset - at > SEARCH_BYTES_MAX {
                 self.restart();
                 return Ok(Some(
                     self.damage(at, ("no record begins here".into(), None)),

@@ -89,6 +89,23 @@ fn a_cut_costs_no_whole_message_before_it() {
     }
 }
 
+#[test]
+fn long_damage_is_returned_in_parts() {
+    const GARBAGE: usize = 20 << 20;
+    let (bytes, messages) = unfinished();
+    let (begin, end) = bytes.split_at(messages[100].0);
+    let (numbers, damages) = read(&[begin, &[0; GARBAGE], end].concat());
+    assert_eq!(numbers, (0..MESSAGES as u32).collect::<Vec<_>>());
+    assert_eq!(damages.len(), 3, "{damages:?}");
+    let mut at = begin.len() as u64;
+    for damage in damages {
+        assert_eq!(damage.offset, at);
+        assert!(damage.bytes <= SEARCH_BYTES_MAX + 1);
+        at += damage.bytes;
+    }
+    assert_eq!(at, (begin.len() + GARBAGE) as u64);
+}
+
 proptest! {
     /// A flipped bit in the length of a message costs that message alone.
     #[test]
