@@ -63,6 +63,8 @@ pub struct Position {
 enum End {
     Finished,
     Unfinished,
+    /// In the middle of a record.
+    Torn,
 }
 
 /// A part without its body.
@@ -88,8 +90,6 @@ pub struct RepairingReader<R> {
     checksum: Option<u32>,
     /// The damaged part returned last may continue here.
     is_searching: bool,
-    /// The file ends in the middle of a record.
-    is_torn: bool,
     /// Offset in the file of the record or chunk returned last.
     part_offset: u64,
     has_footer: bool,
@@ -113,7 +113,6 @@ impl<R: Read> RepairingReader<R> {
             last_ns: None,
             checksum: None,
             is_searching: false,
-            is_torn: false,
             part_offset: 0,
             has_footer: false,
             is_damaged: false,
@@ -160,7 +159,7 @@ impl<R: Read> RepairingReader<R> {
     /// Whether the file ends in the middle of a record; known when there is no next part.
     #[must_use]
     pub const fn is_torn(&self) -> bool {
-        self.is_torn
+        matches!(self.end, Some(End::Torn))
     }
 
     /// The next record or damaged part; `None` at the end. A record that the end of the file cuts off is skipped.
@@ -352,8 +351,7 @@ impl<R: Read> RepairingReader<R> {
             }
             self.pass(1);
         }
-        self.end = Some(End::Unfinished);
-        self.is_torn = is_torn;
+        self.end = Some(if is_torn { End::Torn } else { End::Unfinished });
         let problem = "nothing makes sense from here to the end".into();
         Ok((!is_torn).then(|| self.damage(at, (problem, None))))
     }

@@ -94,7 +94,7 @@ fn long_damage_is_returned_in_parts() {
     const GARBAGE: usize = 20 << 20;
     let (bytes, messages) = unfinished();
     let (begin, end) = bytes.split_at(messages[100].0);
-    let (numbers, damages) = read(&[begin, &[0; GARBAGE], end].concat());
+    let (numbers, damages) = read(&[begin, &vec![0; GARBAGE], end].concat());
     assert_eq!(numbers, (0..MESSAGES as u32).collect::<Vec<_>>());
     assert_eq!(damages.len(), 3, "{damages:?}");
     let mut at = begin.len() as u64;
