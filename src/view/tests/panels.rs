@@ -37,6 +37,11 @@ fn every_panel_has_a_key_and_a_place() {
     let key = |panel| Keymap::default().label(Context::Dashboard, Action::Show(panel));
     let mut scene = flight(Config::default());
     let all = screen(&scene, 200, 60);
+    for row in Keymap::default().rows() {
+        if let Action::Show(panel) = row.action {
+            assert!(Panel::ALL.contains(&panel), "{panel:?}");
+        }
+    }
     for panel in Panel::ALL {
         let title = format!("── {} ", key(panel));
         assert!(all.contains(&title), "{panel:?}\n{all}");
