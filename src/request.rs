@@ -329,6 +329,7 @@ mod tests {
         for request in testing::samples() {
             let words = request.to_string();
             let split: Vec<&str> = words.split(' ').collect();
+            assert!(Request::is_command(split[0]), "{words}");
             let is_file = matches!(&request, Request::Route(waypoints) if waypoints.len() > 1);
             let parsed = Request::from_words(&split).ok();
             assert_eq!(parsed, (!is_file).then_some(request), "{words}");

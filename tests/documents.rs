@@ -2,8 +2,19 @@
 
 use std::fs;
 
+use groundwave::capture::topics::Topic;
+
 #[path = "../examples/documents.rs"]
 mod made;
+
+#[test]
+fn every_topic_is_documented() {
+    let text = include_str!("../docs/opening-captures.md");
+    for topic in Topic::ALL {
+        let name = format!("`{}`", topic.name());
+        assert!(text.contains(&name), "{name}");
+    }
+}
 
 #[test]
 fn generated_documents_are_current() {

@@ -175,6 +175,26 @@ fn both_verdicts_of_every_kind_are_in_the_files() {
     }
 }
 
+fn known_orders() -> impl Iterator<Item = &'static OrderType> {
+    let all = OrderType::ALL.iter();
+    all.filter(|order_type| **order_type != OrderType::Unknown)
+}
+
+#[test]
+fn every_type_of_frame_and_order_has_a_vector() {
+    let frames = read_all("frames");
+    let has = |field: &str, letter: u8| {
+        let letter = char::from(letter).to_string();
+        frames.iter().any(|v| v["message"][field] == letter)
+    };
+    for frame_type in FrameType::ALL {
+        assert!(has("type", frame_type.letter()), "{frame_type:?}");
+    }
+    for order_type in known_orders() {
+        assert!(has("order", order_type.letter()), "{order_type:?}");
+    }
+}
+
 #[test]
 fn specification_lists_the_letters_in_use() {
     let list = |letters: Vec<u8>| {
@@ -184,9 +204,7 @@ fn specification_lists_the_letters_in_use() {
     };
     let lines = LineType::ALL.iter().map(|line_type| line_type.letter());
     let frames = FrameType::ALL.iter().map(|frame_type| frame_type.letter());
-    let orders = OrderType::ALL
-        .iter()
-        .filter(|order| **order != OrderType::Unknown);
+    let orders = known_orders();
     let listed = format!(
         "Line types in use: {}. Frame types: {}. Orders: {}.",
         list(lines.chain(AckLine::LETTERS).collect()),
