@@ -127,12 +127,14 @@ impl Verb {
 
 /// The commands to the robot, and examples.
 fn send_help() -> String {
-    let commands: String = listing()
-        .map(|(form, does)| format!("  {form:<19}{does}\n"))
+    let commands: Vec<String> = listing()
+        .map(|(form, does)| format!("  {form:<19}{does}"))
         .collect();
+    let commands = commands.join("\n");
     format!(
         "COMMAND is one of:
 {commands}
+
 Layers also have their long names: infrared (ir), dead-reckoning (dr). X and Y are whole inches from
 the robot's origin. A failsafe silence is 10 to 4095 s. goto and route do not change the mode. With --go, `mode prowl` follows, and the robot drives.
 
