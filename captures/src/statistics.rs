@@ -43,7 +43,6 @@ pub struct Statistics {
     /// Repeated frames among them.
     pub frames_again: u64,
     /// Time to confirmation; `None` before the first.
-    #[serde(rename = "proof")]
     pub confirmation: Option<Confirmation>,
     /// Downlink airtime over the latest 20 s, per cent.
     pub airtime_down_pct: f64,

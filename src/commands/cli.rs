@@ -14,7 +14,7 @@ pub use captures::{
 };
 pub use live::{RadioArgs, Record, RecordingArgs, Sharing, Watch};
 pub use runs::{Compare, Label, Runs};
-pub use send::{Calibrate, Param, Send, Way};
+pub use send::{Calibrate, Connection, Param, Send};
 pub use setup::{Completions, ConfigArgs, ConfigVerb, Man, Ports};
 pub use simulation::{Demo, Sim, Simulated, World};
 
@@ -255,8 +255,8 @@ mod tests {
         else {
             panic!("{cli:?}");
         };
-        let link = Way::Link(LinkSpec::Serial("/dev/ttyUSB0".into()));
-        assert_eq!(send.way(), Ok((link, vec!["goto", "-48", "-120"])));
+        let link = Connection::Link(LinkSpec::Serial("/dev/ttyUSB0".into()));
+        assert_eq!(send.connection(), Ok((link, vec!["goto", "-48", "-120"])));
         assert!(send.go);
     }
 
@@ -270,8 +270,8 @@ mod tests {
         else {
             panic!("{cli:?}");
         };
-        let via = Way::Via(Address::Tcp("127.0.0.1:4001".to_owned()));
-        assert_eq!(send.way(), Ok((via, vec!["goto", "-48", "0"])));
+        let via = Connection::Via(Address::Tcp("127.0.0.1:4001".to_owned()));
+        assert_eq!(send.connection(), Ok((via, vec!["goto", "-48", "0"])));
     }
 
     #[test]
@@ -297,8 +297,8 @@ mod tests {
                 Ok(Some(Verb::Param(param))) => param.to_send(),
                 other => panic!("{words:?}: {other:?}"),
             };
-            let via = Way::Via(usual.clone());
-            assert_eq!(send.way(), Ok((via, wanted.to_vec())), "{words:?}");
+            let via = Connection::Via(usual.clone());
+            assert_eq!(send.connection(), Ok((via, wanted.to_vec())), "{words:?}");
         }
     }
 

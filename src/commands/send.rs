@@ -7,7 +7,7 @@ mod report;
 mod script;
 pub(super) mod shared_link;
 
-use super::cli::{Send, Way};
+use super::cli::{Connection, Send};
 use super::config::Config;
 use super::{Exit, Fault, block_on};
 use crate::io::link::LinkSpec;
@@ -20,16 +20,16 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
         let words = options.words_to_plan().map_err(usage)?;
         return dry_run::run(options, &Script::read(options, &words)?);
     }
-    let (way, words) = options.way().map_err(usage)?;
+    let (way, words) = options.connection().map_err(usage)?;
     let (way, config) = &way.at(config)?;
     let radio = options.radio.radio(config);
     let script = Script::read(options, &words)?;
     match way {
-        Way::Via(address) if !radio.can_send() => Err(receive_only(address)),
-        Way::Via(address) => shared_link::deliver(options, address, &script),
-        Way::Link(link @ (LinkSpec::Stdin | LinkSpec::Unix(_))) => Err(receive_only(link)),
-        Way::Link(link) if !radio.can_send() => Err(receive_only(link)),
-        Way::Link(link) => {
+        Connection::Via(address) if !radio.can_send() => Err(receive_only(address)),
+        Connection::Via(address) => shared_link::deliver(options, address, &script),
+        Connection::Link(link @ (LinkSpec::Stdin | LinkSpec::Unix(_))) => Err(receive_only(link)),
+        Connection::Link(link) if !radio.can_send() => Err(receive_only(link)),
+        Connection::Link(link) => {
             let baud = options.radio.baud(config);
             block_on(own_link::deliver(options, link, baud, radio, &script))
         }

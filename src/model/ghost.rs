@@ -41,11 +41,11 @@ pub(crate) fn ghost(last: &Reading<StateLine>, now: Moment) -> Option<Ghost> {
     let turned = (left - right) / TRACK_IN * s;
     let from = Pose::of(state);
     // The chord of the driven arc.
-    let way_in = speed_in_s * s;
+    let distance_in = speed_in_s * s;
     let chord_in = if turned.abs() < 1e-6 {
-        way_in
+        distance_in
     } else {
-        way_in * (turned / 2.0).sin() / (turned / 2.0)
+        distance_in * (turned / 2.0).sin() / (turned / 2.0)
     };
     let (x_in, y_in) = from.ahead((turned / 2.0).to_degrees(), chord_in);
     Some(Ghost {
@@ -54,7 +54,7 @@ pub(crate) fn ghost(last: &Reading<StateLine>, now: Moment) -> Option<Ghost> {
             y_in,
             theta_deg: (from.theta_deg + turned.to_degrees()).rem_euclid(360.0),
         },
-        radius_in: ROBOT_RADIUS_IN + DRIFT_IN_S * s + STRAYING * way_in.abs(),
+        radius_in: ROBOT_RADIUS_IN + DRIFT_IN_S * s + STRAYING * distance_in.abs(),
     })
 }
 

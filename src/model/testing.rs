@@ -347,7 +347,7 @@ pub(crate) fn overlaid() -> Arc<Overlaid> {
                 worst_at_in: (60.0, 60.0),
             }),
         },
-        ways: [round(50, 3), round(60, 12)],
+        paths: [round(50, 3), round(60, 12)],
         problems: Vec::new(),
     })
 }

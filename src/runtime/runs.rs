@@ -37,7 +37,7 @@ pub(super) fn overlay(captures: &[String; 2]) -> Result<Arc<Overlaid>, String> {
     let problems = [a.problem, b.problem].into_iter().flatten();
     Ok(Arc::new(Overlaid {
         problems: problems.map(|problem| problem.to_string()).collect(),
-        ways: [&a.course, &b.course].map(|course| course.points().to_vec()),
+        paths: [&a.course, &b.course].map(|course| course.points().to_vec()),
         comparison: Comparison {
             runs: [a.figures, b.figures],
             apart,

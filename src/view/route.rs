@@ -123,7 +123,7 @@ impl Screen<'_> {
 }
 
 /// Minutes and seconds: `0:45` or `12:05`.
-fn time(way_in: f64, waypoints: usize) -> String {
-    let seconds = (way_in / SPEED_IN_S + TURN_S * waypoints as f64).round() as u64;
+fn time(distance_in: f64, waypoints: usize) -> String {
+    let seconds = (distance_in / SPEED_IN_S + TURN_S * waypoints as f64).round() as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }

@@ -99,7 +99,7 @@ impl Screen<'_> {
         self.rows(buffer, words, &lines);
         let (legend, picture) = split_top(rest, 1);
         put(buffer, legend, 0, &self.legend_of_runs());
-        self.ways(buffer, picture, &overlaid.ways);
+        self.paths(buffer, picture, &overlaid.paths);
     }
 
     fn legend_of_runs(&self) -> Line<'static> {
@@ -115,8 +115,8 @@ impl Screen<'_> {
         Line::from(spans.collect::<Vec<_>>())
     }
 
-    fn ways(&self, buffer: &mut Buffer, area: Rect, ways: &[Vec<Place>; 2]) {
-        let mut places = ways.iter().flatten().copied();
+    fn paths(&self, buffer: &mut Buffer, area: Rect, paths: &[Vec<Place>; 2]) {
+        let mut places = paths.iter().flatten().copied();
         let Some(first) = places.next() else {
             return;
         };
@@ -125,9 +125,9 @@ impl Screen<'_> {
         });
         let projection = Projection::over(low, high, area);
         let mut raster = Raster::new(area);
-        for (way, (ink, every)) in ways.iter().zip(INKS) {
+        for (path, (ink, every)) in paths.iter().zip(INKS) {
             let mut last = None;
-            for (n, &place) in way.iter().enumerate() {
+            for (n, &place) in path.iter().enumerate() {
                 let here = projection.dot(place);
                 let from = last.replace(here).unwrap_or(here);
                 if every == 1 {

@@ -1,7 +1,7 @@
 //! Comparison of two runs.
 
 use super::Course;
-use super::course::{Place, way};
+use super::course::{Place, distance_in};
 pub use crate::runs::figures::{Apart, Comparison, Figures};
 
 /// Maximum places compared; time grows with the square.
@@ -60,7 +60,7 @@ fn places(course: &Course) -> Vec<Place> {
 
 /// Distance from a place to a line through others, inches.
 fn nearest_in(place: Place, line: &[Place]) -> f64 {
-    let alone = way(place, line[0]);
+    let alone = distance_in(place, line[0]);
     line.windows(2)
         .map(|piece| from_piece_in(place, piece[0], piece[1]))
         .fold(alone, f64::min)
@@ -74,7 +74,7 @@ fn from_piece_in(place: Place, from: Place, to: Place) -> f64 {
     } else {
         0.0
     };
-    way(place, (from.0 + part * dx, from.1 + part * dy))
+    distance_in(place, (from.0 + part * dx, from.1 + part * dy))
 }
 
 #[cfg(test)]

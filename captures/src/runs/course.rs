@@ -80,7 +80,9 @@ impl Course {
             sequence,
             place,
         };
-        let step_in = self.ends.map_or(0.0, |(_, last)| way(last.place, place));
+        let step_in = self
+            .ends
+            .map_or(0.0, |(_, last)| distance_in(last.place, place));
         let could_be_driven = self.ends.is_none_or(|(_, last)| {
             let by_number_s = seconds_of(slots_between(last.sequence, sequence));
             let passed_s = at
@@ -106,7 +108,7 @@ impl Course {
     }
 
     fn keep(&mut self, place: Place) {
-        let far = |last: &Place| way(*last, place) >= self.spacing_in;
+        let far = |last: &Place| distance_in(*last, place) >= self.spacing_in;
         if self.points.last().is_some_and(|last| !far(last)) {
             return;
         }
@@ -156,12 +158,13 @@ impl Course {
     /// Distance from its end to its beginning, inches: the error of a closed round.
     #[must_use]
     pub fn closing_error_in(&self) -> Option<f64> {
-        self.ends.map(|(first, last)| way(first.place, last.place))
+        self.ends
+            .map(|(first, last)| distance_in(first.place, last.place))
     }
 }
 
 /// Distance between two places, inches.
-pub(super) fn way(a: Place, b: Place) -> f64 {
+pub(super) fn distance_in(a: Place, b: Place) -> f64 {
     (a.0 - b.0).hypot(a.1 - b.1)
 }
 
@@ -192,7 +195,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_round_has_a_way_and_a_closing_error() {
+    fn a_round_has_a_distance_and_a_closing_error() {
         let course = through(&[
             (0.0, 0.0),
             (10.0, 0.0),
@@ -223,7 +226,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_long_way_takes_no_more_memory_than_a_short_one() {
+    fn a_long_drive_takes_no_more_memory_than_a_short_one() {
         let mut course = Course::default();
         for second in 0..100_000_u32 {
             let angle = f64::from(second) * 0.05;

@@ -30,7 +30,7 @@ pub struct Figures {
 }
 
 /// Header of a list of runs.
-pub const HEADING: &str = "     time        way    closing  bumps        capture";
+pub const HEADING: &str = "     time   distance    closing  bumps        capture";
 
 /// A row of a list of runs.
 impl fmt::Display for Figures {
@@ -41,10 +41,10 @@ impl fmt::Display for Figures {
             .closing_error_in
             .map_or_else(String::new, |error_in| format!("{error_in:.1} in"));
         let void = if self.void.is_some() { "VOID" } else { "" };
-        let way = format!("{:.1} in", self.distance_in);
+        let distance = format!("{:.1} in", self.distance_in);
         write!(
             f,
-            "{time:>9} {way:>10} {closing:>10} {:>6}  {void:4}  {}",
+            "{time:>9} {distance:>10} {closing:>10} {:>6}  {void:4}  {}",
             self.bumps, self.capture
         )?;
         if let Some(name) = &self.name {
@@ -111,12 +111,12 @@ impl Comparison {
             figure(took_b, "s"),
             more(took_a, took_b, "s"),
         )?;
-        let (way_a, way_b) = (a.distance_in, b.distance_in);
+        let (distance_a, distance_b) = (a.distance_in, b.distance_in);
         row(
-            "way",
-            figure(way_a, "in"),
-            figure(way_b, "in"),
-            more(way_a, way_b, "in"),
+            "distance",
+            figure(distance_a, "in"),
+            figure(distance_b, "in"),
+            more(distance_a, distance_b, "in"),
         )?;
         if let (Some(error_a), Some(error_b)) = (a.closing_error_in, b.closing_error_in) {
             let of = |run: &Figures, error_in: f64| {
@@ -195,7 +195,7 @@ pub struct Overlaid {
     /// The comparison.
     pub comparison: Comparison,
     /// Places of each course, in order.
-    pub ways: [Vec<Place>; 2],
+    pub paths: [Vec<Place>; 2],
     /// Problems, one line each.
     pub problems: Vec<String>,
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use groundwave_protocol::telemetry::{ParameterLine, ParameterName};
 use tokio::time::{Instant, sleep_until};
 
-use super::super::cli::{Calibrate, Way};
+use super::super::cli::{Calibrate, Connection};
 use super::super::config::Config;
 use super::super::send::faults::{failed, not_confirmed, receive_only, refused};
 use super::super::send::own_link::connect;
@@ -37,18 +37,18 @@ impl Operator {
     /// Opens the link, or connects to a station and reads its raw bytes like a radio's.
     pub(super) fn connect(options: &Calibrate, config: &Config) -> Result<Self, Fault> {
         let way = options
-            .way()
+            .connection()
             .map_err(|error| Fault::new(Exit::Usage, error))?;
         let (way, config) = &way.at(config)?;
         let radio = options.radio.radio(config);
         let (link, radio, via) = match way {
-            Way::Link(link) => {
+            Connection::Link(link) => {
                 if !radio.can_send() || matches!(link, LinkSpec::Stdin | LinkSpec::Unix(_)) {
                     return Err(receive_only(link));
                 }
                 (link.clone(), radio, None)
             }
-            Way::Via(address) => {
+            Connection::Via(address) => {
                 let (_, welcome) = ShareClient::connect(address)
                     .map_err(|error| Fault::new(Exit::NoLink, error))?;
                 if !welcome.can_send || !radio.can_send() {

@@ -163,10 +163,10 @@ impl Calibrate {
     ///
     /// # Errors
     /// If neither a link nor `--via` is given.
-    pub fn way(&self) -> Result<Way, String> {
+    pub fn connection(&self) -> Result<Connection, String> {
         match (&self.via, &self.link) {
-            (Some(address), _) => Ok(Way::Via(address.clone())),
-            (None, Some(link)) => Ok(Way::Link(link.clone())),
+            (Some(address), _) => Ok(Connection::Via(address.clone())),
+            (None, Some(link)) => Ok(Connection::Link(link.clone())),
             (None, None) => Err("no link given".to_owned()),
         }
     }
@@ -174,7 +174,7 @@ impl Calibrate {
 
 /// The connection to the radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum Connection {
     /// A link that this process opens.
     Link(LinkSpec),
     /// A station that shares its link at this address.
@@ -185,26 +185,26 @@ impl Send {
     /// Whether the command is `stop`.
     #[must_use]
     pub fn is_stop(&self) -> bool {
-        self.way().is_ok_and(|(_, words)| words == ["stop"])
+        self.connection().is_ok_and(|(_, words)| words == ["stop"])
     }
 
     /// The connection to the radio and the words of the command, which no link precedes with `--via`.
     ///
     /// # Errors
     /// If the link is not valid.
-    pub fn way(&self) -> Result<(Way, Vec<&str>), String> {
+    pub fn connection(&self) -> Result<(Connection, Vec<&str>), String> {
         let first = self.link.as_deref();
         let words = self.words.iter().map(String::as_str);
         if let Some(via) = &self.via {
             let word = via.word.as_deref();
             Ok((
-                Way::Via(via.address.clone()),
+                Connection::Via(via.address.clone()),
                 word.into_iter().chain(first).chain(words).collect(),
             ))
         } else {
             let words: Vec<&str> = words.collect();
             Ok((
-                Way::Link(read_link(first.unwrap_or_default(), &words)?),
+                Connection::Link(read_link(first.unwrap_or_default(), &words)?),
                 words,
             ))
         }

@@ -1,6 +1,6 @@
 //! Resolves the name of a link: a robot or link of the configuration, a USB adapter, or a link as given.
 
-use super::super::cli::Way;
+use super::super::cli::Connection;
 use std::path::Path;
 
 use super::{Config, Dashboard, Exit, Fault, Link, Robot};
@@ -62,7 +62,7 @@ impl Config {
     }
 }
 
-impl Way {
+impl Connection {
     /// The connection with its link resolved, and the configuration for it.
     pub(in super::super) fn at(self, config: &Config) -> Result<(Self, Config), Fault> {
         match self {
