@@ -1,8 +1,13 @@
 //! Worlds by name: built-in, generated and from files.
 
+use std::fs;
+use std::io;
 use std::path::Path;
 
 use crate::world::{BUILT_IN, World, WorldError};
+
+/// Limits the length of a world file, bytes.
+const BYTES_MAX: u64 = 4 << 20;
 
 impl World {
     /// Names of the built-in worlds, the default first.
@@ -39,11 +44,23 @@ impl World {
             return Ok(Self::generated_text(seed));
         }
         let path = Path::new(name_or_path);
-        std::fs::read_to_string(path).map_err(|source| WorldError::Read {
+        read_text(path).map_err(|source| WorldError::Read {
             path: path.to_owned(),
             source,
         })
     }
+}
+
+/// Reads a regular file of at most [`BYTES_MAX`]: opening a pipe can block.
+fn read_text(path: &Path) -> io::Result<String> {
+    let about = fs::metadata(path)?;
+    if !about.is_file() && !about.is_dir() {
+        return Err(io::Error::other("it is a pipe or a device"));
+    }
+    if about.len() > BYTES_MAX {
+        return Err(io::Error::other("it is longer than 4 MiB"));
+    }
+    fs::read_to_string(path)
 }
 
 fn built_in_text(name: &str) -> Option<&'static str> {

@@ -54,7 +54,7 @@ impl Eeprom {
         }
         self.parameters.clone_from(parameters);
         if let Err(error) = self.store() {
-            eprintln!("{}", fail(&self.path, error.to_string()));
+            eprintln!("storing the parameters failed: {error}");
         }
     }
 

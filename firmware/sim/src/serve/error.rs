@@ -46,7 +46,7 @@ pub enum ServeError {
         source: io::Error,
     },
     /// The time factor is out of range.
-    #[error("time factor {0} is out of range: choose one above 0 up to 1000")]
+    #[error("time factor {0} is out of range: choose one from 0.01 to 1000")]
     TimeFactor(f64),
     /// The system cannot start a thread.
     #[error("cannot start the simulation's thread: {0}")]

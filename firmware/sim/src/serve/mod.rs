@@ -31,6 +31,9 @@ use eeprom::Eeprom;
 use port::Port;
 use recordings::Recordings;
 
+/// Minimum time factor; the wait for the next byte, during which the simulation cannot be stopped, grows with its inverse.
+const TIME_FACTOR_MIN: f64 = 0.01;
+
 /// Maximum time factor.
 const TIME_FACTOR_MAX: f64 = 1000.0;
 
@@ -66,7 +69,7 @@ struct Shared {
 ///
 /// When an endpoint, its link or a file cannot be opened, or the time factor is out of range.
 pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Server, ServeError> {
-    if !(options.time_factor > 0.0 && options.time_factor <= TIME_FACTOR_MAX) {
+    if !(TIME_FACTOR_MIN..=TIME_FACTOR_MAX).contains(&options.time_factor) {
         return Err(ServeError::TimeFactor(options.time_factor));
     }
     let mut ports = Vec::new();

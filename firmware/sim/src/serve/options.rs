@@ -27,7 +27,7 @@ pub enum Endpoint {
 pub struct ServeOptions {
     /// Connections to the radio; each receives a copy of the downlink.
     pub endpoints: Vec<Endpoint>,
-    /// Virtual seconds per second, above 0 up to 1000.
+    /// Virtual seconds per second, 0.01 to 1000.
     pub time_factor: f64,
     /// Virtual time after which the robot is switched off.
     pub duration: Option<Duration>,
