@@ -50,6 +50,34 @@ fn a_full_disk_is_told_and_the_robot_is_watched_on() {
 }
 
 #[test]
+fn a_disk_too_full_to_begin_keeps_nothing_and_claims_nothing() {
+    let folder = scratch("too-full");
+    let script = "cd \"$0\"; trap '' XFSZ; ulimit -f 8; exec \"$@\"";
+    let output = Command::new("sh")
+        .args(["-c", script])
+        .arg(&folder)
+        .args([
+            GROUNDWAVE,
+            "record",
+            "sim",
+            "-o",
+            "run.mcap",
+            "--duration",
+            "1s",
+        ])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        err.contains("cannot create run.mcap") && !err.contains("kept"),
+        "{err}"
+    );
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn after_a_full_disk_one_key_records_on() {
     let folder = scratch("full-dashboard");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "50"]);

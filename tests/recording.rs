@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use crate::recordings::{START_S, concatenated, feed, messages, received, session, wall};
 use groundwave::capture::recover::{Outcome, recover};
+use groundwave::capture::rotation::part_name;
 use groundwave::capture::topics::{Origin, Topic};
 use groundwave::capture::{Capture, Existing, Recorder, Rotation, Session};
 use tempfile::TempDir;
@@ -44,6 +45,40 @@ fn days_are_recorded_in_parts_that_are_whole_by_themselves() {
         }
     }
     assert_eq!(all, stream);
+}
+
+/// The lines in each part of a recording of one line at each of these times, milliseconds.
+fn lines_by_part(rotation: &str, times_ms: impl IntoIterator<Item = u64>) -> Vec<usize> {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.mcap");
+    let rotation: Rotation = rotation.parse().unwrap();
+    let mut recorder =
+        Recorder::start_rotating(&path, Existing::Refuse, &session(), rotation).unwrap();
+    let line = &streams::clean(1)[..80];
+    for time_ms in times_ms {
+        let now = Duration::from_millis(time_ms);
+        recorder.handle_rx(now, wall(now), line);
+    }
+    recorder.finish().unwrap();
+    let parts = (1..).map(|part| part_name(&path, part));
+    parts
+        .take_while(|part| part.exists())
+        .map(|part| received(&part).len())
+        .collect()
+}
+
+#[test]
+fn a_part_is_as_long_as_asked_however_long_its_file_takes_to_begin() {
+    // The third line waits for the disk.
+    let times_ms = [0, 500, 1000, 2700, 2800, 3600, 3650];
+    assert_eq!(lines_by_part("1s", times_ms), [3, 4]);
+}
+
+#[test]
+fn a_part_is_as_large_as_asked_however_large_its_beginning_is() {
+    let lines = lines_by_part("1kB", 0..100);
+    let (_, whole) = lines.split_last().unwrap();
+    assert!(whole.iter().all(|lines| *lines > 5), "{lines:?}");
 }
 
 #[test]

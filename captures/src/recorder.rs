@@ -44,6 +44,8 @@ pub struct Recorder {
     part: u32,
     part_since: Option<Moment>,
     file: UnfinishedWriter,
+    /// Bytes of the present part before its first message.
+    begun_bytes: u64,
     /// Error after which nothing is written to the present part.
     write_error: Option<CaptureError>,
     alarms: AlarmDetector,
@@ -109,6 +111,7 @@ impl Recorder {
             rotation,
             part: 1,
             part_since: None,
+            begun_bytes: file.bytes(),
             file,
             write_error: None,
             alarms: AlarmDetector::default(),
@@ -305,7 +308,8 @@ impl Recorder {
     /// Starts the next part if it is due, at the end of a line so that no line is torn.
     fn rotate_if_due(&mut self, now: Moment, wall: SystemTime) {
         let age = now.saturating_sub(self.part_since.unwrap_or(now));
-        if !self.rotation.is_due(age, self.file.bytes()) || self.shared.problem().is_some() {
+        let bytes = self.file.bytes().saturating_sub(self.begun_bytes);
+        if !self.rotation.is_due(age, bytes) || self.shared.problem().is_some() {
             return;
         }
         let Some((number, path)) = files::free_part(&self.path, self.part + 1) else {
@@ -316,10 +320,12 @@ impl Recorder {
         session.notes.insert("part".into(), number.to_string());
         match Part::begin(&path, self.existing, &session) {
             Ok((part, file)) => {
+                self.begun_bytes = file.bytes();
                 self.file = file;
                 self.hand_over(Job::Next(part));
                 self.part = number;
-                self.part_since = Some(now);
+                // The disk may have taken a while; the next bytes begin the part.
+                self.part_since = None;
                 self.first_ns = None;
             }
             Err(error) => self.shared.set_problem(&error),
@@ -390,10 +396,7 @@ impl Part {
         let writer = begun.map_err(|error| {
             // The file is empty.
             let _ = fs::remove_file(path);
-            CaptureError::Write {
-                path: path.to_owned(),
-                error,
-            }
+            create_error(path, error, false)
         })?;
         files::sync_folder(path);
         let part = Self {

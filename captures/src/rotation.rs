@@ -11,7 +11,8 @@ use std::time::Duration;
 pub struct Rotation {
     /// Maximum duration of a part.
     pub period: Option<Duration>,
-    /// Size of the unfinished file after which the part ends with the current line; the finished file is smaller.
+    /// Size of the unfinished file, without its beginning, after which the part ends with the current line; the finished file is
+    /// smaller.
     pub bytes: Option<u64>,
 }
 
