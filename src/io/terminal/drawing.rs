@@ -186,6 +186,20 @@ fn run(shared: &Shared, device: Device) -> io::Result<()> {
         viewport: Viewport::Fixed(device.size),
     };
     let mut terminal = Terminal::with_options(CrosstermBackend::new(output), options)?;
+    let result = draw_frames(shared, &mut terminal, &device.leave);
+    if result.is_err() {
+        // Dropping it would report the error on standard error, and panic if that is gone too.
+        mem::forget(terminal);
+    }
+    result
+}
+
+/// Draws frames until the end, then restores the terminal.
+fn draw_frames(
+    shared: &Shared,
+    terminal: &mut Terminal<CrosstermBackend<Output<'_>>>,
+    leave: &[u8],
+) -> io::Result<()> {
     while let Some((frame, is_redraw, rings)) = shared.next() {
         if rings {
             terminal.backend_mut().write_all(BELL)?;
@@ -201,7 +215,7 @@ fn run(shared: &Shared, device: Device) -> io::Result<()> {
         Write::flush(terminal.backend_mut())?;
     }
     if shared.lock().stage == Stage::Ending {
-        terminal.backend_mut().write_all(&device.leave)?;
+        terminal.backend_mut().write_all(leave)?;
         Write::flush(terminal.backend_mut())?;
     }
     Ok(())
