@@ -1,4 +1,4 @@
-//! Fuzzing of input: route files, configurations, commands, the shared socket, captures and their labels.
+//! Fuzzing of input: route files, configurations, commands, the shared socket, answers of a station, worlds, captures and their labels.
 //! `docs/fuzzing.md` describes longer runs.
 
 use std::io::Cursor;
@@ -14,9 +14,12 @@ use groundwave::capture::{Capture, Piece};
 use groundwave::commands::config;
 use groundwave::request::Request;
 use groundwave::route;
-use groundwave::share::{ClientLine, Lines, StationLine};
+use groundwave::share::{ClientLine, Lines, StationLine, StatusJson};
+use sr04_sim::World;
 
 const ITERATIONS: usize = 5000;
+
+const WORLD: &str = include_str!("../firmware/sim/worlds/corridor.toml");
 
 /// A route is equal after writing and reading; an invalid one gets an error with the file's name.
 #[test]
@@ -87,9 +90,69 @@ fn fuzz_socket() {
                     let written = written.strip_suffix(b"\n").expect("a line ends");
                     assert_eq!(ClientLine::parse(written), Ok(read));
                 }
-                let _ = StationLine::parse(&line);
             }
         });
+}
+
+/// A station may answer anything: an answer is written so that it reads the same, and so is its status if the program knows it.
+#[test]
+fn fuzz_answer() {
+    const ANSWER: &str = r#"{"id":1,"status":"refused","code":"bad-value","text":"no","frames":2,"heard":{"bytes":9,"lines":1}}"#;
+    bolero::check!()
+        .with_iterations(ITERATIONS)
+        .for_each(|bytes: &[u8]| {
+            for line in [bytes.to_vec(), edited(ANSWER, bytes)] {
+                let Some(answer) = StationLine::parse(&line) else {
+                    continue;
+                };
+                let written = answer.to_line();
+                assert_eq!(StationLine::parse(&written).as_ref(), Some(&answer));
+                if let StationLine::Status { status, .. } = &answer
+                    && let Some(known) = status.status()
+                {
+                    assert_eq!(StatusJson::from(&known).status(), Some(known));
+                }
+            }
+        });
+}
+
+/// A world is read or refused with the place of the mistake; one that is read can be drawn.
+#[test]
+fn fuzz_world() {
+    bolero::check!()
+        .with_iterations(ITERATIONS / 10)
+        .for_each(|bytes: &[u8]| {
+            for text in [bytes.to_vec(), edited(WORLD, bytes)] {
+                let text = String::from_utf8_lossy(&text);
+                match World::parse("w.toml", &text) {
+                    Ok(world) => {
+                        assert!((0.0..=1.0).contains(&world.reach()), "{text}");
+                        assert!(!world.picture().is_empty(), "{text}");
+                        assert!(world.svg().contains("</svg>"), "{text}");
+                    }
+                    Err(error) => assert!(error.to_string().starts_with("w.toml:"), "{error}"),
+                }
+            }
+        });
+}
+
+/// A sample with edits by these bytes: random bytes alone are hardly ever TOML or JSON.
+fn edited(sample: &str, bytes: &[u8]) -> Vec<u8> {
+    let mut text = sample.as_bytes().to_vec();
+    for edit in bytes.chunks_exact(4) {
+        let at = usize::from(u16::from_le_bytes([edit[0], edit[1]])) % text.len().max(1);
+        match edit[2] % 4 {
+            0 => text.insert(at, edit[3]),
+            1 => drop(text.drain(at..(at + usize::from(edit[3] % 8)).min(text.len()))),
+            2 => text.extend_from_within(at..(at + usize::from(edit[3])).min(text.len())),
+            _ => {
+                if let Some(byte) = text.get_mut(at) {
+                    *byte = edit[3];
+                }
+            }
+        }
+    }
+    text
 }
 
 /// The lines found in chunks of `chunk` bytes, up to the first that is too long, after which the client is cut off.

@@ -28,7 +28,7 @@ impl Lock {
     /// # Errors
     /// When the file cannot be opened.
     pub(crate) fn take(path: &Path) -> io::Result<Option<Self>> {
-        let file = File::open(path)?;
+        let file = open(path)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Ok(None);
         }
@@ -41,6 +41,59 @@ impl Lock {
 pub(crate) fn claim(file: &File) {
     // On a file system without locks, recording continues unprotected.
     let _ = file.lock();
+}
+
+/// Opens a file for reading. Refuses a named pipe, because opening one waits for a program that writes into it.
+///
+/// # Errors
+/// The operating system's.
+pub fn open(path: &Path) -> io::Result<File> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        // The pipes that a shell passes, as `<(...)`, are open already.
+        let is_open = path.starts_with("/dev") || path.starts_with("/proc");
+        if !is_open && fs::metadata(path)?.file_type().is_fifo() {
+            return Err(io::Error::other(
+                "it is a named pipe; read it as standard input: - < PIPE",
+            ));
+        }
+    }
+    File::open(path)
+}
+
+/// Whether both paths lead to one regular file, also by links. `-` is standard input.
+#[must_use]
+pub fn is_same(one: &Path, other: &Path) -> bool {
+    let about = |path: &Path| {
+        let path = if path == Path::new("-") {
+            Path::new("/dev/stdin")
+        } else {
+            path
+        };
+        fs::metadata(path).ok().filter(fs::Metadata::is_file)
+    };
+    let (Some(about_one), Some(about_other)) = (about(one), about(other)) else {
+        return false;
+    };
+    // Without inode numbers, links are not recognized.
+    presence::is_same(&about_one, &about_other)
+        && (cfg!(unix) || fs::canonicalize(one).ok() == fs::canonicalize(other).ok())
+}
+
+/// The absolute path of a file that need not exist, without links in its folder.
+#[must_use]
+pub fn full_path(path: &Path) -> PathBuf {
+    let folder = folder_of(path);
+    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    folder.join(path.file_name().unwrap_or_default())
+}
+
+/// The folder of a file.
+fn folder_of(path: &Path) -> &Path {
+    let folder = path.parent();
+    let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
 }
 
 /// Whether a program records or recovers this file now.
@@ -66,7 +119,7 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
             path.extension()
                 .is_some_and(|extension| extension == "mcap")
         })
-        .filter(|path| is_unfinished(path) && !is_in_use(path))
+        .filter(|path| path.is_file() && is_unfinished(path) && !is_in_use(path))
         .collect();
     found.sort();
     found
@@ -134,11 +187,8 @@ pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 
 /// Waits until a rename in the folder of this file is on the disk.
 pub(crate) fn sync_folder(path: &Path) {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
     // Not every system supports syncing a folder.
-    if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
+    if let Ok(folder) = File::open(folder_of(path)) {
         let _ = folder.sync_all();
     }
 }

@@ -49,6 +49,7 @@ mod station_event;
 pub mod statistics;
 mod temporary;
 pub mod text;
+pub mod text_file;
 pub mod topics;
 pub mod track;
 mod unfinished;

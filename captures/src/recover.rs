@@ -14,7 +14,7 @@ use ::mcap::sans_io::LinearReaderOptions;
 
 use super::CaptureError;
 use super::backup;
-use super::files::Lock;
+use super::files::{self, Lock};
 use super::mcap_reader::Channels;
 use super::observations::{Item, Observation, Observations};
 use super::record::RECORD_BYTES_MAX;
@@ -138,7 +138,7 @@ fn read(
     channels: Channels,
     mut take: impl FnMut(Item) -> Result<(), CaptureError>,
 ) -> Result<(Survey, Channels), CaptureError> {
-    let file = File::open(path).map_err(|error| CaptureError::Open {
+    let file = files::open(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
         error,
     })?;

@@ -9,7 +9,7 @@ use std::time::Duration;
 use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::CaptureError;
-use super::files::is_in_use;
+use super::files::{self, is_in_use};
 use super::mcap_reader::Damages;
 use super::pieces::{Piece, Pieces, has_received};
 use super::text::TextReader;
@@ -87,7 +87,7 @@ pub(super) fn is_route(head: &[u8]) -> bool {
 /// # Errors
 /// When it cannot be opened.
 pub fn open_file(path: &Path) -> Result<File, CaptureError> {
-    File::open(path).map_err(|error| CaptureError::Open {
+    files::open(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
         error,
     })

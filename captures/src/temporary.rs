@@ -21,7 +21,8 @@ impl Temporary {
     /// When it cannot be created.
     pub(super) fn create(target: &Path) -> Result<Self, CaptureError> {
         let path = with_suffix(target, FINISHING);
-        let file = File::create(&path).map_err(|error| CaptureError::Recovering {
+        let _ = fs::remove_file(&path);
+        let file = File::create_new(&path).map_err(|error| CaptureError::Recovering {
             path: target.to_owned(),
             error,
         })?;

@@ -15,6 +15,7 @@ use ::mcap::write::NoSeek;
 use ::mcap::{MAGIC, McapResult, WriteOptions, Writer};
 use prost::Message as _;
 
+use super::files;
 use super::messages::RawBytes;
 use super::record::{HEAD_BYTES, parse};
 use super::session::{Session, since_1970_ns};
@@ -225,7 +226,7 @@ impl Write for Output {
 /// Whether a file is an unfinished recording, by its header.
 pub(crate) fn is_unfinished(path: &Path) -> bool {
     let mut begin = Vec::new();
-    File::open(path)
+    files::open(path)
         .and_then(|file| file.take(HEADER_BYTES_MAX).read_to_end(&mut begin))
         .is_ok_and(|_| library(&begin).is_some_and(|library| is_library(&library)))
 }

@@ -75,6 +75,10 @@ pub fn captures(folder: &Path) -> io::Result<Vec<PathBuf>> {
 }
 
 fn is_capture(file: &Path) -> bool {
+    // A pipe could wait for ever.
+    if !file.is_file() {
+        return false;
+    }
     let kind = file.extension().and_then(|kind| kind.to_str());
     match kind {
         Some("mcap") => true,

@@ -1,15 +1,13 @@
 //! The operator's label of a run, in a small TOML file beside its capture.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::event::Remark;
-
-/// The longest label, bytes.
-const LABEL_BYTES_MAX: u64 = 1 << 20;
+use crate::text_file;
 
 /// A name, remarks, and whether the run counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -86,11 +84,8 @@ impl Label {
     /// When the file cannot be read or parsed.
     pub fn of(capture: &Path) -> Result<Self, LabelError> {
         let path = file_of(capture);
-        let mut text = String::new();
-        let read = File::open(&path)
-            .and_then(|file| file.take(LABEL_BYTES_MAX + 1).read_to_string(&mut text));
-        match read {
-            Ok(_) => {}
+        let text = match text_file::read(&path) {
+            Ok(text) => text,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
             Err(error) => {
                 return Err(LabelError::File {
@@ -99,7 +94,7 @@ impl Label {
                     error,
                 });
             }
-        }
+        };
         Self::parse(&text).map_err(|problem| LabelError::Malformed { path, problem })
     }
 
@@ -108,9 +103,6 @@ impl Label {
     /// # Errors
     /// The mistake and its place.
     pub fn parse(text: &str) -> Result<Self, String> {
-        if text.len() as u64 > LABEL_BYTES_MAX {
-            return Err("it is longer than 1 MiB".to_owned());
-        }
         toml::from_str(text).map_err(|error| error.to_string().trim_end().replace('\n', "; "))
     }
 
@@ -132,7 +124,9 @@ impl Label {
         let mut new = path.as_os_str().to_owned();
         new.push(".new");
         let new = PathBuf::from(new);
-        let mut file = File::create(&new)?;
+        // One that an interrupted attempt left.
+        let _ = fs::remove_file(&new);
+        let mut file = File::create_new(&new)?;
         file.write_all(text.as_bytes())
             .and_then(|()| file.sync_all())
             .and_then(|()| fs::rename(&new, path))
