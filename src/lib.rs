@@ -23,6 +23,7 @@ pub mod recorded;
 pub mod request;
 pub mod route;
 pub mod runtime;
+pub mod safe_text;
 pub mod share;
 pub mod station;
 pub mod suggest;

@@ -2,12 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use groundwave::commands::{answer_shell, cli::Cli, refuse, run};
+use groundwave::commands::{answer_shell, parse, refuse, run};
 
 fn main() -> ExitCode {
     answer_shell();
-    match Cli::try_parse() {
+    match parse() {
         Ok(cli) => run(&cli),
         Err(error) => refuse(&error),
     }

@@ -18,6 +18,7 @@ mod failures;
 mod fuzz;
 mod hints;
 mod hostile_captures;
+mod hostile_text;
 mod house;
 mod interrupted;
 mod kills;

@@ -127,6 +127,24 @@ const SIMULATING: &[&str] = &[
 /// Modules that may read a clock.
 const CLOCK_READERS: &[&str] = &["src/io", "src/runtime", "src/commands"];
 
+/// The commands write to standard output here: text is made safe to show, and bytes stay as they are.
+const WRITERS: &[&str] = &[
+    "src/commands/decode.rs",
+    "src/commands/mod.rs",
+    "src/commands/output.rs",
+];
+
+#[test]
+fn text_is_written_where_it_is_made_safe() {
+    let mut broken = Vec::new();
+    for file in rust_files(&root().join("src/commands")) {
+        if !WRITERS.iter().any(|writer| file.ends_with(writer)) {
+            broken.extend(found(&file, "stdout"));
+        }
+    }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
 #[test]
 fn nobody_reaches_above_their_rank() {
     let mut broken = Vec::new();

@@ -19,7 +19,7 @@ pub fn read(path: &Path) -> io::Result<String> {
         return Err(ErrorKind::IsADirectory.into());
     }
     if !about.is_file() {
-        return Err(io::Error::other("it is a pipe or a device; choose a file"));
+        return Err(io::Error::other("it is not a regular file; choose a file"));
     }
     read_to_end(files::open(path)?)
 }

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use super::cli::Captures;
 use super::progress::Progress;
-use super::{Exit, Fault, say};
+use super::{Exit, Fault, say_fault};
 
 /// Interval between progress messages.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
@@ -40,12 +40,37 @@ fn expand(pattern: &str) -> Result<Vec<PathBuf>, Fault> {
         |problem: &dyn std::fmt::Display| Fault::new(Exit::Usage, format!("{pattern}: {problem}"));
     let found = glob::glob(pattern).map_err(|error| bad(&error))?;
     let files: Result<Vec<_>, _> = found.collect();
-    let files = files.map_err(|error| bad(&error))?;
+    let mut files = files.map_err(|error| bad(&error))?;
+    files.extend(not_utf8(pattern));
+    files.sort();
     // A pattern without a match is reported later, like a missing file.
     if files.is_empty() {
         return Ok(vec![PathBuf::from(pattern)]);
     }
     Ok(files)
+}
+
+/// The files whose name matches the pattern and is not UTF-8: `glob` passes over these.
+fn not_utf8(pattern: &str) -> Vec<PathBuf> {
+    let path = Path::new(pattern);
+    let name = path.file_name().and_then(|name| name.to_str());
+    let Some(name) = name.and_then(|name| glob::Pattern::new(name).ok()) else {
+        return Vec::new();
+    };
+    let folder = path.parent().and_then(Path::to_str).unwrap_or_default();
+    let folders = match folder {
+        "" => vec![PathBuf::from(".")],
+        folder => glob::glob(folder).map_or(Vec::new(), |found| found.flatten().collect()),
+    };
+    let entries = folders.iter().flat_map(fs::read_dir).flatten().flatten();
+    let names = entries.map(|entry| entry.path());
+    names
+        .filter(|path| {
+            let file = path.file_name().unwrap_or_default();
+            file.to_str().is_none() && name.matches(&file.to_string_lossy())
+        })
+        .map(|path| path.strip_prefix(".").map_or(path.clone(), Path::to_owned))
+        .collect()
 }
 
 /// Runs `work` for each file on all cores and hands the results to `take` in the order of the files; `take` may end
@@ -93,7 +118,7 @@ pub(super) fn each<T: Send>(
                     Ok(ControlFlow::Break(())) => break 'all,
                     Err(found) => {
                         if let Some(earlier) = fault.replace(found) {
-                            say(format_args!("groundwave: {earlier}"));
+                            say_fault(&earlier);
                         }
                     }
                 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::cli::Compare;
 use super::output::write_file;
 use super::runs::read_run;
-use super::{Fault, say};
+use super::{Fault, out, say_fault};
 use crate::capture::runs::comparison::{Apart, Figures};
 use crate::capture::runs::overlay::overlay;
 use crate::capture::runs::sketch::sketch;
@@ -21,7 +21,8 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
     let names = [&first, &second].map(|run| run.name.clone().unwrap_or(run.capture.clone()));
     if let Some(path) = &options.svg {
         let drawing = overlay([&a, &b], [&names[0], &names[1]]);
-        write_file(path, &drawing, options.force)?;
+        let inputs = [options.first.as_path(), &options.second];
+        write_file(path, &drawing, options.force, &inputs)?;
     }
     let comparison = Comparison {
         runs: [first, second],
@@ -33,7 +34,7 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
         (None, None) => Ok(()),
         (Some(problem), None) | (None, Some(problem)) => Err(problem),
         (Some(first), Some(second)) => {
-            say(format_args!("groundwave: {first}"));
+            say_fault(&first);
             Err(second)
         }
     }
@@ -50,7 +51,7 @@ fn read(path: &Path) -> Result<(Figures, Course, Option<Fault>), Fault> {
 }
 
 fn show(comparison: &Comparison, courses: [&Course; 2], json: bool) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = out();
     if json {
         serde_json::to_writer(&mut out, comparison)?;
         writeln!(out)?;
@@ -58,6 +59,7 @@ fn show(comparison: &Comparison, courses: [&Course; 2], json: bool) -> io::Resul
     }
     comparison.write_text(&mut out)?;
     let (columns, rows) = SKETCH;
-    write!(out, "\n{}", sketch(courses, columns, rows))?;
+    writeln!(out)?;
+    out.write_all(sketch(courses, columns, rows).as_bytes())?;
     out.flush()
 }

@@ -7,7 +7,6 @@ mod read;
 mod tests;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -16,7 +15,8 @@ use etcetera::BaseStrategy as _;
 use serde::Deserialize;
 
 use super::{Exit, Fault};
-use crate::capture::Rotation;
+use crate::capture::{Rotation, files, text_file};
+use crate::hint;
 use crate::model::Limits;
 use crate::model::keys::Keymap;
 use crate::radio::RadioKind;
@@ -46,7 +46,9 @@ pub struct Config {
     pub robots: BTreeMap<String, Robot>,
     /// Settings of recordings.
     pub recording: Recording,
-    /// The text of the file; recordings keep it.
+    /// The file.
+    pub path: Option<PathBuf>,
+    /// Its text; recordings keep it.
     pub text: String,
 }
 
@@ -154,20 +156,32 @@ pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     let Some(path) = named.map(Path::to_path_buf).or_else(usual_place) else {
         return (Config::default(), None);
     };
-    match fs::read_to_string(&path) {
+    match files::open(&path).and_then(text_file::read_to_end) {
         Ok(text) => {
             let (config, mistakes) = parse_lenient(&text);
             let fault = (!mistakes.is_empty()).then(|| blame(&path, &mistakes));
-            (Config { text, ..config }, fault)
+            let path = Some(path);
+            (
+                Config {
+                    path,
+                    text,
+                    ..config
+                },
+                fault,
+            )
         }
         Err(error) if named.is_none() && error.kind() == ErrorKind::NotFound => {
             (Config::default(), None)
         }
         Err(error) => {
-            let path = path.display();
-            let message = format!(
-                "cannot read the configuration {path}: {error}; `groundwave config > {path}` makes a file to start from"
-            );
+            let why = match error.kind() {
+                ErrorKind::NotFound => format!(
+                    "file not found; `groundwave config > {}` makes a file to start from",
+                    hint::shell_word(&path)
+                ),
+                _ => hint::of_reading(&error),
+            };
+            let message = format!("cannot read the configuration {}: {why}", path.display());
             (Config::default(), Some(Fault::new(Exit::Usage, message)))
         }
     }
@@ -176,19 +190,13 @@ pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
 /// The mistakes, one per line, in the form that editors recognize.
 fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
     let path = path.display();
-    let count = match mistakes.len() {
-        1 => String::new(),
-        count => format!("{count} mistakes in the configuration:\n"),
-    };
-    let lines: Vec<String> = mistakes
-        .iter()
-        .map(|mistake| format!("{path}:{mistake}"))
-        .collect();
-    let message = format!(
-        "{count}{}\n`groundwave config` prints every setting with its values",
-        lines.join("\n")
-    );
-    Fault::new(Exit::Usage, message)
+    let mut lines = Vec::new();
+    if mistakes.len() > 1 {
+        lines.push(format!("{} mistakes in the configuration:", mistakes.len()));
+    }
+    lines.extend(mistakes.iter().map(|mistake| format!("{path}:{mistake}")));
+    lines.push("`groundwave config` prints every setting with its values".to_owned());
+    Fault::of_lines(Exit::Usage, &lines)
 }
 
 /// Default path: `~/.config/groundwave/config.toml`, or that of the system.

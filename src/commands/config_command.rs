@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::cli::{ConfigArgs, ConfigVerb};
 use super::config::{self, Config};
-use super::{Exit, Fault, say, show};
+use super::{Exit, Fault, say, show, show_line};
 use crate::model::keys::Keymap;
 
 pub(super) fn run(options: &ConfigArgs, named: Option<&Path>) -> Result<(), Fault> {
@@ -24,7 +24,7 @@ pub(super) fn run(options: &ConfigArgs, named: Option<&Path>) -> Result<(), Faul
                         "this system has no folder for configurations; use --config FILE",
                     )
                 })?;
-            show(format!("{}\n", path.display()))
+            show_line(path.display())
         }
         Some(ConfigVerb::Check { file }) => check(file.as_deref().or(named)),
     }
@@ -53,13 +53,13 @@ fn check(file: Option<&Path>) -> Result<(), Fault> {
         return Err(Fault::new(Exit::Usage, "no configuration; name a file"));
     };
     if file.is_none() && !path.exists() {
-        return show(format!(
-            "{}: file not found, so all settings have their defaults; `groundwave config` prints a file to start from\n",
+        return show_line(format_args!(
+            "{}: file not found, so all settings have their defaults; `groundwave config` prints a file to start from",
             path.display()
         ));
     }
     let read = config::load(Some(&path))?;
-    show(format!("{}: {}\n", path.display(), summary(&read)))
+    show_line(format_args!("{}: {}", path.display(), summary(&read)))
 }
 
 fn summary(config: &Config) -> String {

@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use crate::capture::CaptureError;
+use crate::safe_text;
 
 /// Exit codes of the program; scripts rely on the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +56,7 @@ impl Exit {
     }
 }
 
-/// An error message and the exit code it leads to.
+/// An error message, safe to show, and the exit code it leads to.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Fault {
@@ -67,14 +68,28 @@ impl Fault {
     pub(super) fn new(exit: Exit, message: impl Display) -> Self {
         Self {
             exit,
-            message: message.to_string(),
+            message: safe_text::line(&message.to_string()).into_owned(),
+        }
+    }
+
+    /// A fault with a message of several lines.
+    pub(super) fn of_lines(exit: Exit, lines: &[String]) -> Self {
+        let lines: Vec<_> = lines.iter().map(|line| safe_text::line(line)).collect();
+        Self {
+            exit,
+            message: lines.join("\n"),
         }
     }
 
     /// The same fault with text before and after its message.
     pub(super) fn within(self, before: impl Display, after: impl Display) -> Self {
         Self {
-            message: format!("{before}{}{after}", self.message),
+            message: format!(
+                "{}{}{}",
+                safe_text::line(&before.to_string()),
+                self.message,
+                safe_text::line(&after.to_string())
+            ),
             ..self
         }
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use groundwave_protocol::decoder::Received;
 use serde_json::{Value, json};
 
-use super::{Exit, Fault};
+use super::{Exit, Fault, out};
 use crate::capture::decode;
 use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -79,7 +79,7 @@ fn print_statistics(driver: &Driver) -> io::Result<()> {
     let mut value = serde_json::to_value(driver.statistics())?;
     value["event"] = json!("statistics");
     value["at_s"] = seconds(driver.now());
-    let mut out = io::stdout().lock();
+    let mut out = out();
     writeln!(out, "{value}")?;
     out.flush()
 }
@@ -101,7 +101,7 @@ fn print(at: Moment, event: &Event) -> io::Result<()> {
     if text.last() != Some(&b'\n') {
         text.push(b'\n');
     }
-    let mut out = io::stdout().lock();
+    let mut out = out();
     out.write_all(&text)?;
     out.flush()
 }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::cli::Info;
-use super::{Exit, Fault, batch, input};
+use super::{Exit, Fault, batch, input, out};
 use crate::capture::info;
 use crate::capture::runs::label::Label;
 
@@ -27,9 +27,8 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
             Ok(info)
         },
         |index, info| {
-            let gap = if is_first { "" } else { "\n" };
-            is_first = false;
-            if let Err(error) = write(options, gap, &files[index], &info) {
+            let has_gap = !std::mem::take(&mut is_first);
+            if let Err(error) = write(options, has_gap, &files[index], &info) {
                 Fault::output(&error)?;
                 return Ok(ControlFlow::Break(()));
             }
@@ -42,13 +41,16 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
     )
 }
 
-fn write(options: &Info, gap: &str, path: &Path, info: &info::Info) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+fn write(options: &Info, has_gap: bool, path: &Path, info: &info::Info) -> io::Result<()> {
+    let mut out = out();
     if options.json {
         serde_json::to_writer(&mut out, &info)?;
         writeln!(out)?;
     } else {
-        writeln!(out, "{gap}{}", path.display())?;
+        if has_gap {
+            writeln!(out)?;
+        }
+        writeln!(out, "{}", path.display())?;
         info.write_text(&mut out)?;
     }
     out.flush()

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::cli;
-use super::{Exit, Fault};
+use super::{Exit, Fault, out};
 use crate::capture::Capture;
 use crate::capture::index;
 use crate::capture::runs::Label;
@@ -64,7 +64,7 @@ fn change(label: &mut Label, options: &cli::Label) -> bool {
 }
 
 fn show(label: &Label, json: bool) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = out();
     if json {
         serde_json::to_writer(&mut out, label)?;
         writeln!(out)?;

@@ -39,24 +39,59 @@ mod sharing;
 pub mod simulated;
 mod welcome;
 
+use std::env;
+use std::ffi::OsString;
 use std::fmt::Display;
-use std::io::{self, Write};
+use std::io::{self, StdoutLock, Write};
+use std::panic;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::Parser as _;
 use cli::{Cli, Verb};
 pub use completions::answer as answer_shell;
 pub use fault::{Exit, Fault};
 
+use crate::safe_text::{self, SafeWriter};
+
+/// Parses the command line.
+///
+/// # Errors
+/// clap's error, help or version.
+pub fn parse() -> Result<Cli, clap::Error> {
+    Cli::try_parse().map_err(|error| {
+        // The same error about arguments that are safe to show.
+        let safe = |argument: OsString| safe_text::line(&argument.to_string_lossy()).into_owned();
+        let again = Cli::try_parse_from(env::args_os().map(safe));
+        again.err().unwrap_or(error)
+    })
+}
+
 /// Runs the command line; returns the exit code.
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
+    watch_for_panics();
     match dispatch(cli) {
+        // The hook has reported it.
+        Ok(()) if HAS_PANICKED.load(Ordering::Relaxed) => ExitCode::from(Exit::Failed as u8),
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
-            say(format_args!("groundwave: {fault}"));
+            say_fault(&fault);
             ExitCode::from(fault.exit as u8)
         }
     }
+}
+
+/// Whether any thread has panicked.
+static HAS_PANICKED: AtomicBool = AtomicBool::new(false);
+
+/// Notes a panic in any thread, so that the program does not report success.
+fn watch_for_panics() {
+    let report = panic::take_hook();
+    panic::set_hook(Box::new(move |info| {
+        HAS_PANICKED.store(true, Ordering::Relaxed);
+        report(info);
+    }));
 }
 
 /// Prints clap's error, help or version; returns the exit code.
@@ -66,8 +101,9 @@ pub fn refuse(error: &clap::Error) -> ExitCode {
     // A closed or full stream does not change the exit code.
     let _ = error.print();
     if error.kind() == clap::error::ErrorKind::MissingRequiredArgument && text.contains("<LINK>") {
+        say("");
         say(
-            "\n  tip: LINK is a serial device (`groundwave ports` lists them), tcp:HOST:PORT, a name from the configuration, \
+            "  tip: LINK is a serial device (`groundwave ports` lists them), tcp:HOST:PORT, a name from the configuration, \
              or sim for a simulated robot",
         );
     }
@@ -82,9 +118,10 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         let (config, fault) = config::load_lenient(cli.config.as_deref());
         match fault {
             // A mistake in the configuration must not prevent STOP.
-            Some(fault) if verb.is_stop() => say(format_args!(
-                "groundwave: {fault}\nTrying to stop anyway, with the rest of the configuration."
-            )),
+            Some(fault) if verb.is_stop() => {
+                say_fault(&fault);
+                say("Trying to stop anyway, with the rest of the configuration.");
+            }
             Some(fault) => return Err(fault),
             None => {}
         }
@@ -122,9 +159,14 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
     }
 }
 
-/// Writes results to standard output.
+/// Standard output for text and JSON; the bytes of captures and tables go through [`output::Output`].
+fn out() -> SafeWriter<StdoutLock<'static>> {
+    SafeWriter(io::stdout().lock())
+}
+
+/// Writes whole lines of our own text to standard output.
 fn show(text: impl AsRef<[u8]>) -> Result<(), Fault> {
-    let mut out = io::stdout().lock();
+    let mut out = out();
     out.write_all(text.as_ref())
         .and_then(|()| out.flush())
         .or_else(|error| Fault::output(&error))
@@ -132,17 +174,32 @@ fn show(text: impl AsRef<[u8]>) -> Result<(), Fault> {
 
 /// Writes one line of results to standard output.
 fn show_line(line: impl Display) -> Result<(), Fault> {
-    show(format!("{line}\n"))
+    let mut out = out();
+    writeln!(out, "{line}")
+        .and_then(|()| out.flush())
+        .or_else(|error| Fault::output(&error))
 }
 
-/// Writes a message to standard error; a closed or full one is ignored.
-fn say(text: impl Display) {
-    let _ = writeln!(io::stderr(), "{text}");
+/// Writes a one-line message to standard error; a closed or full one is ignored.
+fn say(line: impl Display) {
+    let _ = writeln!(SafeWriter(io::stderr()), "{line}");
+}
+
+/// Writes the message of a fault to standard error.
+fn say_fault(fault: &Fault) {
+    let message = format!("groundwave: {fault}");
+    message.lines().for_each(say);
 }
 
 /// Writes a progress message over the last one.
-fn say_progress(text: impl Display) {
-    let _ = write!(io::stderr(), "\r{text} ");
+fn say_progress(line: impl Display) {
+    let line = line.to_string();
+    let _ = write!(io::stderr(), "\r{} ", safe_text::line(&line));
+}
+
+/// Erases the progress message.
+fn erase_progress() {
+    let _ = write!(io::stderr(), "\r\x1b[2K");
 }
 
 /// Runs a future on a single-threaded runtime.
@@ -155,4 +212,17 @@ fn block_on<T>(future: impl Future<Output = Result<T, Fault>>) -> Result<T, Faul
     // A blocking task may still wait for a station; do not wait for it.
     runtime.shutdown_background();
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_in_a_thread_is_noticed() {
+        watch_for_panics();
+        let thread = std::thread::spawn(|| panic!("on purpose"));
+        assert!(thread.join().is_err());
+        assert!(HAS_PANICKED.load(Ordering::Relaxed));
+    }
 }

@@ -1,5 +1,6 @@
 //! Output files, named after captures and written completely or not at all.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -26,18 +27,18 @@ pub(super) enum Target {
 /// # Errors
 /// If two results would have the same name, or a file exists that must not be overwritten.
 pub(super) fn targets(
-    files: &[PathBuf],
+    captures: &[PathBuf],
     options: &cli::Output,
     extension: impl Fn(&Path) -> Result<String, Fault>,
 ) -> Result<Vec<Target>, Fault> {
     let usage = |problem: String| Err(Fault::new(Exit::Usage, problem));
     if let Some(path) = &options.output
-        && files.len() > 1
+        && captures.len() > 1
     {
         let path = path.display();
         return usage(format!(
             "cannot write the results of {} captures to {path}; use --output-dir",
-            files.len()
+            captures.len()
         ));
     }
     if let Some(folder) = &options.output_dir {
@@ -53,7 +54,8 @@ pub(super) fn targets(
         })?;
     }
     let mut targets: Vec<Target> = Vec::new();
-    for file in files {
+    let mut taken = BTreeSet::new();
+    for file in captures {
         let target = match &options.output {
             Some(path) if path == Path::new("-") => Target::Standard,
             Some(path) => Target::File(path.clone(), options.force),
@@ -67,13 +69,10 @@ pub(super) fn targets(
             }
         };
         if let Target::File(path, force) = &target {
-            if let Some(input) = files.iter().find(|input| is_same(input, path)) {
-                let input = input.display();
-                return usage(format!(
-                    "{input} would be overwritten by its own result; choose another name"
-                ));
+            if path.exists() {
+                check_inputs(path, captures)?;
             }
-            if targets.contains(&target) {
+            if !taken.insert(files::full_path(path)) {
                 let path = path.display();
                 return usage(format!(
                     "two captures would be written to {path}; use --output-dir or rename one"
@@ -111,12 +110,25 @@ pub(super) fn check_form(target: &Target, form: Form, hint: &str) -> Result<(), 
     ))
 }
 
-/// Whether both paths name the same file.
-fn is_same(one: &Path, other: &Path) -> bool {
-    match (fs::canonicalize(one), fs::canonicalize(other)) {
-        (Ok(one), Ok(other)) => one == other && one.is_file(),
-        _ => false,
-    }
+/// Refuses an output that is the same file as an input, also by links.
+pub(super) fn check_inputs(
+    output: &Path,
+    inputs: impl IntoIterator<Item = impl AsRef<Path>>,
+) -> Result<(), Fault> {
+    let is_input = |input: &_| files::is_same(AsRef::as_ref(input), output);
+    let Some(input) = inputs.into_iter().find(is_input) else {
+        return Ok(());
+    };
+    let message = format!(
+        "{} would be overwritten by its own result{}; choose another name",
+        input.as_ref().display(),
+        if input.as_ref() == output {
+            String::new()
+        } else {
+            format!(" {}", output.display())
+        }
+    );
+    Err(Fault::new(Exit::Usage, message))
 }
 
 /// Refuses a path that cannot or must not be written.
@@ -142,8 +154,14 @@ fn exists(path: &Path) -> Fault {
     Fault::new(Exit::Usage, format!("{} {hint}", path.display()))
 }
 
-/// Writes a whole file.
-pub(super) fn write_file(path: &Path, text: &str, force: bool) -> Result<(), Fault> {
+/// Writes a whole file, made of the inputs.
+pub(super) fn write_file(
+    path: &Path,
+    text: &str,
+    force: bool,
+    inputs: &[&Path],
+) -> Result<(), Fault> {
+    check_inputs(path, inputs)?;
     refuse(path, force)?;
     let mut output = Output::create(&Target::File(path.to_owned(), force))?;
     match output.write_all(text.as_bytes()) {

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use serde_json::json;
 
 use super::cli::Ports;
-use super::{Exit, Fault};
+use super::{Exit, Fault, out};
 use crate::io::ports::{Port, list};
 
 pub(super) fn run(options: &Ports) -> Result<(), Fault> {
@@ -22,7 +22,7 @@ pub(super) fn run(options: &Ports) -> Result<(), Fault> {
 }
 
 fn write_json(ports: &[Port]) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = out();
     for port in ports {
         writeln!(
             out,
@@ -34,7 +34,7 @@ fn write_json(ports: &[Port]) -> io::Result<()> {
 }
 
 fn write_table(ports: &[Port]) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = out();
     let width = ports.iter().map(|port| port.name.len()).max().unwrap_or(0);
     for port in ports {
         let description = port.description.as_deref().unwrap_or("");

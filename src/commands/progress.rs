@@ -5,13 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use super::say_progress;
+use super::{erase_progress, say_progress};
 
 /// Shorter work shows no progress.
 const SHOW_AFTER: Duration = Duration::from_millis(500);
-
-/// Erases the cursor's line.
-const ERASE: &str = "\x1b[2K\r";
 
 /// Bytes read of all files together.
 pub(super) struct Progress {
@@ -45,17 +42,15 @@ impl Progress {
         let passed = self.began.elapsed();
         if self.is_shown && passed >= SHOW_AFTER {
             let done = self.done.load(Ordering::Relaxed);
-            say_progress(format_args!(
-                "{ERASE}{}",
-                describe(done, self.total, passed)
-            ));
+            erase_progress();
+            say_progress(describe(done, self.total, passed));
         }
     }
 
     /// Erases the progress.
     pub(super) fn clear(&self) {
         if self.is_shown && self.began.elapsed() >= SHOW_AFTER {
-            say_progress(ERASE);
+            erase_progress();
         }
     }
 }

@@ -6,6 +6,7 @@ use std::time::{Instant, SystemTime};
 
 use super::cli::RecordingArgs;
 use super::config::Config;
+use super::output::check_inputs;
 use super::{Exit, Fault};
 use crate::capture::{Existing, Rotation, name};
 use crate::runtime::{KeepOptions, Keeper};
@@ -23,7 +24,7 @@ pub(super) fn open(
         .as_ref()
         .map(|file| file.clone().unwrap_or_else(automatic_name));
     for path in [&options.tee, &mcap].into_iter().flatten() {
-        check_name(path)?;
+        check_name(path, config)?;
     }
     let keep = KeepOptions {
         tee: options.tee.clone(),
@@ -39,10 +40,11 @@ pub(super) fn open(
     Keeper::open(&keep, started).map_err(Fault::from)
 }
 
-/// Refuses `-`, which means standard output elsewhere.
-pub(super) fn check_name(path: &Path) -> Result<(), Fault> {
+/// Refuses `-`, which means standard output elsewhere, and the files that the session reads.
+pub(super) fn check_name(path: &Path, config: &Config) -> Result<(), Fault> {
     if path != Path::new("-") {
-        return Ok(());
+        let standard_input = PathBuf::from("-");
+        return check_inputs(path, config.path.iter().chain([&standard_input]));
     }
     Err(Fault::new(
         Exit::Usage,

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::cli::Recover;
-use super::{Exit, Fault, say};
+use super::{Exit, Fault, out, say, say_fault};
 use crate::capture::files::find_interrupted;
 use crate::capture::recover::{Outcome, Recovery, recover};
 
@@ -38,7 +38,7 @@ pub(super) fn run(options: &Recover) -> Result<(), Fault> {
             Err(error) => {
                 // Go on with the others; the last fault is returned.
                 if let Some(before) = fault.replace(Fault::from(error)) {
-                    say(format_args!("groundwave: {before}"));
+                    say_fault(&before);
                 }
             }
         }
@@ -47,7 +47,7 @@ pub(super) fn run(options: &Recover) -> Result<(), Fault> {
 }
 
 fn print(recovery: &Recovery, json: bool) -> io::Result<()> {
-    let mut output = io::stdout().lock();
+    let mut output = out();
     if json {
         serde_json::to_writer(&mut output, recovery)?;
         writeln!(output)?;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::cli::Runs;
-use super::{Exit, Fault, say};
+use super::{Exit, Fault, out, say, say_fault};
 use crate::capture::CaptureError;
 use crate::capture::runs::folder::{self, Run, RunError};
 use crate::figures::{Figures, HEADING};
@@ -12,7 +12,7 @@ use crate::hint;
 
 pub(super) fn run(options: &Runs) -> Result<(), Fault> {
     let mut fault: Option<Fault> = None;
-    let mut out = io::stdout().lock();
+    let mut out = out();
     let mut shown = 0;
     let mut interrupted = Vec::new();
     for path in &options.paths {
@@ -63,7 +63,7 @@ fn note(fault: &mut Option<Fault>, found: Option<Fault>) {
     if let Some(found) = found
         && let Some(earlier) = fault.replace(found)
     {
-        say(format_args!("groundwave: {earlier}"));
+        say_fault(&earlier);
     }
 }
 

@@ -1,13 +1,15 @@
 //! `sim`: a simulated robot for cat, tio, minicom and `watch`.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use sr04_sim::serve::{Endpoint, ServeOptions};
 
 use super::cli::Sim;
-use super::{Exit, Fault, block_on, say, simulated};
+use super::output::check_inputs;
+use super::{Exit, Fault, block_on, out, say, simulated};
+use crate::capture::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 
 /// Interval of the checks for the end of a simulation with a duration.
@@ -31,6 +33,27 @@ fn eeprom(options: &Sim) -> Option<PathBuf> {
     named.or_else(|| options.pty.as_ref().and_then(beside))
 }
 
+/// Refuses outputs that are one file, or the world's.
+fn check_outputs(options: &Sim) -> Result<(), Fault> {
+    let outputs = [&options.trace, &options.wav, &eeprom(options)];
+    let mut taken: Vec<&PathBuf> = Vec::new();
+    for output in outputs.into_iter().flatten() {
+        check_inputs(output, [&options.simulated.world])?;
+        let is_it = |other: &&PathBuf| {
+            files::is_same(other, output) || files::full_path(other) == files::full_path(output)
+        };
+        if taken.iter().any(is_it) {
+            let message = format!(
+                "{} would be written twice; give --trace, --wav and --eeprom different files",
+                output.display()
+            );
+            return Err(Fault::new(Exit::Usage, message));
+        }
+        taken.push(output);
+    }
+    Ok(())
+}
+
 /// Refuses an existing regular file without `--force`.
 fn refuse_to_overwrite(path: &Path, force: bool) -> Result<(), Fault> {
     if force || !path.is_file() {
@@ -44,6 +67,7 @@ fn refuse_to_overwrite(path: &Path, force: bool) -> Result<(), Fault> {
 }
 
 pub(super) fn run(options: &Sim) -> Result<(), Fault> {
+    check_outputs(options)?;
     for path in [&options.trace, &options.wav].into_iter().flatten() {
         refuse_to_overwrite(path, options.force)?;
     }
@@ -86,7 +110,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
         shown.clone()
     };
     // Only the address goes to standard output, for scripts.
-    let mut out = io::stdout().lock();
+    let mut out = out();
     writeln!(out, "{}", if is_tcp { &link } else { &shown })
         .and_then(|()| out.flush())
         .or_else(|error| Fault::output(&error))?;

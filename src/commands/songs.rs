@@ -9,7 +9,8 @@ use groundwave_protocol::telemetry::SongLine;
 use sr04_sim::Sound;
 
 use super::cli::Songs;
-use super::{Exit, Fault, say};
+use super::output::check_inputs;
+use super::{Exit, Fault, out, say};
 use crate::capture::songs::{Notes, for_each_song, length};
 use crate::capture::{Capture, CaptureError};
 
@@ -33,7 +34,7 @@ pub(super) fn run(options: &Songs) -> Result<(), Fault> {
         count += 1;
         list(count, at, song).map_err(End::Output)?;
         match &options.wav {
-            Some(folder) => save(folder, count, song, options.force).map_err(End::File),
+            Some(folder) => save(options, folder, count, song).map_err(End::File),
             None => Ok(()),
         }
     });
@@ -60,7 +61,7 @@ pub(super) fn run(options: &Songs) -> Result<(), Fault> {
 /// Prints a song. Standard output is flushed at line feeds, so that songs of a live stream appear at once.
 fn list(number: u32, at: Duration, song: &SongLine) -> io::Result<()> {
     writeln!(
-        io::stdout().lock(),
+        out(),
         "{number:02}  at {:.1} s, {:.2} s long:  {}",
         at.as_secs_f64(),
         length(song).as_secs_f64(),
@@ -68,9 +69,10 @@ fn list(number: u32, at: Duration, song: &SongLine) -> io::Result<()> {
     )
 }
 
-fn save(folder: &Path, number: u32, song: &SongLine, force: bool) -> Result<(), Fault> {
+fn save(options: &Songs, folder: &Path, number: u32, song: &SongLine) -> Result<(), Fault> {
     let path = folder.join(format!("song-{number:02}.wav"));
-    write_wav(&path, song, force).map_err(|error| match error.kind() {
+    check_inputs(&path, [&options.file])?;
+    write_wav(&path, song, options.force).map_err(|error| match error.kind() {
         io::ErrorKind::AlreadyExists if path.exists() => Fault::new(
             Exit::Usage,
             format!(

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::cli::Verify;
-use super::{Exit, Fault, batch, input};
+use super::{Exit, Fault, batch, input, out};
 use crate::capture::CaptureError;
 use crate::capture::source::Form;
 use crate::capture::verify::{Verdict, verify_mcap, verify_raw};
@@ -67,7 +67,7 @@ fn raw_file(options: &Verify, path: &Path) -> Result<Option<Box<dyn Read>>, Faul
 }
 
 fn write(options: &Verify, path: &Path, verdict: &Verdict) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = out();
     if options.json {
         let mut value = serde_json::to_value(verdict)?;
         value["file"] = path.display().to_string().into();

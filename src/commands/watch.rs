@@ -9,6 +9,7 @@ use sr04_sim::serve::{ServeOptions, Server};
 
 use super::appearance::appearance;
 use super::cli::{Demo, RecordingArgs, Sharing, Watch};
+use super::output::check_inputs;
 use super::{Exit, Fault, block_on, config, headless, recording, sharing, simulated};
 use crate::event::{Event, Level, Notice, NoticeCode};
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
@@ -63,6 +64,13 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
 pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Fault> {
     needs_terminal("groundwave sim")?;
     let started = Instant::now();
+    let recordings = [
+        &options.recording.tee,
+        &options.recording.record.clone().flatten(),
+    ];
+    for path in recordings.into_iter().flatten() {
+        check_inputs(path, [&options.simulated.world])?;
+    }
     let config = simulated::config(&options.simulated)?;
     let warnings = config.world.warnings(&options.simulated.world);
     let server = simulated::start(

@@ -1,6 +1,5 @@
 //! `groundwave` without a command: suggests what to run on this machine.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -17,15 +16,15 @@ const PORTS_MAX: usize = 4;
 pub(super) fn run(named: Option<&Path>) -> Result<(), Fault> {
     let config = config::load(named)?;
     let profiles = config.robots.keys().chain(config.links.keys());
-    let text = text(
+    let lines = lines(
         &profiles.map(String::as_str).collect::<Vec<_>>(),
         &list().unwrap_or_default(),
         &Captures::here(),
     );
-    super::show(text)
+    lines.iter().try_for_each(super::show_line)
 }
 
-fn text(profiles: &[&str], ports: &[Port], captures: &Captures) -> String {
+fn lines(profiles: &[&str], ports: &[Port], captures: &Captures) -> Vec<String> {
     let mut offers: Vec<(String, &str)> = Vec::new();
     let mut offer = |what, command: &str| offers.push((format!("groundwave {command}"), what));
     for name in profiles {
@@ -63,13 +62,13 @@ fn text(profiles: &[&str], ports: &[Port], captures: &Captures) -> String {
         .map(|(command, _)| command.chars().count())
         .max();
     let width = width.unwrap_or_default();
-    let mut text =
-        String::from("Groundwave, a ground station for a small robot. Try one of these:\n\n");
-    for (command, what) in offers {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {command:width$}  {what}");
-    }
-    text
+    let heading = [
+        "Groundwave, a ground station for a small robot. Try one of these:".to_owned(),
+        String::new(),
+    ];
+    let offers = offers.into_iter();
+    let rows = offers.map(|(command, what)| format!("  {command:width$}  {what}"));
+    heading.into_iter().chain(rows).collect()
 }
 
 /// Captures in this folder.
@@ -119,6 +118,9 @@ mod tests {
             name: name.to_owned(),
             kind: kind.to_owned(),
             description: None,
+        };
+        let text = |profiles: &[&str], ports: &[Port], captures: &Captures| {
+            lines(profiles, ports, captures).join("\n")
         };
         let none = Captures::default();
         let bare = text(&[], &[], &none);

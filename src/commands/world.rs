@@ -1,10 +1,13 @@
 //! `world`: lists, checks and draws worlds.
 
+use std::io::{self, Write};
+use std::path::Path;
+
 use sr04_sim::World;
 
 use super::cli;
 use super::output::write_file;
-use super::{Exit, Fault, say, show};
+use super::{Exit, Fault, out, say, show, show_line};
 
 pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
     let Some(name) = &options.world else {
@@ -12,7 +15,8 @@ pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
     };
     let bad = |error| Fault::new(Exit::Usage, error);
     if options.text {
-        return show(World::source(name).map_err(bad)?);
+        let source = World::source(name).map_err(bad)?;
+        return source.lines().try_for_each(show_line);
     }
     let world = World::open(name).map_err(bad)?;
     let warnings = world.warnings(name);
@@ -28,8 +32,8 @@ pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
         };
     }
     match &options.svg {
-        Some(path) => write_file(path, &world.svg(), options.force),
-        None => show(described(&world)),
+        Some(path) => write_file(path, &world.svg(), options.force, &[Path::new(name)]),
+        None => describe(&world).or_else(|error| Fault::output(&error)),
     }
 }
 
@@ -41,15 +45,18 @@ fn list() -> String {
         .collect()
 }
 
-fn described(world: &World) -> String {
+fn describe(world: &World) -> io::Result<()> {
+    let mut out = out();
     let [width, height] = world.size_in();
-    format!(
-        "{}: {}\n{:.0} by {:.0} ft; the robot can reach {:.0} % of the free floor\n\n{}",
-        world.name(),
-        world.about(),
+    writeln!(out, "{}: {}", world.name(), world.about())?;
+    writeln!(
+        out,
+        "{:.0} by {:.0} ft; the robot can reach {:.0} % of the free floor",
         width / 12.0,
         height / 12.0,
-        world.reach() * 100.0,
-        world.picture()
-    )
+        world.reach() * 100.0
+    )?;
+    writeln!(out)?;
+    out.write_all(world.picture().as_bytes())?;
+    out.flush()
 }

@@ -4,7 +4,7 @@ mod history;
 mod options;
 
 use std::collections::VecDeque;
-use std::path::{self, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -64,7 +64,7 @@ impl Keeper {
     pub fn open(options: &KeepOptions, started: Instant) -> Result<Self, CaptureError> {
         let started_wall = SystemTime::now();
         if let (Some(tee), Some(mcap)) = (&options.tee, &options.mcap)
-            && path::absolute(tee).ok() == path::absolute(mcap).ok()
+            && (files::is_same(tee, mcap) || files::full_path(tee) == files::full_path(mcap))
         {
             return Err(CaptureError::SameFile(tee.clone()));
         }

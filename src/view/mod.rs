@@ -73,6 +73,7 @@ use crate::event::Moment;
 use crate::model::SIZE_MIN;
 use crate::model::keys::{Action, Context};
 use crate::model::{Colors, Facts, Panel, Shown, Ui};
+use crate::safe_text::is_control;
 use layout::{HEIGHT_FULL, WIDTH_FULL};
 #[cfg(test)]
 use lines::CLIPPED;
@@ -86,6 +87,13 @@ use theme::Theme;
 pub fn draw<'a>(shown: impl Into<Shown<'a>>, now: Moment, page: &mut Buffer) {
     let area = page.area;
     Screen::of(shown.into(), now).draw_all(page, area);
+    // Ratatui drops C0 and C1, and most of the others by their width.
+    for cell in &mut page.content {
+        if cell.symbol().len() > 1 && cell.symbol().contains(is_control) {
+            let symbol = cell.symbol().replace(is_control, "");
+            cell.set_symbol(if symbol.is_empty() { " " } else { &symbol });
+        }
+    }
 }
 
 /// The model and the clock that panels draw from.

@@ -10,6 +10,7 @@ use super::text::wrap;
 use super::{Screen, columns, put, split_bottom, split_top};
 use crate::figures::{HEADING, Listed, Overlaid, Place};
 use crate::model::runs::Runs;
+use crate::safe_text::SafeWriter;
 
 /// Preferred size of the window, columns and rows.
 const SIZE: (u16, u16) = (110, 44);
@@ -84,10 +85,10 @@ impl Screen<'_> {
 
     fn two_runs(&self, buffer: &mut Buffer, area: Rect, overlaid: &Overlaid) {
         let inner = self.window(buffer, area, SIZE, " two runs over each other ");
-        let mut text = Vec::new();
+        let mut text = SafeWriter(Vec::new());
         // Writing to a string cannot fail.
         let _ = overlaid.comparison.write_text(&mut text);
-        let text = String::from_utf8_lossy(&text);
+        let text = String::from_utf8_lossy(&text.0);
         let lines: Vec<String> = text
             .lines()
             .map(str::to_owned)

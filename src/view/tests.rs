@@ -23,11 +23,13 @@ mod time;
 
 use super::draw;
 use crate::event::{
-    CommandStatus, Effect, Event, Failure, LineRate, LinkEvent, Moment, Reception, Recording, Truth,
+    CommandStatus, Effect, Event, Failure, Level, LineRate, LinkEvent, Moment, Notice, NoticeCode,
+    Reception, Recording, Truth,
 };
 use crate::model::testing::{Scene, listed, overlaid};
 use crate::model::{Colors, Config, Large, Shown};
 use crate::request::Request;
+use crate::safe_text::is_control;
 
 fn buffer(scene: &Scene, width: u16, height: u16) -> Buffer {
     buffer_of(Shown::from(&scene.model), scene.now, width, height)
@@ -114,6 +116,45 @@ fn flight(config: Config) -> Scene {
     scene.layers(&[(Layer::Bumpers, Holds), (Layer::Sonar, Raised)]);
     scene.drive(2, 0.0, 0);
     scene
+}
+
+/// Text that controls a terminal by C0 and C1, changes its direction and breaks a line.
+const HOSTILE: &str = "\u{1b}]0;x\u{7}\u{9b}2J a\u{202e}b\u{2066}\u{61c}c\u{2028}\u{202e}\nFORGED";
+
+#[test]
+fn no_cell_holds_a_control_character() {
+    let mut scene = Scene::new(demo());
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: HOSTILE.to_owned(),
+        can_send: true,
+    }));
+    let notice = Notice::new(NoticeCode::Recording, Level::Alarm, HOSTILE);
+    scene.event(Event::Notice(notice));
+    scene.event(Event::Link(LinkEvent::Lost {
+        reason: HOSTILE.to_owned(),
+    }));
+    let mut two = (*overlaid()).clone();
+    two.comparison.runs[0].capture = HOSTILE.to_owned();
+    two.comparison.runs[1].void = Some(HOSTILE.to_owned());
+    two.problems = vec![HOSTILE.to_owned()];
+    for has_window in [false, true] {
+        if has_window {
+            scene.event(Event::Overlaid(Ok(two.clone().into())));
+        }
+        for (width, height) in [(80, 24), (120, 40)] {
+            let page = buffer(&scene, width, height);
+            let bad = page
+                .content
+                .iter()
+                .find(|cell| cell.symbol().contains(is_control));
+            assert_eq!(bad, None, "{width}x{height}");
+            let screen = text(&page);
+            assert!(
+                screen.contains("2J") && !screen.contains("│ FORGED"),
+                "{screen}"
+            );
+        }
+    }
 }
 
 fn demo() -> Config {

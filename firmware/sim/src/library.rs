@@ -55,7 +55,7 @@ impl World {
 fn read_text(path: &Path) -> io::Result<String> {
     let about = fs::metadata(path)?;
     if !about.is_file() && !about.is_dir() {
-        return Err(io::Error::other("it is a pipe or a device"));
+        return Err(io::Error::other("it is not a regular file"));
     }
     if about.len() > BYTES_MAX {
         return Err(io::Error::other("it is longer than 4 MiB"));

@@ -110,6 +110,7 @@ fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
         links,
         robots,
         recording: sections.recording,
+        path: None,
         text: String::new(),
     }
 }

@@ -4,7 +4,7 @@ use groundwave_protocol::command::Frame;
 use serde_json::{Value, json};
 
 use super::super::cli::Send;
-use super::super::{Fault, show_line};
+use super::super::{Fault, show, show_line};
 use super::script::{Line, Script};
 use crate::request::Request;
 use crate::station::plan::{BOOT, OWNER, Plan, Planner, ROBOT_ID};
@@ -50,11 +50,11 @@ pub(super) fn run(options: &Send, script: &Script) -> Result<(), Fault> {
         }
     }
     if !options.json && !options.quiet {
-        show_line(format_args!(
+        show(format!(
             "Nothing was sent. The four characters before each frame's last \\n are a checksum that depends on robot, \
              boot,\nsession and owner, and so do the frames `open` and STOP: here robot {ROBOT_ID}, boot {BOOT}, owner {OWNER}. \
              Least time: the bytes at\n240 bytes/s and the shortest acknowledgement. Measured time: full duplex without \
-             bit errors (docs/measurements.md);\na shorter route takes no longer."
+             bit errors (docs/measurements.md);\na shorter route takes no longer.\n"
         ))?;
     }
     Ok(())
@@ -78,16 +78,11 @@ fn show_text(line: &Line, plan: &Plan, typical: Typical) -> Result<(), Fault> {
         show_line(format_args!(
             "  {:>2} bytes  {}{}{what}",
             bytes.len(),
-            escaped(bytes),
+            String::from_utf8_lossy(bytes),
             if what.is_empty() { "" } else { "  " },
         ))?;
     }
     Ok(())
-}
-
-/// The bytes as text, with line feeds escaped.
-fn escaped(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).replace('\n', "\\n")
 }
 
 fn to_json(line: &Line, plan: &Plan, typical: Typical) -> Value {

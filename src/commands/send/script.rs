@@ -1,13 +1,13 @@
 //! The commands to deliver: one given as words, or a script with one per line.
 
-use std::fs;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
 use groundwave_protocol::status_codes::Mode;
 
 use super::super::cli::Send;
 use super::super::{Exit, Fault};
+use crate::capture::{files, text_file};
 use crate::hint;
 use crate::request::Request;
 use crate::route;
@@ -158,10 +158,9 @@ fn read_words(words: &[&str]) -> Result<Vec<Request>, String> {
 
 fn read_text(path: &Path) -> Result<String, Fault> {
     let read = if is_standard_input(path) {
-        let mut text = String::new();
-        io::stdin().read_to_string(&mut text).map(|_| text)
+        text_file::read_to_end(io::stdin())
     } else {
-        fs::read_to_string(path)
+        files::open(path).and_then(text_file::read_to_end)
     };
     read.map_err(|error| {
         let why = hint::of_reading(&error);
