@@ -84,14 +84,14 @@ fn dry_run_prints_frames_without_opening_a_link() {
     assert_eq!(told["command"], "mode prowl");
     assert_eq!(
         told["opening"],
-        vector("open the first session after a boot")
+        vector("open with an era, the first session after a boot")
     );
     assert_eq!(
         told["frames"],
         serde_json::json!([command(1, Order::Mode(Mode::Prowl))])
     );
-    assert_eq!(told["bytes"], 20);
-    assert_eq!(told["at_least_s"], 0.2);
+    assert_eq!(told["bytes"], 23);
+    assert_eq!(told["at_least_s"], 0.213);
     let (out, _) = expect(0, &["send", "--dry-run", "stop"]);
     let stop = vector("STOP with a receipt").replace('\n', "\\n");
     assert!(out.contains(&format!("10 bytes  {stop}\n")), "{out}");
@@ -132,7 +132,7 @@ fn dry_run_of_a_route_matches_the_encoders() {
     ];
     assert_eq!(list["frames"], serde_json::json!(expected));
     let bytes: usize = expected.iter().map(String::len).sum();
-    assert_eq!(list["bytes"], bytes + 10, "a request for a session too");
+    assert_eq!(list["bytes"], bytes + 13, "a request for a session too");
     assert_eq!(go["opening"], Value::Null);
     assert_eq!(
         go["frames"],

@@ -102,8 +102,8 @@ def encodes(message: Vector | None, frame: str, robot: dict[str, int]) -> None:
 def check_frame(vector: Vector) -> None:
     """`frame` is heard as `message` or refused with `error`, and the message encodes to the frame."""
     names = ("robot_id", "boot", "session", "owner")
-    rest_known(vector, "frame", "message", "error", *names)
-    robot = {name: vector[name] for name in names}
+    rest_known(vector, "frame", "message", "error", "era", *names)
+    robot = {name: vector[name] for name in names} | {"era": vector.get("era", 0)}
     messages, error = [], None
     for between in raw(vector["frame"]).split(b"\n")[:-1]:
         if between:
@@ -141,7 +141,8 @@ class Conversation:
         if farm is None:
             raise AssertionError("the first step is no boot")
         if "frame" in vector:
-            robot = {"robot_id": farm.robot_id, "boot": farm.boot, "session": farm.session, "owner": farm.owner}
+            robot = {"robot_id": farm.robot_id, "boot": farm.boot, "session": farm.session, "owner": farm.owner,
+                     "era": farm.key_era()}
             self.outcomes = [vector["outcome"]] if "outcome" in vector else []
             same("heard", list(farm.hear(raw(vector["frame"]))), [[vector["message"], vector["action"]]])
             same("outcomes left", self.outcomes, [])

@@ -74,6 +74,8 @@ def decode_ack(characters: bytes) -> Fields:
     ack = {"boot": bits >> 27, "session": bits >> 24 & 7, "sequence": bits >> 21 & 7, "outcome": bits >> 18 & 7}
     if bits >> 15 & 7 == 7:
         return ack | {"receipt": bits & 0x7FFF}
+    if bits >> 14 & 15 == 13:
+        return ack | {"era": bits & 0x3FFF}
     if bits >> 17 & 1:
         return ack | {"first_missing": bits >> 10 & 127, "tag": bits >> 8 & 3, "window": bits & 255}
     return ack | {"owner": bits >> 7 & 1023, "robot_id": bits & 127}
@@ -82,6 +84,8 @@ def decode_ack(characters: bytes) -> Fields:
 def encode_ack(ack: Fields) -> bytes:
     """The five characters of an acknowledgement."""
     bits = ack["boot"] << 27 | ack["session"] << 24 | ack["sequence"] << 21 | ack["outcome"] << 18
+    if "era" in ack:
+        return to_six(bits | 13 << 14 | ack["era"], 5)
     if "receipt" in ack:
         return to_six(bits | 7 << 15 | ack["receipt"], 5)
     if "tag" in ack:
@@ -365,9 +369,9 @@ class FrameError(ValueError):
         self.reason = reason
 
 
-def frame_key(robot_id: int, boot: int = 0, session: int = 0, owner: int = 0) -> int:
+def frame_key(robot_id: int, boot: int = 0, session: int = 0, owner: int = 0, era: int = 0) -> int:
     """The initial remainder of a frame's checksum."""
-    return robot_id << 16 | (boot & 7) << 13 | session << 10 | owner
+    return (robot_id << 16 | (boot & 7) << 13 | session << 10 | owner) ^ (era & 127) << 16 ^ era >> 7
 
 
 # Bits, most significant first: name, how many, least and greatest value, what is added before it is sent. Without an
@@ -384,6 +388,7 @@ PAYLOADS: dict[str, Bits] = {
           ("count", 4, 0, 15, 0)],
     "L": [("heard", 12, *_HEARD)],
 }
+ERA: Bits = [("era", 18, 0, 0x3FFF, 0)]                                             # only where there is one
 RECEIPT: Bits = [("receipt", 18, 0, 0x7FFF, 0)]
 SILENCE: Bits = [("silence_s", 12, 0, 4095, 0)]                                     # then a mode's letter
 KEY: Bits = [("key", 24, 0, 0xFFFFFF, 0)]
@@ -420,7 +425,8 @@ def _unpack(layout: Bits, characters: bytes) -> Fields:
     return values
 
 
-def encode_frame(message: Fields, robot_id: int, boot: int, session: int, owner: int, to_all: bool = False) -> bytes:
+def encode_frame(message: Fields, robot_id: int, boot: int, session: int, owner: int, era: int = 0,
+                 to_all: bool = False) -> bytes:
     """The frame that says `message`, with its LFs; `to_all` makes a STOP that every robot obeys.
 
     ValueError if a value does not fit.
@@ -441,11 +447,13 @@ def encode_frame(message: Fields, robot_id: int, boot: int, session: int, owner:
             said += order.encode("ascii") + _pack(ORDERS[order], message)
         else:
             raise ValueError("no such order")
+    elif kind == "O" and "era" in message:
+        said += _pack(ERA, message)
     elif kind == "W":
         _within(len(message["waypoints"]), 1, 16)
         _within(message["first_block"] * BLOCK + len(message["waypoints"]), 1, LIST_MAX)
         said += b"".join(_pack(WAYPOINT, {"x_in": x, "y_in": y}) for x, y in message["waypoints"])
-    key = frame_key(robot_id) if kind in "XO" else frame_key(robot_id, boot, session, owner)
+    key = frame_key(robot_id) if kind in "XO" else frame_key(robot_id, boot, session, owner, era)
     return b"\n" + said + checksum(0 if kind == "X" and to_all else key, said) + b"\n"
 
 
@@ -478,11 +486,13 @@ def _decode_said(kind: str, payload: bytes) -> Fields:
     """The message of a frame whose checksum holds; ValueError if it cannot be read."""
     if kind not in PAYLOADS:
         raise ValueError("no such type")
-    size = {"C": 1, "W": 2}.get(kind, len(payload))
+    size = {"C": 1, "W": 2, "O": 3}.get(kind, len(payload))
     layout = RECEIPT if kind == "X" and payload else PAYLOADS[kind]
     fields, rest = {"type": kind} | _unpack(layout, payload[:size]), payload[size:]
     if kind == "C":
         fields |= _decode_order(rest)
+    elif kind == "O" and rest:
+        fields |= _unpack(ERA, rest)
     elif kind == "W":
         waypoints = [_unpack(WAYPOINT, rest[at:at + 5]) for at in range(0, len(rest), 5)]
         _within(len(waypoints), 1, 16)
@@ -490,11 +500,11 @@ def _decode_said(kind: str, payload: bytes) -> Fields:
     return fields
 
 
-def decode_frame(between: bytes, robot_id: int, boot: int, session: int, owner: int) -> Fields:
+def decode_frame(between: bytes, robot_id: int, boot: int, session: int, owner: int, era: int = 0) -> Fields:
     """The message between two LFs (not empty) as this robot hears it; FrameError if there is none."""
     if len(between) > FRAME_BYTES_MAX:
         raise FrameError("too_long")
-    keys = [frame_key(robot_id, boot, session, owner)] if owner else []
+    keys = [frame_key(robot_id, boot, session, owner, era)] if owner else []
     if between[:1] in (b"X", b"O"):
         keys = [frame_key(robot_id)] + ([0] if between[:1] == b"X" else [])
     said = between[:-4]
@@ -520,6 +530,7 @@ class Farm:
     def __init__(self, robot_id: int, boots: int, carry_out: Callable[[Fields], int]) -> None:
         self.robot_id, self.boot, self.carry_out = robot_id, boots % 8, carry_out
         self.session = self.owner = 0
+        self.era, self.is_numbered = (boots >> 3) * 1021 % 16384, False
         self.sequence = self.outcome = self.drive_count = 0
         self.active: list[Waypoint] = []
         self.staged: dict[int, Waypoint] | None = None      # by number; None: not open
@@ -541,7 +552,7 @@ class Farm:
             if not between:
                 continue
             try:
-                message = decode_frame(between, self.robot_id, self.boot, self.session, self.owner)
+                message = decode_frame(between, self.robot_id, self.boot, self.session, self.owner, self.key_era())
             except FrameError as error:
                 self.counters[error.reason] += 1
                 yield None, "not heard"
@@ -560,7 +571,12 @@ class Farm:
         window = sum(1 << n for n in range(8) if first + 1 + n in self.blocks)
         return ack | {"first_missing": first, "tag": self.tag % 4, "window": window}
 
+    def key_era(self) -> int:
+        """The era in the key of the session."""
+        return self.era if self.is_numbered else 0
+
     def _new_session(self, owner: int) -> None:
+        self.era = (self.era + (self.session == 7)) % 16384
         self.session, self.owner = self.session % 7 + 1, owner
         self.sequence = self.outcome = self.drive_count = self.tag = 0
         self.staged, self.blocks, self.receipt = None, set(), None
@@ -575,8 +591,10 @@ class Farm:
         return "stop"
 
     def _on_O(self, message: Fields) -> str:
-        if (message["boot"], message["replaces"]) == (self.boot, self.session):
+        present = self.boot, self.session, self.era
+        if (message["boot"], message["replaces"], message.get("era", self.era)) == present:
             self._new_session(message["owner"])
+            self.is_numbered = "era" in message
         return "nothing"
 
     def _on_C(self, message: Fields) -> str:

@@ -133,6 +133,7 @@ fn a_second_station_takes_over_and_the_first_reports_it() {
         boot: ack.boot,
         replaces: ack.session,
         owner: 0x111,
+        era: None,
     };
     for &byte in Message::Open(open).encode(Key::robot(ROBOT_ID)).as_bytes() {
         world.robot.handle_byte(byte);

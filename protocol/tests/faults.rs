@@ -180,6 +180,7 @@ fn the_stop_of_another_operator_before_the_request_proves_nothing() {
             boot: ack.boot,
             replaces: ack.session,
             owner: 0x111,
+            era: None,
         });
         world.robot.hear(&open, Key::robot(ROBOT_ID));
         let prowl = Message::Command(Command {
@@ -221,7 +222,9 @@ fn a_stop_before_the_latest_request_does_not_prove_it() {
     let transmit = |fop: &mut Fop, robot: &mut Robot, now_us: u64| {
         for at_us in (now_us..now_us + 50_000).step_by(4_000) {
             while let Some(bytes) = fop.poll_transmit(at_us) {
-                bytes.iter().for_each(|&byte| robot.handle_byte(byte));
+                for &byte in bytes {
+                    robot.handle_byte(byte);
+                }
             }
         }
         robot.farm.ack()

@@ -6,6 +6,7 @@ mod delivery;
 mod faults;
 mod fuzz;
 mod receiver;
+mod replay;
 mod search;
 mod vectors;
 mod world;

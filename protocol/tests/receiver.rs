@@ -41,6 +41,7 @@ fn samples() -> Vec<Message> {
             boot: 1,
             replaces: 7,
             owner: 0x2A5,
+            era: None,
         }),
         command(Order::Mode(Mode::Wander)),
         command(Order::Layers {

@@ -102,9 +102,12 @@ fn frames_match_their_vectors() {
             boot: number(&vector, "boot") as u8,
             session: number(&vector, "session") as u8,
             owner: number(&vector, "owner") as u16,
+            era: vector["era"].as_u64().unwrap_or_default() as u16,
         };
         let judged = ear.hear(string(&vector, "frame").as_bytes());
-        let given = ["about", "frame", "robot_id", "boot", "session", "owner"];
+        let given = [
+            "about", "frame", "robot_id", "boot", "session", "owner", "era",
+        ];
         assert_eq!(judged, without(&vector, &given), "{vector}");
     }
 }

@@ -3,6 +3,7 @@
 //! Lengths and payloads are those of real frames. Checksums, and the payload of a session request, depend on robot,
 //! boot, session and owner; here these are those of an example.
 
+use groundwave_protocol::arq::session_after;
 use groundwave_protocol::command::{
     BLOCK_WAYPOINTS, Command, FRAME_WAYPOINTS_MAX, Frame, Key, Message, Open, Order, Slots,
 };
@@ -30,6 +31,7 @@ const RECEIPT: u16 = OWNER << 5 | 1;
 pub struct Planner {
     /// The robot's session.
     session: u8,
+    era: u16,
     is_open: bool,
     sequence: u8,
     tag: u8,
@@ -74,7 +76,7 @@ impl Planner {
             };
         }
         let opening = (!self.is_open).then(|| self.open());
-        let key = Key::session(ROBOT_ID, BOOT, self.session, OWNER);
+        let key = Key::session(ROBOT_ID, BOOT, self.session, OWNER).in_era(self.era);
         let mut messages = Vec::new();
         let order = match request {
             Request::Route(waypoints) => Some(self.stage(waypoints, &mut messages)),
@@ -98,13 +100,14 @@ impl Planner {
             boot: BOOT,
             replaces: self.session,
             owner: OWNER,
+            era: Some(self.era),
         };
         self.begin_session(true);
         Message::Open(open).encode(Key::robot(ROBOT_ID))
     }
 
     fn begin_session(&mut self, is_open: bool) {
-        self.session = self.session % 7 + 1;
+        (self.era, self.session) = session_after(self.era, self.session);
         self.is_open = is_open;
         self.sequence = 0;
         self.tag = 0;
@@ -206,9 +209,9 @@ mod tests {
     fn the_least_time_is_that_of_the_wire() {
         let mut planner = Planner::default();
         let first = planner.plan(&Request::Mode(Mode::Prowl));
-        // `O` with 3 characters and `C` with 3, checksums of 4 and line feeds; two acknowledgements of 14.
-        assert_eq!(first.bytes(), 10 + 10);
-        assert!((first.at_least_s() - 48.0 / 240.0).abs() < 1e-9);
+        // `O` with 6 characters and `C` with 3, checksums of 4 and line feeds; two acknowledgements of 14.
+        assert_eq!(first.bytes(), 13 + 10);
+        assert!((first.at_least_s() - 51.0 / 240.0).abs() < 1e-9);
         let second = planner.plan(&Request::Mode(Mode::Prowl));
         assert_eq!((second.opening, second.bytes()), (None, 10));
         assert!((second.at_least_s() - 24.0 / 240.0).abs() < 1e-9);

@@ -51,6 +51,7 @@ fn fill_ack(to: &mut Telemetry, ack: Ack) {
             to.ack_window_bits = Some(window.into());
             to.ack_list_tag = Some(tag.into());
         }
+        Detail::Era { .. } => {}
         Detail::Stopped { .. } => to.ack_owner = Some(0),
     }
 }

@@ -100,6 +100,7 @@ fn frames_that_go_again_are_told_from_new_ones() {
             boot,
             replaces,
             owner,
+            era: None,
         };
         Message::Open(open).encode(Key::robot(7))
     };

@@ -229,6 +229,7 @@ impl Bench {
             boot: ack.boot,
             replaces: ack.session,
             owner,
+            era: None,
         };
         self.send(&Message::Open(open), Key::robot(ROBOT_ID));
         self.sequence = 0;

@@ -205,6 +205,7 @@ impl Run {
             boot: ack.boot,
             replaces: ack.session,
             owner: OWNER,
+            era: None,
         });
         self.send(&open);
         let ack = self.simulation.robot().ack();

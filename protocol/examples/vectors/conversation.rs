@@ -120,10 +120,15 @@ impl Script {
     }
 
     fn open(&mut self, about: &str, boot: u8, replaces: u8, owner: u16) {
+        self.open_in(about, boot, replaces, owner, None);
+    }
+
+    fn open_in(&mut self, about: &str, boot: u8, replaces: u8, owner: u16, era: Option<u16>) {
         let open = Open {
             boot,
             replaces,
             owner,
+            era,
         };
         self.say(about, Message::Open(open));
         self.key = self.robot.key().unwrap_or(self.key);
@@ -150,7 +155,7 @@ pub fn conversation() -> Vec<Value> {
     script.steps
 }
 
-/// A second conversation, about receipts.
+/// A second conversation, about receipts and eras.
 pub fn sessions() -> Vec<Value> {
     let mut script = Script {
         robot: Robot::boot(1),
@@ -159,7 +164,31 @@ pub fn sessions() -> Vec<Value> {
     };
     script.boot("the robot boots for the first time", 1);
     receipts(&mut script);
+    eras(&mut script);
     script.steps
+}
+
+fn eras(s: &mut Script) {
+    let reactive = Order::Mode(Mode::Reactive);
+    s.open_in("a request for another era", 2, 0, 0x2A5, Some(1));
+    s.open_in("the first session", 2, 0, 0x2A5, Some(0));
+    s.order("its command", 1, reactive, Outcome::Done);
+    for replaces in 1..7 {
+        let about = format!("session {}", replaces + 1);
+        s.open_in(&about, 2, replaces, 0x2A5, Some(0));
+    }
+    s.open_in("a new era begins after session 7", 2, 7, 0x2A5, Some(0));
+    let key = std::mem::replace(&mut s.key, Key::session(ROBOT_ID, 2, 1, 0x2A5));
+    s.order("the command of the era before", 1, reactive, Outcome::Done);
+    s.key = key;
+    s.order("a command", 1, reactive, Outcome::Done);
+    s.open_in("the request of the era before", 2, 1, 0x2A5, Some(0));
+    s.open("a session without an era", 2, 1, 0x2A5);
+    s.order("has a key without one", 1, reactive, Outcome::Done);
+    s.boot("the eras of the eighth boot begin at 1021", 8);
+    s.open_in("so era 0 has passed", 0, 0, 0x2A5, Some(0));
+    s.open_in("and this is the first", 0, 0, 0x2A5, Some(1021));
+    s.order("its command", 1, reactive, Outcome::Done);
 }
 
 fn receipts(s: &mut Script) {

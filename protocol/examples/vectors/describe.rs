@@ -138,6 +138,7 @@ pub fn ack(ack: Ack) -> Value {
             tag,
             window,
         } => json!({ "first_missing": first_missing, "tag": tag, "window": window }),
+        Detail::Era { era } => json!({ "era": era }),
         Detail::Stopped { receipt } => json!({ "receipt": receipt }),
     };
     let head = json!({
@@ -168,12 +169,18 @@ pub fn message(message: &Message) -> Value {
     match message {
         Message::Stop(None) => json!({ "type": "X" }),
         Message::Stop(Some(receipt)) => json!({ "type": "X", "receipt": receipt }),
-        Message::Open(open) => json!({
-            "type": "O",
-            "boot": open.boot,
-            "replaces": open.replaces,
-            "owner": open.owner,
-        }),
+        Message::Open(open) => {
+            let numbers = json!({
+                "type": "O",
+                "boot": open.boot,
+                "replaces": open.replaces,
+                "owner": open.owner,
+            });
+            match open.era {
+                Some(era) => with(numbers, json!({ "era": era })),
+                None => numbers,
+            }
+        }
         Message::Command(command) => with(
             json!({ "type": "C", "sequence": command.sequence }),
             order(command.order),

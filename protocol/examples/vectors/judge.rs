@@ -39,11 +39,15 @@ pub struct Ear {
     pub boot: u8,
     pub session: u8,
     pub owner: u16,
+    /// Era of the session; 0 also if it was opened without one.
+    pub era: u16,
 }
 
 impl Ear {
     pub fn key(self) -> Option<Key> {
-        (self.owner != 0).then(|| Key::session(self.robot_id, self.boot, self.session, self.owner))
+        (self.owner != 0).then(|| {
+            Key::session(self.robot_id, self.boot, self.session, self.owner).in_era(self.era)
+        })
     }
 
     /// Result for a frame: the last `message`, the last `error`, or neither.

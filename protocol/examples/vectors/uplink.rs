@@ -14,6 +14,7 @@ pub const EAR: Ear = Ear {
     boot: 1,
     session: 3,
     owner: 0x2A5,
+    era: 0,
 };
 
 const CLOSED: Ear = Ear { owner: 0, ..EAR };
@@ -29,6 +30,9 @@ pub fn vector(about: impl Into<String>, ear: Ear, bytes: &[u8]) -> Value {
     vector["boot"] = Value::from(ear.boot);
     vector["session"] = Value::from(ear.session);
     vector["owner"] = Value::from(ear.owner);
+    if ear.era != 0 {
+        vector["era"] = Value::from(ear.era);
+    }
     vector["frame"] = Value::from(judge::text(bytes));
     vector
 }
@@ -123,6 +127,7 @@ fn valid() -> Vec<Value> {
             boot,
             replaces,
             owner,
+            era: None,
         })
     };
     let drive = |velocity_in_s, rotation_in_s, heard, count| {
@@ -217,6 +222,7 @@ fn not_heard() -> Vec<Value> {
         boot,
         session,
         owner,
+        era: 0,
     };
     let stop = Message::Stop(None).encode(Key::robot(7));
     let stop = stop.as_bytes();

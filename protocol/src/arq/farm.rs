@@ -1,7 +1,7 @@
 //! The robot's end of delivery: accepts each command exactly once and acknowledges it in every line.
 
-use super::Lists;
-use crate::command::{Drive, Key, Message, Open, Order};
+use super::{Lists, session_after};
+use crate::command::{Drive, ERA_MAX, Key, Message, Open, Order};
 use crate::telemetry::{Ack, Detail, Outcome};
 
 /// Action of the robot on a message.
@@ -19,12 +19,19 @@ pub enum Action {
     Heard,
 }
 
+/// Eras between the beginnings of lives with the same boot counter modulo 8. Sixteen of these fill the range.
+const ERAS_OF_LIFE: u16 = 1021;
+
 /// The Frame Acceptance and Reporting Mechanism.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Farm {
     robot_id: u8,
     boot: u8,
     session: u8,
+    /// Rounds of session numbers, 14 bits.
+    era: u16,
+    /// Whether the session was opened by its full number, era included.
+    is_numbered: bool,
     /// Owner of the session; `None` when none is open.
     owner: Option<u16>,
     /// Sequence of the latest command, 6 bits; the number of STOPs while no session is open.
@@ -44,6 +51,8 @@ impl Farm {
             robot_id,
             boot: (boots & 7) as u8,
             session: 0,
+            era: (boots >> 3).wrapping_mul(ERAS_OF_LIFE) & ERA_MAX,
+            is_numbered: false,
             owner: None,
             sequence: 0,
             outcome: Outcome::Done,
@@ -56,8 +65,9 @@ impl Farm {
     /// The key that frames of the open session are checked with; `None` when none is open.
     #[must_use]
     pub fn key(&self) -> Option<Key> {
+        let era = if self.is_numbered { self.era } else { 0 };
         self.owner
-            .map(|owner| Key::session(self.robot_id, self.boot, self.session, owner))
+            .map(|owner| Key::session(self.robot_id, self.boot, self.session, owner).in_era(era))
     }
 
     /// The acknowledgement.
@@ -68,14 +78,14 @@ impl Farm {
         self.ack_with(detail.unwrap_or(self.idle()))
     }
 
-    /// The acknowledgement in the line of this sequence: one line in three has the robot's id instead of a receipt, for
-    /// stations that have just started.
+    /// The acknowledgement in the line of this sequence. One line in three has the era, or in turn with it the robot's id
+    /// instead of a receipt, for stations that have just started.
     #[must_use]
     pub fn ack_in(&self, sequence: u8) -> Ack {
-        if self.receipt.is_some() && sequence % 3 == 1 {
-            self.ack_with(self.idle())
-        } else {
-            self.ack()
+        match sequence % 6 {
+            4 if self.receipt.is_some() => self.ack_with(self.idle()),
+            1 | 4 => self.ack_with(Detail::Era { era: self.era }),
+            _ => self.ack(),
         }
     }
 
@@ -171,13 +181,15 @@ impl Farm {
 
     /// Opens a session, unless the request is for an older boot or session.
     fn open(&mut self, open: Open) {
-        if open.boot == self.boot && open.replaces == self.session {
+        let is_present = open.era.is_none_or(|era| era == self.era);
+        if is_present && open.boot == self.boot && open.replaces == self.session {
             self.begin_session(Some(open.owner));
+            self.is_numbered = open.era.is_some();
         }
     }
 
     fn begin_session(&mut self, owner: Option<u16>) {
-        self.session = self.session % 7 + 1;
+        (self.era, self.session) = session_after(self.era, self.session);
         self.owner = owner;
         self.sequence = 0;
         self.outcome = Outcome::Done;

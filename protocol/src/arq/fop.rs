@@ -32,6 +32,7 @@ enum Session {
     Open {
         boot: u8,
         number: u8,
+        era: u16,
         key: Key,
     },
 }
@@ -105,6 +106,10 @@ const RECEIPT_COUNT_BITS: u32 = 5;
 /// Period of STOP frames until one is proven.
 const STOP_PERIOD_US: u64 = 300_000;
 
+/// Last sequence of a session's commands and last tag of its lists: later ones would repeat earlier ones.
+const SEQUENCE_LAST: u8 = 63;
+const TAG_LAST: u8 = 15;
+
 /// Digest mismatches of one list after which it fails.
 const MISMATCHES_MAX: u8 = 3;
 const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
@@ -118,6 +123,8 @@ pub struct Fop {
     config: Config,
     robot_id: Option<u8>,
     latest_ack: Option<Ack>,
+    /// Era of the session in the latest acknowledgement; `None` until a line in this life of the robot has shown it.
+    era: Option<u16>,
     latest_line: u8,
     heard_us: u64,
     downlink: Quality,
@@ -163,6 +170,7 @@ impl Fop {
             robot_id: config.robot_id,
             config,
             latest_ack: None,
+            era: None,
             latest_line: 0,
             heard_us: 0,
             downlink: Quality::default(),

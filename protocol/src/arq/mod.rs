@@ -12,3 +12,18 @@ pub use farm::{Action, Farm};
 pub use fop::{Config, Duplex, Fop, FopEvent, Task};
 pub use lists::Lists;
 pub use status::{CommandStatus, Failure};
+
+use crate::command::ERA_MAX;
+
+/// The last session number of an era. Numbers count from 1; 0 comes before the first session of a life.
+const SESSION_LAST: u8 = 7;
+
+/// Era and number of the session after this one.
+#[must_use]
+pub const fn session_after(era: u16, session: u8) -> (u16, u8) {
+    if session == SESSION_LAST {
+        ((era + 1) & ERA_MAX, 1)
+    } else {
+        (era, session + 1)
+    }
+}

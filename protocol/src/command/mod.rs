@@ -30,6 +30,9 @@ use nom::{
 /// The result of a parser in this module. Errors carry nothing: an unreadable frame is dropped.
 type Parsed<'a, T> = IResult<&'a [u8], T, ()>;
 
+/// Largest era of a session.
+pub const ERA_MAX: u16 = 0x3FFF;
+
 /// Largest receipt of a STOP.
 pub const RECEIPT_MAX: u16 = 0x7FFF;
 
@@ -67,6 +70,14 @@ impl Key {
                 | (session as u32 & 7) << 10
                 | owner as u32 & 0x3FF,
         )
+    }
+
+    /// The key of a session of this era, which was opened by its full number. Its low half changes the bits of the robot's
+    /// id, its high half those of the owner: sessions of one robot have different keys for 896 sessions, those that one
+    /// owner opened for 114,688.
+    #[must_use]
+    pub const fn in_era(self, era: u16) -> Self {
+        Self(self.0 ^ (era as u32 & 0x7F) << 16 ^ (era as u32 >> 7 & 0x7F))
     }
 
     /// The initial remainder.
@@ -137,7 +148,9 @@ impl Message {
     pub fn parse(content: &[u8]) -> Option<Self> {
         let (&letter, payload) = content.split_first()?;
         let (left, message) = match FrameType::from_letter(letter)? {
-            FrameType::Stop => map(opt(map_opt(number(3), receipt)), Self::Stop).parse(payload),
+            FrameType::Stop => {
+                map(opt(map_opt(number(3), small::<RECEIPT_MAX>)), Self::Stop).parse(payload)
+            }
             FrameType::Open => map(Open::parse, Self::Open).parse(payload),
             FrameType::Command => map(Command::parse, Self::Command).parse(payload),
             FrameType::Waypoints => map(Slots::parse, Self::Waypoints).parse(payload),
@@ -239,11 +252,9 @@ impl Frame {
     }
 }
 
-/// The receipt in a STOP; `None` if leading bits are set.
-fn receipt(bits: u32) -> Option<u16> {
-    u16::try_from(bits)
-        .ok()
-        .filter(|&receipt| receipt <= RECEIPT_MAX)
+/// A number of at most `MAX`, and `None` for a larger one.
+fn small<const MAX: u16>(bits: u32) -> Option<u16> {
+    u16::try_from(bits).ok().filter(|&number| number <= MAX)
 }
 
 /// A number in 6-bit characters.

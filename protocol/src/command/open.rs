@@ -1,12 +1,17 @@
 //! `O`: opens a session.
 //!
 //! ```text
-//! O  ppp
-//!    0, boot (3 bits), session replaced (3), owner (10)
+//! O  ppp                                               eee
+//!    0, boot (3 bits), session replaced (3), owner (10)   0, era replaced (14)
 //! ```
+//!
+//! Without an era the session has no full number, and its key is used again after seven sessions.
 
-use super::{Frame, Parsed, number};
-use nom::{Parser, combinator::map_opt};
+use super::{ERA_MAX, Frame, Parsed, number, small};
+use nom::{
+    Parser,
+    combinator::{map_opt, opt},
+};
 
 /// Opens a session if `boot` and `replaces` are the robot's present ones. A late frame therefore changes nothing
 /// after a reboot, another station's session or its own copy.
@@ -18,6 +23,8 @@ pub struct Open {
     pub replaces: u8,
     /// Random nonce of this station, 10 bits, not 0.
     pub owner: u16,
+    /// Era of the session replaced, 14 bits.
+    pub era: Option<u16>,
 }
 
 impl Open {
@@ -28,14 +35,19 @@ impl Open {
                 | u32::from(self.replaces & 7) << 10
                 | u32::from(self.owner & 0x3FF),
         );
+        if let Some(era) = self.era {
+            frame.push_sixbit(3, u32::from(era & ERA_MAX));
+        }
     }
 
     pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
-        map_opt(number(3), |bits| {
+        let era = opt(map_opt(number(3), small::<ERA_MAX>));
+        map_opt((number(3), era), |(bits, era)| {
             (bits >> 16 == 0 && bits & 0x3FF != 0).then_some(Self {
                 boot: (bits >> 13 & 7) as u8,
                 replaces: (bits >> 10 & 7) as u8,
                 owner: (bits & 0x3FF) as u16,
+                era,
             })
         })
         .parse(input)
@@ -51,8 +63,8 @@ mod tests {
 
     proptest! {
         #[test]
-        fn open_frames_survive_a_round_trip(boot in 0..8_u8, replaces in 0..8_u8, owner in 1..1024_u16) {
-            let open = Message::Open(Open { boot, replaces, owner });
+        fn open_frames_survive_a_round_trip(boot in 0..8_u8, replaces in 0..8_u8, owner in 1..1024_u16, era in prop::option::of(0..0x4000_u16)) {
+            let open = Message::Open(Open { boot, replaces, owner, era });
             prop_assert_eq!(read_back(open), Some(open));
         }
     }
@@ -65,6 +77,7 @@ mod tests {
             boot: 0,
             replaces: 0,
             owner: 1,
+            era: None,
         };
         assert_eq!(Message::parse(b"O``!"), Some(Message::Open(first)));
     }

@@ -6,13 +6,14 @@
 //!                                         0      owner (10 bits), robot id (7)
 //!                                         1      first missing block (7, up to 75), tag (2), window (8)
 //!                                         1      two set bits, receipt of a STOP (15)
+//!                                         1      bits 101, era of the session (14)
 //! ```
 //!
 //! All counters are the low bits of larger ones. It is a snapshot, not an event: a lost line loses no acknowledgement.
 
 use super::FieldError;
 use super::fields::{Fields, Parsed, byte, bytes, digits};
-use crate::command::RECEIPT_MAX;
+use crate::command::{ERA_MAX, RECEIPT_MAX};
 use crate::{crc, sixbit};
 use nom::Parser;
 use nom::combinator::{map_opt, verify};
@@ -105,10 +106,18 @@ pub enum Detail {
         /// Number in the latest STOP.
         receipt: u16,
     },
+    /// The high part of the session's number.
+    Era {
+        /// Counts the rounds of session numbers, 14 bits.
+        era: u16,
+    },
 }
 
 /// Values of the bits 16 and 15 beside a set bit 17 that no block has: a receipt follows.
 const RECEIPT: u32 = 0b11;
+
+/// Values of the bits 16 to 14 beside a set bit 17 that no block has, either: an era follows.
+const ERA: u32 = 0b101;
 
 /// The state of the robot's receiver at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -166,6 +175,7 @@ impl Ack {
                 1,
                 u32::from(first_missing & 0x7F) << 10 | u32::from(tag & 3) << 8 | u32::from(window),
             ),
+            Detail::Era { era } => (1, ERA << 14 | u32::from(era & ERA_MAX)),
             Detail::Stopped { receipt } => (1, RECEIPT << 15 | u32::from(receipt & RECEIPT_MAX)),
         };
         let bits = u32::from(self.boot & 7) << 27
@@ -195,6 +205,10 @@ impl Ack {
         } else if bits >> 15 & 3 == RECEIPT {
             Detail::Stopped {
                 receipt: bits as u16 & RECEIPT_MAX,
+            }
+        } else if bits >> 14 & 7 == ERA {
+            Detail::Era {
+                era: bits as u16 & ERA_MAX,
             }
         } else {
             Detail::Staging {
@@ -322,6 +336,10 @@ mod tests {
             },
             ..none
         };
+        let era = |era| Ack {
+            detail: Detail::Era { era },
+            ..none
+        };
         let stopped = |receipt| Ack {
             detail: Detail::Stopped { receipt },
             ..none
@@ -368,6 +386,8 @@ mod tests {
             (staging(0, 0, 1), 1 << 17 | 1),
             (staging(0, 0, 0x80), 1 << 17 | 0x80),
             (stopped(0), 0b111 << 15),
+            (era(0), 0b1101 << 14),
+            (era(0x3FFF), 0b1101 << 14 | 0x3FFF),
             (stopped(0x7FFF), 0x3_FFFF),
         ] {
             assert_eq!(sixbit::decode_from(&ack.encode()), Some(bits), "{ack:?}");

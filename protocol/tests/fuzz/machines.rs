@@ -77,6 +77,10 @@ fn message(input: &mut Input, farm: &Farm) -> Message {
             boot: ack.boot ^ u8::from(kind & 1 == 1),
             replaces: ack.session,
             owner: input.word() & 0x3FF | 1,
+            era: match farm.ack_in(1).detail {
+                Detail::Era { era } if kind & 2 == 0 => Some(era ^ u16::from(kind >> 2 & 1)),
+                _ => None,
+            },
         });
     }
     let length = usize::from(input.byte() % 84).min(input.0.len());
@@ -159,6 +163,12 @@ fn ack_line(sequence: u8, ack: Ack) -> AckLine {
 fn ack(input: &mut Input) -> Ack {
     let (a, b) = (input.byte(), input.byte());
     let detail = match a >> 6 {
+        0 if b >> 6 == 1 => Detail::Era {
+            era: input.byte().into(),
+        },
+        1 if b >> 6 == 1 => Detail::Stopped {
+            receipt: OWNER << 5 | 1,
+        },
         0 => Detail::Staging {
             first_missing: input.byte() & 0x7F,
             tag: b & 3,

@@ -50,6 +50,8 @@ pub struct Frame {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
     received: Received,
+    /// The line of the same moment that shows the era.
+    era: Received,
     boots: u16,
 }
 
@@ -99,6 +101,8 @@ pub enum Step {
     Hear(usize),
     /// A station receives a line: station, line.
     Receive(usize, usize),
+    /// A station receives a line that shows the era.
+    ReceiveEra(usize, usize),
     /// Time passes until timers of this kind have run out.
     Wait(usize),
     /// A station's operator stops the robot.
@@ -174,6 +178,9 @@ impl Model for Setting {
                 steps.push(Step::Stop(n));
             }
             steps.extend((0..state.lines.len()).map(|line| Step::Receive(n, line)));
+            if !self.shows_eras() {
+                steps.extend((0..state.lines.len()).map(|line| Step::ReceiveEra(n, line)));
+            }
         }
         steps.extend((0..state.frames.len()).map(Step::Hear));
         steps.extend((0..WAITS_US.len()).map(Step::Wait));
@@ -201,7 +208,14 @@ impl Model for Setting {
             }
             Step::Receive(n, line) => {
                 let line = Arc::clone(&next.lines[line]);
-                next.receive(n, &line, self.owners_differ);
+                if self.shows_eras() {
+                    next.receive(n, &line, &line.era, self.owners_differ);
+                }
+                next.receive(n, &line, &line.received, self.owners_differ);
+            }
+            Step::ReceiveEra(n, line) => {
+                let line = Arc::clone(&next.lines[line]);
+                next.receive(n, &line, &line.era, self.owners_differ);
             }
             Step::Wait(kind) => {
                 if kind > 0 {
@@ -275,6 +289,13 @@ impl Model for Setting {
     }
 }
 
+impl Setting {
+    /// Whether a station receives the era with every line, because two stations have too many steps otherwise.
+    const fn shows_eras(&self) -> bool {
+        self.stations.len() > 1
+    }
+}
+
 impl State {
     /// The robot sends without a pause; equal lines count as one.
     fn speak(&mut self) {
@@ -282,7 +303,8 @@ impl State {
         let latest = self.lines.last().filter(|line| line.boots == boots);
         let sequence = latest.map_or(0, |line| line.received.sequence());
         let says = |sequence| Said {
-            received: self.robot.say(sequence),
+            received: self.robot.say(sequence, self.robot.farm.ack()),
+            era: self.robot.say(sequence, self.robot.farm.ack_in(1)),
             boots,
         };
         if latest.is_none_or(|latest| **latest != says(sequence)) {
@@ -336,9 +358,9 @@ impl State {
         }
     }
 
-    fn receive(&mut self, n: usize, line: &Said, owners_differ: bool) {
+    fn receive(&mut self, n: usize, line: &Said, received: &Received, owners_differ: bool) {
         let ground = Arc::make_mut(&mut self.grounds[n]);
-        ground.fop.handle_received(self.now_us, &line.received);
+        ground.fop.handle_received(self.now_us, received);
         while let Some(event) = ground.next_event() {
             match event {
                 FopEvent::Session(Ok(())) => {
@@ -437,7 +459,8 @@ impl State {
         self.wait(WAITS_US[0]);
         if let Some(line) = self.lines.last().cloned() {
             for n in 0..self.grounds.len() {
-                self.receive(n, &line, true);
+                self.receive(n, &line, &line.era, true);
+                self.receive(n, &line, &line.received, true);
             }
         }
         self.drain();

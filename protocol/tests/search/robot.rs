@@ -6,7 +6,7 @@ use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::Mode;
-use groundwave_protocol::telemetry::{Body, Line, Outcome, StateLine};
+use groundwave_protocol::telemetry::{Ack, Body, Line, Outcome, StateLine};
 use std::hash::{Hash, Hasher};
 
 use super::instants::Quick;
@@ -122,14 +122,14 @@ impl Robot {
     }
 
     /// The robot's next line, decoded.
-    pub fn say(&self, sequence: u8) -> Received {
+    pub fn say(&self, sequence: u8, ack: Ack) -> Received {
         let line = Line {
             sequence,
             body: Body::State(StateLine {
                 mode: self.mode,
                 ..StateLine::BLANK
             }),
-            ack: self.farm.ack(),
+            ack,
         };
         let received = Decoder::default().lines(&line.encode()).next();
         received.expect("what was encoded is read")

@@ -249,6 +249,8 @@ pub struct World {
     pub robot: Robot,
     pub fop: Fop,
     pub decoder: Decoder,
+    /// Bytes that the station sent, for the test to take.
+    pub sent: Vec<u8>,
     pub uplink: std::collections::VecDeque<u8>,
     pub up: Uart,
     pub down: Uart,
@@ -268,6 +270,7 @@ impl World {
             robot: Robot::new(1),
             fop: Fop::new(Config::new(0x2A5)),
             decoder: Decoder::default(),
+            sent: Vec::new(),
             uplink: std::collections::VecDeque::new(),
             up: Uart::default(),
             down: Uart::default(),
@@ -306,6 +309,7 @@ impl World {
         self.fop.handle_timeout(self.now_us);
         while let Some(chunk) = self.fop.poll_transmit(self.now_us) {
             let chunk = chunk.to_vec();
+            self.sent.extend(&chunk);
             self.uplink.extend(chunk);
             assert!(
                 self.uplink.len() <= 17,

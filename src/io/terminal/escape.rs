@@ -461,7 +461,7 @@ mod tests {
     fn a_paste_without_an_end_ends_after_a_second_and_is_bounded() {
         let mut terminal = Terminal::new();
         assert_eq!(terminal.after(MS, "\x1b[200~1,2"), []);
-        assert_eq!(terminal.silent(PASTE_GAP - MS), []);
+        assert_eq!(terminal.silent(PASTE_GAP.saturating_sub(MS)), []);
         let text = "1,2".to_owned();
         assert_eq!(terminal.silent(MS), [Event::Paste(text)]);
         assert_eq!(terminal.after(MS, "p"), key('p'));
@@ -503,9 +503,9 @@ mod tests {
         assert_eq!(terminal.reader.poll_timeout(), None);
         // A slow line cuts an arrow in pieces.
         assert_eq!(terminal.after(MS, "\x1b"), []);
-        assert_eq!(terminal.after(SEQUENCE_GAP - MS, "["), []);
+        assert_eq!(terminal.after(SEQUENCE_GAP.saturating_sub(MS), "["), []);
         let left = Event::Key(KeyCode::Left.into());
-        assert_eq!(terminal.after(SEQUENCE_GAP - MS, "D"), [left]);
+        assert_eq!(terminal.after(SEQUENCE_GAP.saturating_sub(MS), "D"), [left]);
         assert_eq!(keys_of("\x1b\x1b"), [KeyCode::Esc, KeyCode::Esc]);
     }
 

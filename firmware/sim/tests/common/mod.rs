@@ -70,6 +70,7 @@ impl Rig {
                 boot: ack.boot,
                 replaces: ack.session,
                 owner: OWNER,
+                era: None,
             }),
             Key::robot(ROBOT_ID),
         );

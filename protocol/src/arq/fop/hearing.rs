@@ -1,5 +1,6 @@
 //! Handling of lines from the robot.
 
+use super::super::{SESSION_LAST, session_after};
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
     CommandStatus, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES,
@@ -124,15 +125,35 @@ impl Fop {
         self.push(FopEvent::Stop(confirmed));
     }
 
+    /// Takes the era of an acknowledgement, or counts it up when the session numbers begin again.
+    fn note_era(&mut self, ack: Ack) {
+        let before = self.latest_ack.filter(|before| before.boot == ack.boot);
+        self.era = match (ack.detail, before) {
+            (Detail::Era { era }, _) => Some(era),
+            (_, None) => None,
+            (_, Some(before)) if ack.session < before.session => {
+                self.era.map(|era| session_after(era, SESSION_LAST).0)
+            }
+            _ => self.era,
+        };
+    }
+
     fn handle_ack(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
+        self.note_era(ack);
         self.latest_ack = Some(ack);
         self.check_stop(ack);
         self.check_session(now_us, ack, latched_us);
-        let Session::Open { .. } = self.session else {
+        let Session::Open { number, .. } = self.session else {
             return;
         };
+        if ack.session != number {
+            return;
+        }
         let mut news = false;
-        if let Some(Work::List(transfer)) = &mut self.work {
+        let has_lists = !matches!(ack.detail, Detail::Era { .. });
+        if let Some(Work::List(transfer)) = &mut self.work
+            && has_lists
+        {
             news = transfer.handle_detail(ack.detail, latched_us);
             if news {
                 let (acknowledged, total) = (transfer.acknowledged(), transfer.count());

@@ -3,7 +3,8 @@
 use super::turn::Turn;
 use super::{
     ALIVE_PERIOD_US, CommandStatus, DRIVE_PERIOD_US, Duplex, Fop, FopEvent, KEEPALIVES_PER_SILENCE,
-    KNOCK_PERIOD_US, Outstanding, STOP_BLIND_US, STOP_PERIOD_US, Session, Work,
+    KNOCK_PERIOD_US, Outstanding, SEQUENCE_LAST, STOP_BLIND_US, STOP_PERIOD_US, Session, TAG_LAST,
+    Work,
 };
 use crate::command::{
     BLOCK_WAYPOINTS, Command, Drive, Frame, Keepalive, Key, Message, Open, Order,
@@ -94,6 +95,7 @@ impl Fop {
             && (self.work.is_some() || self.drive.is_some())
             && (self.latest_ack.is_none()
                 || self.robot_id.is_none()
+                || self.era.is_none()
                 || self.duplex == Duplex::Unknown)
     }
 
@@ -119,10 +121,14 @@ impl Fop {
         if self.work.is_none() && !wants_drive && !wants_keepalive {
             return None;
         }
+        if self.is_used_up() {
+            self.session = Session::None;
+        }
         match self.session {
             Session::None => {
                 let ack = self.latest_ack?;
                 self.robot_id?;
+                self.era?;
                 if self.duplex == Duplex::Unknown {
                     return None;
                 }
@@ -142,6 +148,7 @@ impl Fop {
                     boot,
                     replaces,
                     owner: self.config.owner,
+                    era: Some(self.era?),
                 };
                 Some((Message::Open(open), Key::robot(self.robot_id?)))
             }
@@ -162,6 +169,13 @@ impl Fop {
                     .map(|message| (message, key))
             }
         }
+    }
+
+    /// Whether another command or list would repeat the number of an earlier one of the session.
+    fn is_used_up(&self) -> bool {
+        self.is_open()
+            && self.outstanding.is_none()
+            && (self.sequence == SEQUENCE_LAST || self.tag > TAG_LAST)
     }
 
     fn next_drive(&mut self, now_us: u64) -> Option<Message> {

@@ -22,16 +22,23 @@ impl Fop {
                     if sent_us.is_some_and(|ends_us| ends_us <= latched_us) {
                         *sent_us = None;
                     }
-                } else if ack.session == *replaces % 7 + 1 && ours {
+                } else if matches!(ack.detail, Detail::Era { .. }) {
+                    // The next line tells the owner.
+                } else if ack.session == *replaces % 7 + 1
+                    && ours
+                    && let Some(era) = self.era
+                {
                     self.session = Session::Open {
                         boot: ack.boot,
                         number: ack.session,
+                        era,
                         key: Key::session(
                             self.robot_id.unwrap_or(0),
                             ack.boot,
                             ack.session,
                             self.config.owner,
-                        ),
+                        )
+                        .in_era(era),
                     };
                     self.sequence = 0;
                     self.tag = 0;
@@ -49,9 +56,19 @@ impl Fop {
                     self.lose_session(Failure::TakenOver);
                 }
             }
-            Session::Open { boot, number, .. } => {
+            Session::Open {
+                boot, number, era, ..
+            } => {
+                let shown = match ack.detail {
+                    Detail::Era { era } => Some(era),
+                    _ => None,
+                };
                 if ack.boot != *boot {
                     self.lose_session(Failure::RobotRestarted);
+                } else if ack.session != *number && shown.is_some() {
+                    // The next line tells who ended the session.
+                } else if shown.is_some_and(|shown| shown != *era) {
+                    self.lose_session(Failure::TakenOver);
                 } else if ack.session != *number {
                     self.lose_session(if ack.is_closed() {
                         Failure::Stopped
