@@ -57,7 +57,7 @@ pub enum CaptureError {
         /// Whether `--append` is possible.
         can_append: bool,
     },
-    /// Two captures of one session have the same file.
+    /// Two captures of one session would go to the same file.
     #[error("will not record to {} twice: give --tee and --record different names", .0.display())]
     SameFile(PathBuf),
     /// The name is reserved for recovery.

@@ -31,7 +31,7 @@ pub struct Recovery {
     pub messages: u64,
     /// Bytes from the radio in the recording.
     pub rx_bytes: u64,
-    /// Bytes to the radio in the recording.
+    /// Number of recorded bytes that were sent to the radio.
     pub tx_bytes: u64,
     /// Lost bytes from the radio, in order.
     pub rx_missing: Vec<Missing>,

@@ -125,7 +125,7 @@ impl Statistics {
 /// Measures the bytes between intact lines.
 #[derive(Clone, Debug, Default)]
 pub struct Gaps {
-    /// Noise before the latest intact line; `None` before the first.
+    /// Total noise bytes when the latest intact line arrived; `None` before the first and after an interruption.
     noise_bytes: Option<u64>,
     count: u64,
     last_bytes: u64,

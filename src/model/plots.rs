@@ -17,7 +17,7 @@ pub(crate) const WINDOWS: [(&str, Moment); 4] = [
     ("24 h", Moment::from_hours(24)),
 ];
 
-/// A plotted figure.
+/// A quantity that can be plotted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Trace {
     /// In/s.

@@ -250,7 +250,7 @@ impl LivePlayer {
         true
     }
 
-    /// When to call [`Self::advance`]: the age of the moment shown changes every second.
+    /// When to call [`Self::advance`] next; `None` while the present is shown. While playback is paused, once a second, because the displayed age grows.
     pub fn wake_at(&mut self) -> Option<Moment> {
         if !self.shows_past {
             return None;

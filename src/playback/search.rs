@@ -26,7 +26,7 @@ pub(super) struct Search<C: Cursor> {
     edge: Moment,
     span: Moment,
     window: Option<Window<C>>,
-    /// The state at the end of the last window, while the next begins there.
+    /// The state at the end of the previous window, if the next window begins there.
     reached: Option<C>,
 }
 

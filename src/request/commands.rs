@@ -5,7 +5,7 @@ use super::RequestError;
 /// The commands: the form, whose first word names the command; the arguments that it takes, for errors; and its
 /// description, empty where another row describes it too.
 const COMMANDS: [(&str, &str, &str); 20] = [
-    ("stop", "nothing", "motors off; needs no session"),
+    ("stop", "nothing", "switch the motors off, in any state"),
     (
         "mode M",
         "one mode",
@@ -14,7 +14,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     (
         "prowl reactive ..",
         "nothing",
-        "short for `mode ..`: passive, wander, home; dock is forage",
+        "short for `mode prowl` and so on; dock is forage",
     ),
     ("reactive", "nothing", ""),
     ("passive", "nothing", ""),
@@ -34,7 +34,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     (
         "only L,L",
         "layers separated by commas, or `none`",
-        "allow these and no others; or none",
+        "allow only these layers; `only none` forbids all",
     ),
     (
         "preset P",
@@ -62,7 +62,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     (
         "failsafe M 30s",
         "`off`, or a mode and the silence after which to enter it, like `home 30s`",
-        "mode after this time without frames; or off",
+        "enter mode M after 30 s of silence; or off",
     ),
     (
         "param NAME VALUE",

@@ -165,7 +165,7 @@ impl Driver {
         &self.station
     }
 
-    /// Waits for an input or the station's next deadline. Cancel-safe.
+    /// Waits for an input or the next deadline, then handles it. Cancel-safe.
     pub async fn step(&mut self) {
         let server = self.share.as_ref().and_then(ShareServer::poll_timeout);
         let live = self.live.as_ref().and_then(Live::poll_timeout);

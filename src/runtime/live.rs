@@ -16,7 +16,7 @@ use crate::share::{CallId, CallOutput, Calls};
 /// A request of the live tools to the station.
 #[derive(Debug)]
 pub(super) enum Wanted {
-    /// Queue this request for the client named, then call [`Live::handle_started`] with the command's number.
+    /// Queue this request on behalf of the client `by`, then call [`Live::handle_started`] with the command's number.
     Start {
         call: CallId,
         request: Request,

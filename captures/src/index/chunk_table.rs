@@ -15,7 +15,7 @@ const INDEX_HEAD_BYTES: u64 = 2 + 4;
 /// Bytes of the log time and offset of a message.
 const ENTRY_BYTES: u64 = 16;
 
-/// Numbers of messages of some topics, counted without reading the messages.
+/// Message counts (lines, commands and bumps), found without reading the messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Counts {
     /// Intact lines, acknowledgement lines among them.

@@ -23,7 +23,7 @@ pub(super) const HEAD_BYTES: usize = 64 * 1024;
 /// Intact lines that must have the same style.
 const WITNESSES: usize = 3;
 
-/// Longest line with a timestamp, bytes; longer ones are split.
+/// Maximum length in bytes of a line with a timestamp; longer lines are split.
 const STAMPED_BYTES_MAX: usize = STAMP_BYTES_MAX + LINE_BYTES + 1;
 
 /// Line ends of a raw text.

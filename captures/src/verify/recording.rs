@@ -65,7 +65,7 @@ struct Check {
     verdict: Verdict,
     lines: Lines,
     derived: Derived,
-    /// This version wrote it; derived messages must be equal.
+    /// Whether this version of Groundwave wrote the recording; then its derived messages must equal those derived now.
     is_ours: bool,
     /// The recording has no derived topics yet.
     is_unfinished: bool,

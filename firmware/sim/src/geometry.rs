@@ -115,7 +115,7 @@ impl Solid {
         }
     }
 
-    /// Distance in inches along a ray of unit direction to the shape.
+    /// Distance in inches along `ray` to the shape; `None` if it is not hit within `max_in`. The ray's direction has length 1.
     pub(crate) fn cast(&self, ray: &Ray, max_in: f64) -> Option<f64> {
         match *self {
             Self::Block {

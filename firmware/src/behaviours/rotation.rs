@@ -23,7 +23,7 @@ const CREEP_CPS: i16 = cps(2);
 /// Angle left per count a second below which the turn slows down: from 45 degrees per second at 15 degrees.
 const SLOW_DOWN_PER_CPS: i32 = 0x1_0000 * 15 / 360 / SCAN_CPS as i32;
 
-/// Angle left at which the turn ends, a degree: the wheels need about as much to stop.
+/// Remaining angle at which the turn ends: one degree, about what the wheels need to stop.
 const ARRIVED: i32 = 0x1_0000 / 360;
 
 /// A full turn.

@@ -33,7 +33,7 @@ const DOUBT_MOST: u8 = 40;
 /// Maximum sonar range that can be compared with infrared.
 const NEAR_IN: u32 = 40;
 
-/// Ratio in percent from which one sonar range is longer than the other.
+/// Ratio in percent above which one sonar range counts as longer than the other.
 const LONGER_PCT: u32 = 135;
 
 /// Net turn to one side that counts as circling.

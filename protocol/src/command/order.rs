@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! C  s         M  m            mode, its letter
-//! C  s         L  lll          layers: 2 zeros, which (8 bits), allowed of them (8); bit n is layer n
+//! C  s         L  lll          layers: 2 zero bits, the layers to change (8 bits), those of them to allow (8); bit n is layer n
 //! C  s         F  ss m         failsafe: silence in seconds, then the mode's letter
 //! C  s         P  xxxxx tt     pose: a waypoint, then theta in degrees
 //! C  s         S               scan
@@ -10,7 +10,7 @@
 //! C  s         V  kkkk vvv     set a parameter: its key, then 18 bits of two's complement
 //! C  s         V  kkkk         send line P of the parameter with this key
 //! C  s         N  pp           send line P of the parameter at this place, or of all if 0
-//! C  s         K               store the parameters over a reset
+//! C  s         K               store the parameters so that they survive a reset
 //!    sequence  order
 //! ```
 

@@ -39,9 +39,9 @@ Examples:
   groundwave replay evening.mcap
   groundwave replay evening.txt --speed 10
 
-Default keys: k pauses and resumes; comma and full stop step one line back and forward; < and > change the speed; g goes
-to 12:30, +30s, 90% or line #1234; n and N go to the next and the previous alarm, bump, behaviour change or command; m
-marks; o loops; ? shows all keys."))]
+Default keys: k pauses and resumes; comma and full stop step one line back and forward; < and > change the speed; g asks
+for a place: 12:30, +30s, 90% or #1234 (a line number); n and N go to the next and the previous alarm, bump, behaviour change or command; m
+marks this moment; o starts a loop, and o again ends it; ? shows all keys."))]
 pub struct Replay {
     /// A raw text capture, with or without timestamps, or an MCAP file
     pub file: PathBuf,
@@ -97,8 +97,8 @@ Examples:
   groundwave convert 'evenings/*.txt' --output-dir converted
   ssh robot cat evening.txt | groundwave convert - -o evening.mcap
 
-Lines without timestamps get the times of a radio that sends without pauses at 2400 baud, beginning at --start. Existing
-timestamps, as written by `ts` and other stations, are used instead. Line ends changed by an editor are restored."))]
+Lines that have timestamps, such as those written by `ts` or another ground station, keep them. Other lines are timed as
+if the radio had sent them without pauses at 2400 baud, beginning at --start. Line ends changed by an editor are restored."))]
 pub struct Convert {
     /// The captures to read.
     #[command(flatten)]

@@ -25,7 +25,7 @@ pub struct RadioArgs {
     /// Kind of radio [default: auto]
     #[arg(long, value_enum, value_name = "KIND")]
     pub radio: Option<RadioKind>,
-    /// Latency that the radio adds to a round trip: 80ms [default: by its kind, or measured]
+    /// Latency that the radio adds to a round trip, such as 80ms [default: measured, or known for this kind of radio]
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub latency: Option<Duration>,
     /// Never send a byte; the same as --radio receive-only

@@ -27,7 +27,7 @@ pub struct Send {
     /// The command and its arguments
     #[arg(value_name = "COMMAND", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::commands))]
     words: Vec<String>,
-    /// Send through the station that shares its link with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the usual socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     pub via: Option<Via>,
     /// Read commands from FILE (- is standard input), one per line; stop at the first failure
@@ -62,7 +62,7 @@ pub struct Param {
     /// list, get NAME, set NAME VALUE or save
     #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::param))]
     words: Vec<String>,
-    /// Send through the station that shares its link with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the usual socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     via: Option<Via>,
     /// Give up if the robot has not confirmed after this time
@@ -138,7 +138,7 @@ pub struct Calibrate {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
-    /// Send through the station that shares its link with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the usual socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
     via: Option<Address>,
     /// Side of the square in inches; keep another foot of floor free around it

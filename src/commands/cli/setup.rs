@@ -53,7 +53,7 @@ Examples:
   echo 'source <(groundwave completions zsh)' >> ~/.zshrc
   groundwave completions fish > ~/.config/fish/completions/groundwave.fish
 
-The shell asks the program, so it completes worlds, modes, layers, presets, ports and the names in your configuration."))]
+The shell asks groundwave at each completion, so it completes worlds, modes, layers, presets, ports and the names in your configuration."))]
 pub struct Completions {
     /// The shell
     pub shell: Shell,

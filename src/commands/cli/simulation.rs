@@ -26,7 +26,7 @@ pub struct Simulated {
     /// (outage)
     #[arg(long, value_name = "SPEC", default_value = "", add = ArgValueCompleter::new(completions::channel))]
     pub channel: String,
-    /// The robot's radio; with half, hc-12 and xbee, robot and ground take turns
+    /// The robot's radio; with half, hc-12 and xbee, the robot and the station take turns
     #[arg(long, value_enum, value_name = "KIND", default_value = "full")]
     pub radio: RadioKind,
     /// Charge of the robot's battery at the start in per cent; 15 soon raises the alarm

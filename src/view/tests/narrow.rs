@@ -238,7 +238,7 @@ fn a_silent_link_has_no_rate() {
     assert!(!hint.contains("/s") && !hint.contains("loss"), "{hint}");
 }
 
-/// Alarms and the past take a row each.
+/// An alarm and the PAST banner take one row each.
 #[test]
 fn the_links_figures_stay_during_an_alarm() {
     let mut scene = time::flight_at(demo(), |scene| time::playback(scene, true));

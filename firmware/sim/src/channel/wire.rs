@@ -182,7 +182,7 @@ impl Wire {
         Some(byte)
     }
 
-    /// Number of received bytes that have not been polled.
+    /// Number of bytes that have not been polled, those still delayed included.
     pub(super) fn in_flight(&self) -> usize {
         self.arriving.len()
     }

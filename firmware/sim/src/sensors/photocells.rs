@@ -38,7 +38,7 @@ impl Light {
     }
 }
 
-/// Illuminance of an unobstructed lamp, by the inverse square of its distance.
+/// Illuminance from an unobstructed lamp, by the inverse square of its distance.
 fn illuminance_lux(lamp: &Lamp, at: Vec2) -> f64 {
     let rise_in = lamp.height_in - HEIGHT_IN;
     let distance_m2 = (lamp.center.distance_squared(at) + rise_in * rise_in) * M_PER_IN * M_PER_IN;
