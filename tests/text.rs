@@ -128,18 +128,20 @@ fn converted_capture_keeps_the_timestamps_of_the_text() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// All commands count bumps in the same way.
+/// All commands have the same figures of a capture.
 #[test]
-fn all_commands_count_the_same_bumps() {
+fn all_commands_have_the_same_figures() {
     for name in ["house-clean.txt", "house-noisy.txt", "demo-commands.mcap"] {
         let file = format!("{}/captures/{name}", env!("CARGO_MANIFEST_DIR"));
-        let of_info = json(&["info", "--json", &file])[0]["bumps"].clone();
+        let info = &json(&["info", "--json", &file])[0];
+        let run = &json(&["runs", "--json", &file])[0];
+        let compared = &json(&["compare", "--json", &file, &file])[0]["runs"][1];
+        for figure in ["duration_s", "distance_in", "bumps", "restarts"] {
+            assert_eq!(run[figure], info[figure], "{name}: {figure}");
+            assert_eq!(compared[figure], info[figure], "{name}: {figure}");
+        }
+        let of_info = info["bumps"].clone();
         assert!(of_info.as_u64().unwrap() > 0, "{name}");
-        assert_eq!(
-            json(&["runs", "--json", &file])[0]["bumps"],
-            of_info,
-            "{name}"
-        );
         let (svg, _) = expect(0, &["export", "--to", "svg", &file, "-o", "-"]);
         assert!(
             [")", " counted"]

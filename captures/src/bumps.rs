@@ -9,10 +9,12 @@ const COUNT_MODULUS: u16 = 10_000;
 
 /// Counts contacts of the bumper. Between the first and the last line C, the robot's own count is used; elsewhere,
 /// lines A, which miss short contacts.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Bumps {
+    /// Contacts until the latest line C.
+    counted: u32,
+    /// Contacts in lines A since.
     seen: u32,
-    counted: Option<u32>,
     is_touching: bool,
     last: Option<(u16, u16)>,
 }
@@ -29,22 +31,17 @@ impl Bumps {
     /// Takes a line C; a boot resets the robot's count.
     pub(super) fn take_counters(&mut self, counters: &CountersLine) {
         let now = (counters.boots, counters.bumps);
-        if let Some((boots, bumps)) = self.last.replace(now)
-            && boots == counters.boots
-        {
-            let more = (counters.bumps + COUNT_MODULUS - bumps) % COUNT_MODULUS;
-            *self.counted.get_or_insert(0) += u32::from(more);
-        }
-    }
-
-    /// Resets the count.
-    pub(super) const fn begin_anew(&mut self) {
-        self.seen = 0;
-        self.counted = None;
+        let seen = std::mem::take(&mut self.seen);
+        self.counted += match self.last.replace(now) {
+            Some((boots, bumps)) if boots == counters.boots => {
+                u32::from((counters.bumps + COUNT_MODULUS - bumps) % COUNT_MODULUS)
+            }
+            _ => seen,
+        };
     }
 
     /// Number of contacts.
-    pub(super) fn total(&self) -> u32 {
-        self.counted.unwrap_or(self.seen)
+    pub(super) const fn total(&self) -> u32 {
+        self.counted + self.seen
     }
 }

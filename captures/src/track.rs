@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::status_codes::{Cliff, Drive, Layer};
-use groundwave_protocol::telemetry::{Body, Line, StateLine};
+use groundwave_protocol::telemetry::{Body, StateLine};
 
 use super::bumps::Bumps;
-use super::odometer::{can_be_driven, seconds_of, slots_between};
+use super::odometer::{Odometer, Step};
+use super::source::Chunk;
 use super::{Capture, CaptureError};
 use crate::words::layer_word;
 
@@ -45,9 +46,9 @@ impl Holder {
 pub enum Joint {
     /// The robot drove straight from one to the other, as it reported.
     Driven,
-    /// Lines between them were lost: the track there is unknown.
+    /// Lines between them were lost, or the link was interrupted: the track there is unknown.
     Guessed,
-    /// The odometer was reset.
+    /// The odometer was reset: there is no track between them.
     Apart,
 }
 
@@ -122,13 +123,7 @@ impl Track {
     #[must_use]
     pub fn read(capture: &mut Capture) -> (Self, Option<CaptureError>) {
         let mut fold = Fold::default();
-        let mut decoder = Decoder::default();
-        let result = capture.for_each_line(&mut decoder, |_, received| {
-            if let Received::Line(line, _) = received {
-                fold.take(line);
-            }
-            Ok::<_, CaptureError>(())
-        });
+        let result = fold.take_all(capture);
         fold.finish();
         let track = Self {
             duration: capture.end(),
@@ -159,55 +154,79 @@ impl Track {
 struct Fold {
     track: Track,
     step_in: f32,
-    last: Option<(Point, u8)>,
+    odometer: Odometer,
+    last: Option<Point>,
     /// Whether the last point has been kept.
     is_kept: bool,
+    /// Whether the link was interrupted since the last point.
+    is_interrupted: bool,
+    /// Lines lost until the last point, and restarts of the robot, as the decoder counts them.
+    lines_lost: u64,
+    restarts: u64,
     active: [bool; 2],
     bumps: Bumps,
-    boots: Option<u16>,
 }
 
 impl Fold {
-    fn take(&mut self, line: &Line) {
-        match &line.body {
-            Body::State(state) => self.take_state(line.sequence, state),
-            Body::Counters(counters) => {
-                self.bumps.take_counters(counters);
-                let boots = self.boots.replace(counters.boots);
-                if boots.is_some_and(|boots| boots != counters.boots) {
-                    self.happen(Event::Restart);
-                }
+    fn take_all(&mut self, capture: &mut Capture) -> Result<(), CaptureError> {
+        let mut decoder = Decoder::default();
+        while let Some(Chunk {
+            at,
+            mut bytes,
+            is_interrupted,
+        }) = capture.next_chunk()?
+        {
+            if is_interrupted {
+                decoder.interrupt();
+                self.is_interrupted = true;
             }
+            while let Some(received) = decoder.next_line(&mut bytes) {
+                self.take(at, &received, decoder.counters());
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, at: Duration, received: &Received, counters: &Counters) {
+        if counters.restarts > self.restarts {
+            self.restarts = counters.restarts;
+            self.happen(Event::Restart);
+        }
+        let step = self.odometer.take(at, received);
+        let Received::Line(line, _) = received else {
+            return;
+        };
+        match &line.body {
+            Body::State(state) => {
+                let joint = match step {
+                    Some((Step::Driven, _)) if self.is_gap(counters) => Joint::Guessed,
+                    Some((Step::Driven, _)) => Joint::Driven,
+                    _ => Joint::Apart,
+                };
+                self.lines_lost = counters.lines_lost;
+                self.is_interrupted = false;
+                self.take_state(state, joint);
+            }
+            Body::Counters(counters) => self.bumps.take_counters(counters),
             _ => {}
         }
     }
 
-    fn take_state(&mut self, sequence: u8, state: &StateLine) {
-        let mut point = Point {
+    /// Whether lines are missing since the last point.
+    const fn is_gap(&self, counters: &Counters) -> bool {
+        self.is_interrupted || counters.lines_lost > self.lines_lost
+    }
+
+    fn take_state(&mut self, state: &StateLine, joint: Joint) {
+        let point = Point {
             x_in: state.x_tenths_in as f32 / 10.0,
             y_in: state.y_tenths_in as f32 / 10.0,
             holder: state.layers.holder().map_or(Holder::Prowl, Holder::Layer),
-            joint: Joint::Apart,
+            joint,
         };
         self.track.heading_deg = state.theta_deg;
-        if let Some((last, before)) = self.last {
-            let slots = slots_between(before, sequence);
-            let step_in = (point.x_in - last.x_in).hypot(point.y_in - last.y_in);
-            if state.drive != Drive::OdometerReset
-                && can_be_driven(step_in.into(), seconds_of(slots))
-            {
-                self.track.distance_in += f64::from(step_in);
-                // Two lines in six carry no position.
-                let is_near = slots <= 3;
-                point.joint = if is_near {
-                    Joint::Driven
-                } else {
-                    Joint::Guessed
-                };
-            }
-        }
         self.add(point);
-        self.last = Some((point, sequence));
+        self.last = Some(point);
         if self.bumps.take_state(state) {
             self.happen(Event::Bump);
         }
@@ -251,7 +270,7 @@ impl Fold {
     }
 
     fn happen(&mut self, event: Event) {
-        let place = self.last.map_or((0.0, 0.0), |(p, _)| (p.x_in, p.y_in));
+        let place = self.last.map_or((0.0, 0.0), |p| (p.x_in, p.y_in));
         let events = &mut self.track.events[event as usize];
         events.count += 1;
         if events.places_in.len() < EVENTS_MAX {
@@ -261,7 +280,8 @@ impl Fold {
 
     fn finish(&mut self) {
         self.track.events[Event::Bump as usize].count = self.bumps.total();
-        if let Some((last, _)) = self.last
+        self.track.distance_in = self.odometer.distance_in;
+        if let Some(last) = self.last
             && !self.is_kept
         {
             self.track.points.push(last);
@@ -282,4 +302,65 @@ fn thin(points: &mut Vec<Point>, step_in: f32) {
         }
         keeps
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groundwave_protocol::telemetry::{Ack, AckLine, Line};
+
+    fn received(sequence: u8, boot: u8, x_tenths_in: i16) -> Received {
+        let state = StateLine {
+            x_tenths_in: x_tenths_in.into(),
+            ..StateLine::BLANK
+        };
+        let line = Line {
+            sequence,
+            body: Body::State(state),
+            ack: Ack {
+                boot,
+                ..Ack::default()
+            },
+        };
+        Received::Line(line, line.encode())
+    }
+
+    /// Joints of a track that is read from lines, each with the lines lost until then.
+    fn joints(lines: &[(Received, u64)]) -> Vec<Joint> {
+        let mut fold = Fold::default();
+        for (received, lines_lost) in lines {
+            let counters = Counters {
+                lines_lost: *lines_lost,
+                ..Counters::default()
+            };
+            fold.take(Duration::ZERO, received, &counters);
+        }
+        fold.track.points.iter().map(|point| point.joint).collect()
+    }
+
+    #[test]
+    fn many_acknowledgements_between_two_positions_are_no_gap() {
+        let k = |sequence| {
+            let ack = Ack::default();
+            let listens = false;
+            let line = AckLine {
+                sequence,
+                ack,
+                listens,
+            };
+            (Received::Ack(line), 0)
+        };
+        let mut lines = vec![(received(0, 0, 0), 0)];
+        lines.extend((1..9).map(k));
+        lines.push((received(9, 0, 50), 0));
+        assert_eq!(joints(&lines), [Joint::Apart, Joint::Driven]);
+        lines.push((received(11, 0, 60), 1));
+        assert_eq!(joints(&lines)[2..], [Joint::Guessed]);
+    }
+
+    #[test]
+    fn a_restart_is_no_line_across_the_house() {
+        let lines = [(received(0, 0, 500), 0), (received(40, 1, 0), 0)];
+        assert_eq!(joints(&lines), [Joint::Apart, Joint::Apart]);
+    }
 }

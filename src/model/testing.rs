@@ -334,6 +334,7 @@ pub(crate) fn overlaid() -> Arc<Overlaid> {
         closing_error_in: Some(closing_error_in),
         bumps: 2,
         restarts: 0,
+        odometer_resets: 0,
     };
     Arc::new(Overlaid {
         comparison: Comparison {

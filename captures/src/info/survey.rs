@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::status_codes::{Drive, Layer};
-use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line, StateLine};
+use groundwave_protocol::status_codes::Layer;
+use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line};
 
 use super::{HolderShare, Info, LineCounts, Robot, Sent};
 use crate::bumps::Bumps;
-use crate::odometer::{can_be_driven, seconds_of, slots_between};
+use crate::odometer::Odometer;
 use crate::source::Chunk;
 use crate::statistics::{Gaps, Rejected, per_cent, share_pct};
 use crate::words::layer_word;
@@ -34,8 +34,7 @@ fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
 pub(super) struct Survey {
     lines: LineCounts,
     robot: Option<Robot>,
-    place: Option<Place>,
-    distance_in: f64,
+    odometer: Odometer,
     battery_dv: Option<(u16, u16)>,
     counters: Option<CountersLine>,
     ticks: [u64; HOLDERS],
@@ -44,14 +43,6 @@ pub(super) struct Survey {
     /// Bytes at time zero.
     first_bytes: u64,
     gaps: Gaps,
-}
-
-/// Position of the robot, and the sequence of that line.
-#[derive(Clone, Copy)]
-struct Place {
-    x_in: f64,
-    y_in: f64,
-    sequence: u8,
 }
 
 impl Survey {
@@ -75,6 +66,7 @@ impl Survey {
             };
             while let Some(received) = decoder.next_line(&mut bytes) {
                 self.gaps.take_line(decoder.counters());
+                self.odometer.take(at, &received);
                 self.take(&received);
             }
         }
@@ -92,7 +84,7 @@ impl Survey {
         match &line.body {
             Body::State(state) => {
                 self.lines.a += 1;
-                self.take_state(line.sequence, state);
+                self.bumps.take_state(state);
             }
             Body::Status(status) => {
                 self.lines.b += 1;
@@ -107,25 +99,6 @@ impl Survey {
             Body::Parameter(_) => self.lines.p += 1,
             Body::Song(_) => self.lines.s += 1,
         }
-    }
-
-    fn take_state(&mut self, sequence: u8, state: &StateLine) {
-        self.bumps.take_state(state);
-        let place = Place {
-            x_in: f64::from(state.x_tenths_in) / 10.0,
-            y_in: f64::from(state.y_tenths_in) / 10.0,
-            sequence,
-        };
-        if let Some(last) = self.place
-            && state.drive != Drive::OdometerReset
-        {
-            let step_in = (place.x_in - last.x_in).hypot(place.y_in - last.y_in);
-            let passed_s = seconds_of(slots_between(last.sequence, sequence));
-            if can_be_driven(step_in, passed_s) {
-                self.distance_in += step_in;
-            }
-        }
-        self.place = Some(place);
     }
 
     fn take_counters(&mut self, counters: &CountersLine) {
@@ -206,7 +179,7 @@ impl Survey {
             }),
             robot: self.robot,
             restarts: seen.restarts,
-            distance_in: self.distance_in,
+            distance_in: self.odometer.distance_in,
             holders,
             battery_first_v: self.battery_dv.map(|(first, _)| volts(first)),
             battery_last_v: self.battery_dv.map(|(_, last)| volts(last)),

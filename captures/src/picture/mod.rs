@@ -10,7 +10,7 @@ use super::error::CaptureError;
 use super::track::{Event, Holder, Joint, Track};
 use groundwave_protocol::status_codes::Layer;
 
-/// Width and height of the picture, pixels.
+/// Least width and height of the picture, pixels; long words make it larger.
 const WIDTH: f32 = 1280.0;
 const HEIGHT: f32 = 960.0;
 
@@ -20,6 +20,16 @@ const PLOT: [f32; 4] = [30.0, 60.0, 980.0, 870.0];
 /// Left edge of the legend and distance of its rows, pixels.
 const LEGEND_X: f32 = 1035.0;
 const ROW: f32 = 28.0;
+
+/// Widths of a wide letter, pixels: large and small.
+const LETTERS: [f32; 2] = [13.5, 10.0];
+
+/// Most letters of the capture's name in the title.
+const NAME_MAX: usize = 60;
+
+/// Letters in a line of the caption, and distance of its lines, pixels.
+const CAPTION_LETTERS: usize = 120;
+const CAPTION_ROW: f32 = 20.0;
 
 const BLACK: Color = [0x00, 0x00, 0x00];
 const GREY: Color = [0x8c, 0x8c, 0x8c];
@@ -66,9 +76,25 @@ enum Shape {
     },
 }
 
+impl Shape {
+    /// Right edge of words, pixels; 0 of other shapes, which are within the plot.
+    fn right(&self) -> f32 {
+        match self {
+            Self::Words { at, words, large } => {
+                at.0 + words.chars().count() as f32 * LETTERS[usize::from(!large)]
+            }
+            _ => 0.0,
+        }
+    }
+}
+
 /// The drawing of a track.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture(Vec<Shape>);
+pub struct Picture {
+    /// Width and height, pixels.
+    size: (f32, f32),
+    shapes: Vec<Shape>,
+}
 
 impl Picture {
     /// Draws a track with its title and the reason why it is incomplete; `None` if there is no position.
@@ -81,18 +107,25 @@ impl Picture {
         draw_path(&mut shapes, &scale, track);
         marks(&mut shapes, &scale, track);
         words(&mut shapes, title, track);
+        let mut height = HEIGHT;
         if let Some(problem) = problem {
-            let at = (PLOT[0], HEIGHT - 8.0);
-            put_words(&mut shapes, at, problem.to_string(), false);
+            for line in wrap(&problem.to_string()) {
+                put_words(&mut shapes, (PLOT[0], height - 8.0), line, false);
+                height += CAPTION_ROW;
+            }
         }
         legend(&mut shapes, &scale, track);
-        Some(Self(shapes))
+        let right = shapes.iter().map(Shape::right).fold(WIDTH, f32::max);
+        Some(Self {
+            size: (right.ceil(), height),
+            shapes,
+        })
     }
 
     /// The picture as SVG.
     #[must_use]
     pub fn svg(&self) -> String {
-        svg::draw(&self.0)
+        svg::draw(&self.shapes, self.size)
     }
 
     /// The picture as PNG.
@@ -100,7 +133,7 @@ impl Picture {
     /// # Errors
     /// When it cannot be encoded.
     pub fn png(&self) -> Result<Vec<u8>, String> {
-        png::draw(&self.0)
+        png::draw(&self.shapes, self.size)
     }
 }
 
@@ -183,7 +216,7 @@ fn grid(shapes: &mut Vec<Shape>, scale: &Scale) {
     }
 }
 
-/// Draws a line for each stretch with the same behaviour, dashed where lines were lost.
+/// Draws a line for each stretch with the same behaviour, dashed where the path was not received.
 fn draw_path(shapes: &mut Vec<Shape>, scale: &Scale, track: &Track) {
     let mut points = track.points.iter().peekable();
     while let Some(first) = points.next() {
@@ -314,7 +347,27 @@ fn words(shapes: &mut Vec<Shape>, title: &str, track: &Track) {
     let s = track.duration.as_secs();
     let length = format!("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
     let said = format!("{:.0} ft in {length}", track.distance_in / 12.0);
+    let too_long = title.chars().count().saturating_sub(NAME_MAX);
+    let title = match title.char_indices().nth(too_long) {
+        Some((start, _)) if too_long > 0 => format!("..{}", &title[start..]),
+        _ => title.to_owned(),
+    };
     put_words(shapes, (PLOT[0], 38.0), format!("{title}   {said}"), true);
+}
+
+/// Lines of a caption.
+fn wrap(text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + word.chars().count() < CAPTION_LETTERS => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 fn put_words(shapes: &mut Vec<Shape>, at: Place, words: String, large: bool) {
@@ -354,7 +407,7 @@ fn legend(shapes: &mut Vec<Shape>, scale: &Scale, track: &Track) {
         push_wide(shapes, places, color(holder));
     }
     if track.points.iter().any(|p| p.joint == Joint::Guessed) {
-        let (x, y) = row(shapes, "lines lost".to_owned());
+        let (x, y) = row(shapes, "path not received".to_owned());
         push_line(shapes, vec![(x - 18.0, y), (x + 18.0, y)], GREY, true);
     }
     scale_bar(shapes, scale);
@@ -396,4 +449,45 @@ fn scale_bar(shapes: &mut Vec<Shape>, scale: &Scale) {
         format!("{bar_in} in = {} ft", bar_in / 12.0)
     };
     put_words(shapes, (LEGEND_X, y - 16.0), label, false);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::track::{Events, Point};
+    use super::*;
+
+    #[test]
+    fn all_words_are_within_the_picture() {
+        let events = |count| Events {
+            count,
+            places_in: vec![(0.0, 0.0)],
+        };
+        let track = Track {
+            points: vec![Point {
+                x_in: 0.0,
+                y_in: 0.0,
+                holder: Holder::Prowl,
+                joint: Joint::Apart,
+            }],
+            events: [10_000, 20_000, 1, 0].map(events),
+            ..Track::default()
+        };
+        let problem = CaptureError::Unfinished {
+            path: "folder/".repeat(40).into(),
+            is_in_use: false,
+        };
+        let name = "a long name of a capture ".repeat(10);
+        let picture = Picture::new(&name, &track, Some(&problem)).unwrap();
+        let (width, height) = picture.size;
+        for shape in &picture.shapes {
+            if let Shape::Words { at, words, .. } = shape {
+                assert!(shape.right() <= width && at.1 < height, "{words}");
+            }
+        }
+        let svg = picture.svg();
+        assert!(svg.contains("edge of the floor (20000 counted, 1 shown)"));
+        assert!(svg.contains(&format!("viewBox=\"0 0 {width} {height}\"")));
+        let png = tiny_skia::Pixmap::decode_png(&picture.png().unwrap()).unwrap();
+        assert_eq!((png.width() as f32, png.height() as f32), (width, height));
+    }
 }

@@ -12,13 +12,13 @@ use tiny_skia::{
     StrokeDash, Transform,
 };
 
-use super::{HEIGHT, Place, Shape, WIDTH};
+use super::{Place, Shape};
 
 const LARGE: &MonoFont<'_> = &iso_8859_1::FONT_10X20;
 const SMALL: &MonoFont<'_> = &iso_8859_1::FONT_9X15;
 
-pub(super) fn draw(shapes: &[Shape]) -> Result<Vec<u8>, String> {
-    let mut pixmap = Pixmap::new(WIDTH as u32, HEIGHT as u32)
+pub(super) fn draw(shapes: &[Shape], (width, height): (f32, f32)) -> Result<Vec<u8>, String> {
+    let mut pixmap = Pixmap::new(width as u32, height as u32)
         .ok_or_else(|| "not enough memory for the picture".to_owned())?;
     pixmap.fill(Color::WHITE);
     for shape in shapes {

@@ -2,16 +2,16 @@
 
 use std::fmt::Write as _;
 
-use super::{Color, HEIGHT, Place, Shape, WIDTH};
+use super::{Color, Place, Shape};
 
 /// Font sizes, pixels.
 const LARGE: u8 = 22;
 const SMALL: u8 = 16;
 
 /// The shapes as an SVG document. Writing to a string cannot fail.
-pub(super) fn draw(shapes: &[Shape]) -> String {
+pub(super) fn draw(shapes: &[Shape], (width, height): (f32, f32)) -> String {
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
          font-family=\"sans-serif\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
     );

@@ -1,25 +1,37 @@
 //! Comparison of two runs.
 
+use std::time::Duration;
+
+use groundwave_protocol::decoder::Counters;
+
 use super::Course;
-use super::course::{Place, distance_in};
+use super::course::Place;
+use crate::odometer::distance_in;
 pub use crate::runs::figures::{Apart, Comparison, Figures};
 
 /// Maximum places compared; time grows with the square.
 const PLACES_MAX: usize = 2048;
 
 impl Figures {
-    /// The figures of a course.
+    /// The figures of a course with its capture's duration and the decoder's totals.
     #[must_use]
-    pub fn of(capture: String, label: super::Label, course: &Course) -> Self {
+    pub fn of(
+        capture: String,
+        label: super::Label,
+        course: &Course,
+        duration: Duration,
+        counters: &Counters,
+    ) -> Self {
         Self {
             capture,
             name: label.name,
             void: label.void,
-            duration_s: course.duration().as_secs_f64(),
-            distance_in: course.distance_in,
+            duration_s: duration.as_secs_f64(),
+            distance_in: course.distance_in(),
             closing_error_in: course.closing_error_in(),
             bumps: course.bumps(),
-            restarts: course.restarts,
+            restarts: counters.restarts,
+            odometer_resets: course.odometer_resets(),
         }
     }
 }
@@ -126,10 +138,14 @@ mod tests {
             void: Some("the cat".to_owned()),
             ..Label::default()
         };
+        let figures = |capture: &str, label, course| {
+            let counters = Counters::default();
+            Figures::of(capture.into(), label, course, Duration::ZERO, &counters)
+        };
         let comparison = Comparison {
             runs: [
-                Figures::of("a.mcap".into(), Label::default(), &a),
-                Figures::of("b.mcap".into(), void, &b),
+                figures("a.mcap", Label::default(), &a),
+                figures("b.mcap", void, &b),
             ],
             apart: Apart::between(&a, &b),
         };

@@ -3,11 +3,10 @@
 use std::time::Duration;
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::status_codes::Drive;
-use groundwave_protocol::telemetry::{Body, StateLine};
+use groundwave_protocol::telemetry::Body;
 
 use crate::bumps::Bumps;
-use crate::odometer::{can_be_driven, seconds_of, slots_between};
+use crate::odometer::{Odometer, Step, distance_in};
 pub use crate::runs::figures::Place;
 use crate::{Capture, CaptureError};
 
@@ -17,25 +16,16 @@ const POINTS_MAX: usize = 4096;
 /// Initial distance between two points, inches.
 const SPACING_IN: f64 = 1.0;
 
-/// The path since the robot's odometer was last reset. Earlier positions are in another frame.
-#[derive(Clone, Debug, PartialEq)]
+/// The path since the robot's odometer was last reset, for earlier positions are in another frame; distance and bumps of
+/// the whole run.
+#[derive(Clone, Debug)]
 pub struct Course {
     points: Vec<Place>,
     spacing_in: f64,
-    /// First and last position report.
-    ends: Option<(Fix, Fix)>,
-    /// Distance driven, inches.
-    pub distance_in: f64,
-    /// Odometer resets in the middle, each of which began a new course.
-    pub restarts: u32,
+    /// First and last position of the path.
+    ends: Option<(Place, Place)>,
+    odometer: Odometer,
     bumps: Bumps,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Fix {
-    at: Duration,
-    sequence: u8,
-    place: Place,
 }
 
 impl Default for Course {
@@ -44,8 +34,7 @@ impl Default for Course {
             points: Vec::new(),
             spacing_in: SPACING_IN,
             ends: None,
-            distance_in: 0.0,
-            restarts: 0,
+            odometer: Odometer::default(),
             bumps: Bumps::default(),
         }
     }
@@ -57,53 +46,35 @@ impl Course {
         let mut course = Self::default();
         let mut decoder = Decoder::default();
         let read = capture.for_each_line(&mut decoder, |at, received| {
-            if let Received::Line(line, _) = received {
-                match &line.body {
-                    Body::State(state) => course.take(at, line.sequence, state),
-                    Body::Counters(counters) => course.bumps.take_counters(counters),
-                    _ => {}
-                }
-            }
+            course.take(at, received);
             Ok::<(), CaptureError>(())
         });
         (course, *decoder.counters(), read.err())
     }
 
-    /// Takes a line A with its number.
-    pub fn take(&mut self, at: Duration, sequence: u8, state: &StateLine) {
-        let place = (
-            f64::from(state.x_tenths_in) / 10.0,
-            f64::from(state.y_tenths_in) / 10.0,
-        );
-        let fix = Fix {
-            at,
-            sequence,
-            place,
-        };
-        let step_in = self
-            .ends
-            .map_or(0.0, |(_, last)| distance_in(last.place, place));
-        let could_be_driven = self.ends.is_none_or(|(_, last)| {
-            let by_number_s = seconds_of(slots_between(last.sequence, sequence));
-            let passed_s = at
-                .saturating_sub(last.at)
-                .as_secs_f64()
-                .max(by_number_s)
-                .max(1.0);
-            can_be_driven(step_in, passed_s)
-        });
-        if self.ends.is_some() && (state.drive == Drive::OdometerReset || !could_be_driven) {
-            self.bumps.begin_anew();
-            *self = Self {
-                restarts: self.restarts + 1,
-                bumps: std::mem::take(&mut self.bumps),
-                ..Self::default()
-            };
-        } else {
-            self.distance_in += step_in;
+    /// Takes a line.
+    pub fn take(&mut self, at: Duration, received: &Received) {
+        if let Received::Line(line, _) = received {
+            match &line.body {
+                Body::State(state) => {
+                    self.bumps.take_state(state);
+                }
+                Body::Counters(counters) => self.bumps.take_counters(counters),
+                _ => {}
+            }
         }
-        self.bumps.take_state(state);
-        self.ends = Some(self.ends.map_or((fix, fix), |(first, _)| (first, fix)));
+        let Some((step, place)) = self.odometer.take(at, received) else {
+            return;
+        };
+        if step == Step::Reset {
+            self.points.clear();
+            self.spacing_in = SPACING_IN;
+            self.ends = None;
+        }
+        self.ends = Some(
+            self.ends
+                .map_or((place, place), |(first, _)| (first, place)),
+        );
         self.keep(place);
     }
 
@@ -123,7 +94,19 @@ impl Course {
         }
     }
 
-    /// Contacts of the bumper.
+    /// Distance driven in the whole run, inches.
+    #[must_use]
+    pub const fn distance_in(&self) -> f64 {
+        self.odometer.distance_in
+    }
+
+    /// Resets of the odometer, each of which began a new path.
+    #[must_use]
+    pub const fn odometer_resets(&self) -> u32 {
+        self.odometer.resets
+    }
+
+    /// Contacts of the bumper in the whole run.
     #[must_use]
     pub fn bumps(&self) -> u32 {
         self.bumps.total()
@@ -135,61 +118,55 @@ impl Course {
         &self.points
     }
 
-    /// First place.
+    /// First place of the path.
     #[must_use]
     pub fn start(&self) -> Option<Place> {
-        self.ends.map(|(first, _)| first.place)
+        self.ends.map(|(first, _)| first)
     }
 
     /// Last place.
     #[must_use]
     pub fn end(&self) -> Option<Place> {
-        self.ends.map(|(_, last)| last.place)
+        self.ends.map(|(_, last)| last)
     }
 
-    /// Time from its first report to its last.
-    #[must_use]
-    pub fn duration(&self) -> Duration {
-        self.ends.map_or(Duration::ZERO, |(first, last)| {
-            last.at.saturating_sub(first.at)
-        })
-    }
-
-    /// Distance from its end to its beginning, inches: the error of a closed round.
+    /// Distance from the end of the path to its beginning, inches: the error of a closed round.
     #[must_use]
     pub fn closing_error_in(&self) -> Option<f64> {
-        self.ends
-            .map(|(first, last)| distance_in(first.place, last.place))
+        self.ends.map(|(first, last)| distance_in(first, last))
     }
-}
-
-/// Distance between two places, inches.
-pub(super) fn distance_in(a: Place, b: Place) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
 
+    use groundwave_protocol::status_codes::Drive;
+    use groundwave_protocol::telemetry::{Ack, Line, StateLine};
+
     /// A line A of a robot at a place.
-    fn state(x_in: f64, y_in: f64) -> StateLine {
-        StateLine {
-            x_tenths_in: (x_in * 10.0) as _,
-            y_tenths_in: (y_in * 10.0) as _,
-            ..StateLine::BLANK
+    fn state(sequence: u8, (x_in, y_in): Place) -> Line {
+        Line {
+            sequence,
+            body: Body::State(StateLine {
+                x_tenths_in: (x_in * 10.0) as _,
+                y_tenths_in: (y_in * 10.0) as _,
+                ..StateLine::BLANK
+            }),
+            ack: Ack::default(),
         }
+    }
+
+    fn take(course: &mut Course, at: Duration, line: Line) {
+        course.take(at, &Received::Line(line, line.encode()));
     }
 
     /// A course through places, one a second.
     pub(crate) fn through(places: &[Place]) -> Course {
         let mut course = Course::default();
         for (second, place) in places.iter().enumerate() {
-            course.take(
-                Duration::from_secs(second as u64),
-                0,
-                &state(place.0, place.1),
-            );
+            let at = Duration::from_secs(second as u64);
+            take(&mut course, at, state(0, *place));
         }
         course
     }
@@ -203,26 +180,50 @@ pub(super) mod tests {
             (0.0, 10.0),
             (0.0, 3.0),
         ]);
-        assert!((course.distance_in - 37.0).abs() < 1e-9);
+        assert!((course.distance_in() - 37.0).abs() < 1e-9);
         assert_eq!(course.closing_error_in(), Some(3.0));
-        assert_eq!(course.duration(), Duration::from_secs(4));
-        assert_eq!(course.restarts, 0);
+        assert_eq!(course.odometer_resets(), 0);
     }
 
     #[test]
-    fn a_jump_begins_a_new_track() {
+    fn a_jump_begins_a_new_path_and_the_distance_is_of_the_whole_run() {
         let course = through(&[(0.0, 0.0), (10.0, 0.0), (200.0, 0.0), (205.0, 0.0)]);
-        assert_eq!(course.restarts, 1);
+        assert_eq!(course.odometer_resets(), 1);
         assert_eq!(course.points(), [(200.0, 0.0), (205.0, 0.0)]);
-        assert!((course.distance_in - 5.0).abs() < 1e-9);
+        assert!((course.distance_in() - 15.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_set_position_and_a_reboot_begin_a_new_path_however_near() {
+        let mut course = through(&[(0.0, 0.0), (10.0, 0.0)]);
+        let mut set = state(0, (11.0, 0.0));
+        if let Body::State(state) = &mut set.body {
+            state.drive = Drive::OdometerReset;
+        }
+        take(&mut course, Duration::from_secs(2), set);
+        assert_eq!(course.points(), [(11.0, 0.0)]);
+        let mut rebooted = state(0, (12.0, 0.0));
+        rebooted.ack.boot = 1;
+        take(&mut course, Duration::from_secs(3), rebooted);
+        assert_eq!(course.points(), [(12.0, 0.0)]);
+        assert_eq!(course.odometer_resets(), 2);
+        assert!((course.distance_in() - 10.0).abs() < 1e-9);
     }
 
     #[test]
     fn a_silence_that_a_raw_capture_does_not_know_of_is_no_jump() {
         let mut course = Course::default();
-        course.take(Duration::from_secs(40), 19, &state(-8.0, 30.0));
-        course.take(Duration::from_millis(40_333), 65, &state(98.0, 30.0));
-        assert_eq!(course.restarts, 0);
+        take(
+            &mut course,
+            Duration::from_secs(40),
+            state(19, (-8.0, 30.0)),
+        );
+        take(
+            &mut course,
+            Duration::from_millis(40_333),
+            state(65, (98.0, 30.0)),
+        );
+        assert_eq!(course.odometer_resets(), 0);
     }
 
     #[test]
@@ -232,13 +233,10 @@ pub(super) mod tests {
             let angle = f64::from(second) * 0.05;
             let radius_in = 20.0 + f64::from(second) * 0.001;
             let place = (radius_in * angle.cos(), radius_in * angle.sin());
-            course.take(
-                Duration::from_secs(second.into()),
-                0,
-                &state(place.0, place.1),
-            );
+            let at = Duration::from_secs(second.into());
+            take(&mut course, at, state(0, place));
         }
-        assert_eq!(course.restarts, 0);
+        assert_eq!(course.odometer_resets(), 0);
         assert!((POINTS_MAX / 4..POINTS_MAX).contains(&course.points().len()));
     }
 }

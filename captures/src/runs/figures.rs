@@ -17,16 +17,19 @@ pub struct Figures {
     pub name: Option<String>,
     /// Reason why it does not count.
     pub void: Option<String>,
-    /// Time from the first position report to the last, seconds.
+    /// Duration of the capture, seconds.
     pub duration_s: f64,
     /// Distance driven, inches.
     pub distance_in: f64,
-    /// Distance from its end to its beginning, inches; `None` without a report.
+    /// Distance from the end to the beginning, or to the place where the odometer was last reset, inches; `None` without a
+    /// position.
     pub closing_error_in: Option<f64>,
     /// Contacts of the bumper.
     pub bumps: u32,
-    /// Odometer resets in the middle; the figures count from the last.
-    pub restarts: u32,
+    /// Restarts of the robot.
+    pub restarts: u64,
+    /// Odometer resets in the middle: restarts and set positions.
+    pub odometer_resets: u32,
 }
 
 /// Header of a list of runs.
@@ -155,11 +158,11 @@ impl Comparison {
             if let Some(reason) = run.void.as_deref().filter(|reason| !reason.is_empty()) {
                 writeln!(output, "run {number} is void: {reason}")?;
             }
-            if run.restarts > 0 {
+            if run.odometer_resets > 0 {
                 writeln!(
                     output,
-                    "run {number} reset its odometer {} times; only the path after the last reset is compared",
-                    run.restarts
+                    "run {number} reset its odometer {} times; closing error and path count from the last reset",
+                    run.odometer_resets
                 )?;
             }
         }

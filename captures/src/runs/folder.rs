@@ -47,8 +47,9 @@ impl Run {
         let label = Label::of(path)?;
         let mut capture = Capture::open(path)?;
         let (course, counters, problem) = Course::read(&mut capture);
+        let name = path.display().to_string();
         Ok(Self {
-            figures: Figures::of(path.display().to_string(), label, &course),
+            figures: Figures::of(name, label, &course, capture.end(), &counters),
             course,
             counters,
             problem,

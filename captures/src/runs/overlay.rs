@@ -18,6 +18,10 @@ const MARGIN_IN: f64 = 12.0;
 /// Height of the legend, inches.
 const LEGEND_IN: f64 = 26.0;
 
+/// Left end of the names, and width of a wide letter, inches.
+const NAMES_IN: f64 = 24.0;
+const LETTER_IN: f64 = 3.2;
+
 /// Pixels per inch.
 const SCALE: f64 = 4.0;
 
@@ -29,7 +33,11 @@ pub fn overlay(courses: [&Course; 2], names: [&str; 2]) -> String {
     let (low, high) = all().fold((first, first), |(low, high), &(x, y)| {
         ((low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y)))
     });
-    let width = (high.0 - low.0 + 2.0 * MARGIN_IN).max(120.0);
+    let letters = names.map(|name| name.chars().count() + 2);
+    let names_in = NAMES_IN + LETTER_IN * letters[0].max(letters[1]) as f64;
+    let path_in = high.0 - low.0 + 2.0 * MARGIN_IN;
+    let bar_in = if path_in > 240.0 { 48.0 } else { 12.0 };
+    let width = path_in.max(names_in + bar_in + 2.0 * MARGIN_IN).max(120.0);
     let height = high.1 - low.1 + 2.0 * MARGIN_IN + LEGEND_IN;
     let at = |(x, y): Place| (x - low.0 + MARGIN_IN, high.1 - y + MARGIN_IN);
     let mut svg = format!(
@@ -54,7 +62,7 @@ pub fn overlay(courses: [&Course; 2], names: [&str; 2]) -> String {
             svg,
             "<polyline points=\"{}\" fill=\"none\" {style} stroke-width=\"1\" stroke-linejoin=\"round\"/>\n\
              <path d=\"M4 {:.1}h16\" {style} stroke-width=\"1\"/>\
-             <text x=\"24\" y=\"{legend_y:.1}\">{} {}</text>",
+             <text x=\"{NAMES_IN}\" y=\"{legend_y:.1}\">{} {}</text>",
             points.trim_end(),
             legend_y - 2.0,
             number + 1,
@@ -71,7 +79,6 @@ pub fn overlay(courses: [&Course; 2], names: [&str; 2]) -> String {
             );
         }
     }
-    let bar_in = if width > 240.0 { 48.0 } else { 12.0 };
     let (x, y) = (width - MARGIN_IN - bar_in, height - 8.0);
     let _ = writeln!(
         svg,
@@ -98,5 +105,15 @@ mod tests {
         // The first ends 20 in north of where it began: higher up, so less far from the top.
         assert!(svg.contains("points=\"12.0,32.0 12.0,12.0\""), "{svg}");
         assert!(svg.contains("1 ft"));
+    }
+
+    #[test]
+    fn a_long_name_is_within_the_picture() {
+        let course = through(&[(0.0, 0.0), (0.0, 20.0)]);
+        let name = "captures/of/the/contest/evening.mcap".repeat(3);
+        let svg = overlay([&course, &course], ["short", &name]);
+        let (_, view) = svg.split_once("viewBox=\"0 0 ").unwrap();
+        let width: f64 = view.split(' ').next().unwrap().parse().unwrap();
+        assert!(width > NAMES_IN + LETTER_IN * name.len() as f64 + MARGIN_IN);
     }
 }

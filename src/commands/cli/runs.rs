@@ -15,8 +15,8 @@ Examples:
   groundwave runs contest/ evening.mcap
   groundwave runs --json | jq 'select(.void == null)'
 
-The figures cover the path since the robot's odometer was last set. The closing error is the distance from the start of
-the path to its end."))]
+Each capture is one run, with the figures of `info`. The closing error is the distance from the end of its path to the
+beginning, or to the place where the odometer was last reset by a restart or by setting the position."))]
 pub struct Runs {
     /// Captures, or folders of captures
     #[arg(value_name = "FILE|DIR", default_value = ".")]

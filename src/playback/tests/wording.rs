@@ -163,7 +163,7 @@ fn replayed(bytes: &[u8]) -> Vec<String> {
     let capture = || Capture::read("x.mcap", Box::new(Cursor::new(bytes.to_vec()))).unwrap();
     let info = Info::read(&mut capture());
     let (course, counters, problem) = Course::read(&mut capture());
-    let course = (course.bumps(), course.duration(), course.points().len());
+    let course = (course.bumps(), course.distance_in(), course.points().len());
     seen.push(format!("{info:?} {course:?} {counters:?} {problem:?}"));
     seen
 }
