@@ -1,6 +1,7 @@
 //! Whole-system tests: one binary, one module a subject.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
+mod adversary;
 mod calibrate;
 mod calibration;
 mod capture;
