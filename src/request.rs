@@ -58,6 +58,12 @@ pub enum Request {
     Parameter(Tuning),
 }
 
+/// The robot's parameter that switches its cliff guard on and off.
+pub(crate) const CLIFF_GUARD: &str = "cliff-guard";
+
+/// The robot's parameter for the voltage of a critical battery; 0 switches that protection off.
+pub(crate) const CRITICAL_BATTERY: &str = "battery-critical";
+
 /// Why words are not a command.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RequestError {
@@ -222,7 +228,7 @@ impl Request {
 
     /// Whether the dashboard asks before it sends the command.
     #[must_use]
-    pub const fn is_hazardous(&self) -> bool {
+    pub fn is_hazardous(&self) -> bool {
         match self {
             Self::Pose { .. } | Self::Mode(Mode::User) => true,
             Self::Route(waypoints) => waypoints.is_empty(),
@@ -233,7 +239,32 @@ impl Request {
             | Self::Only(_)
             | Self::Scan
             | Self::Failsafe(_)
-            | Self::Parameter(_) => false,
+            | Self::Parameter(_) => self.takes_away().is_some(),
+        }
+    }
+
+    /// The protection of the robot that the command takes away.
+    #[must_use]
+    pub fn takes_away(&self) -> Option<&'static str> {
+        match self {
+            Self::Disable(layers) if layers.contains(Layer::Bumpers) => Some("its bumpers"),
+            Self::Only(layers) if !layers.contains(Layer::Bumpers) => Some("its bumpers"),
+            Self::Failsafe(None) => Some("its failsafe"),
+            Self::Parameter(Tuning::Set(name, value)) if value.is_zero() => match name.as_str() {
+                CLIFF_GUARD => Some("its cliff guard"),
+                CRITICAL_BATTERY => Some("its stop at a critical battery"),
+                _ => None,
+            },
+            Self::Stop
+            | Self::Mode(_)
+            | Self::Enable(_)
+            | Self::Disable(_)
+            | Self::Only(_)
+            | Self::Route(_)
+            | Self::Pose { .. }
+            | Self::Scan
+            | Self::Failsafe(_)
+            | Self::Parameter(_) => None,
         }
     }
 
@@ -313,6 +344,29 @@ mod tests {
         let words: Vec<&str> = words.split(' ').collect();
         let error = Request::all_from_words(&words).expect_err("it is wrong");
         error.to_string()
+    }
+
+    #[test]
+    fn commands_that_take_a_protection_away_are_hazardous() {
+        for (words, takes_away) in [
+            ("disable bumpers,sonar", true),
+            ("disable sonar", false),
+            ("only sonar", true),
+            ("only none", true),
+            ("only bumpers,sonar", false),
+            ("failsafe off", true),
+            ("failsafe home 30s", false),
+            ("param set cliff-guard 0", true),
+            ("param cliff-guard 0.0", true),
+            ("param set cliff-guard 1", false),
+            ("param set battery-critical 0", true),
+            ("param set photo-avoid 0", false),
+        ] {
+            let split: Vec<&str> = words.split(' ').collect();
+            let request = Request::from_words(&split).expect(words);
+            assert_eq!(request.takes_away().is_some(), takes_away, "{words}");
+            assert_eq!(request.is_hazardous(), takes_away, "{words}");
+        }
     }
 
     #[test]

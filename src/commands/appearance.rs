@@ -6,7 +6,7 @@ use std::env;
 use super::config::{self, Theme};
 use crate::model::{Colors, Config};
 
-/// The appearance by the configuration, else by `NO_COLOR`, `COLORFGBG` and the locale.
+/// The appearance by the configuration, else by `NO_COLOR`, `TERM`, `COLORFGBG` and the locale.
 pub(super) fn appearance(config: &config::Config) -> Config {
     let set = |name| env::var(name).ok().filter(|value| !value.is_empty());
     let locale = set("LC_ALL")
@@ -18,6 +18,7 @@ pub(super) fn appearance(config: &config::Config) -> Config {
         colors: match dashboard.theme {
             // NO_COLOR outranks the configuration.
             _ if no_color => Colors::Mono,
+            None | Some(Theme::Auto) if is_monochrome(set("TERM").as_deref()) => Colors::Mono,
             None | Some(Theme::Auto) => colors(set("COLORFGBG").as_deref()),
             Some(Theme::Dark) => Colors::Dark,
             Some(Theme::Light) => Colors::Light,
@@ -46,6 +47,16 @@ fn colors(foreground_background: Option<&str>) -> Colors {
     }
 }
 
+/// Whether a terminal's name is one without colours: `dumb`, a DEC terminal to the VT420, or a monochrome variant.
+fn is_monochrome(term: Option<&str>) -> bool {
+    term.is_some_and(|term| {
+        let is_dec = ["vt1", "vt2", "vt3", "vt4"]
+            .iter()
+            .any(|dec| term.starts_with(dec));
+        is_dec || term == "dumb" || term.ends_with("-m") || term.ends_with("-mono")
+    })
+}
+
 /// Whether a locale lacks UTF-8. Systems other than Unix always have it.
 fn is_ascii(locale: Option<&str>) -> bool {
     if !cfg!(unix) {
@@ -67,6 +78,23 @@ mod tests {
         assert_eq!(colors(Some("15;0")), Colors::Dark);
         assert_eq!(colors(Some("12;default;8")), Colors::Dark);
         assert_eq!(colors(Some("rubbish")), Colors::Dark);
+    }
+
+    #[test]
+    fn terminal_without_colours_is_known_by_its_name() {
+        for term in ["vt100", "vt220", "dumb", "xterm-mono", "linux-m"] {
+            assert!(is_monochrome(Some(term)), "{term}");
+        }
+        for term in [
+            "xterm-256color",
+            "linux",
+            "screen",
+            "tmux-256color",
+            "vt525",
+        ] {
+            assert!(!is_monochrome(Some(term)), "{term}");
+        }
+        assert!(!is_monochrome(None));
     }
 
     #[cfg(unix)]

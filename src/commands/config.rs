@@ -105,7 +105,7 @@ pub struct Robot {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Theme {
-    /// By `NO_COLOR` and `COLORFGBG`.
+    /// By `NO_COLOR`, `TERM` and `COLORFGBG`.
     Auto,
     /// For a dark background.
     Dark,

@@ -205,7 +205,6 @@ impl Facts {
                     .add(now, Level::Info, Subject::Robot, text.as_str());
             }
             Body::Parameter(parameter) => {
-                self.motors.take_parameter(parameter);
                 let text = words::parameter(parameter);
                 self.log.add(now, Level::Info, Subject::Robot, text);
             }
@@ -220,7 +219,7 @@ impl Facts {
     /// The robot restarted: its list is gone, and its frame begins where it stands.
     fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
-        self.motors.take_restart();
+        self.robot.take_restart();
         self.chart.start_afresh();
         self.log
             .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
@@ -238,7 +237,7 @@ impl Facts {
             self.counted.tally.behaviours += 1;
         }
         let linked = before.map(|before| before.link);
-        if let Some((level, text)) = failsafe::news(linked, state.link, &self.robot) {
+        if let Some((level, text)) = failsafe::news(linked, state.link, &self.robot, &self.ledger) {
             let subject = match level {
                 Level::Alarm => Subject::Robot,
                 Level::Info | Level::Warning => Subject::Behaviour,
@@ -247,7 +246,9 @@ impl Facts {
         }
         self.plots.take_state(now, state, &self.link);
         let held = self.motors.holder().map(|held| held.value);
-        if self.motors.take_state(now, state)
+        if self
+            .motors
+            .take_state(now, state, self.robot.is_unguarded())
             && let Some(holder) = self.motors.holder()
         {
             let (robot, holder) = (&self.robot, holder.value);

@@ -3,13 +3,20 @@
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::Link;
 
+use super::ledger::Ledger;
 use super::robot::Robot;
 use super::words;
 use crate::event::Level;
 
-/// The setting in the latest line C.
-fn setting(robot: &Robot) -> Option<Failsafe> {
-    robot.counters.and_then(|counters| counters.value.failsafe)
+/// The setting in the latest line C, or of a command that the robot took after it.
+fn setting(link: Link, robot: &Robot, ledger: &Ledger) -> Option<Failsafe> {
+    let reported = robot.counters.and_then(|counters| counters.value.failsafe);
+    match ledger.failsafe() {
+        Some((Some(at), setting)) if robot.counters.is_none_or(|c| c.at <= at) => setting,
+        // The line that confirms a command shows its effect first.
+        Some((None, setting)) if link != Link::Ok && reported.is_none() => setting,
+        _ => reported,
+    }
 }
 
 /// The setting in words: "home after 30 s of silence".
@@ -24,19 +31,25 @@ fn words_of(setting: Option<Failsafe>) -> String {
 }
 
 /// The state in the latest line A, in words; `None` when it is not set or unknown.
-pub(crate) fn standing(robot: &Robot) -> Option<(Link, String)> {
+pub(crate) fn standing(robot: &Robot, ledger: &Ledger) -> Option<(Link, String)> {
     let link = robot.state.map_or(Link::Ok, |state| state.value.link);
-    let does = words_of(setting(robot));
+    let setting = setting(link, robot, ledger);
+    let does = words_of(setting);
     match link {
-        Link::Ok => setting(robot).map(|_| (link, format!("{does}, once a session is open"))),
+        Link::Ok => setting.map(|_| (link, format!("{does}, once a session is open"))),
         Link::Armed => Some((link, format!("{does}, armed"))),
         Link::Failsafe => Some((link, format!("ACTS: {does}"))),
     }
 }
 
 /// The log line for a change of line A's link letter.
-pub(super) fn news(before: Option<Link>, now: Link, robot: &Robot) -> Option<(Level, String)> {
-    let does = || words_of(setting(robot));
+pub(super) fn news(
+    before: Option<Link>,
+    now: Link,
+    robot: &Robot,
+    ledger: &Ledger,
+) -> Option<(Level, String)> {
+    let does = || words_of(setting(now, robot, ledger));
     match (before.unwrap_or(Link::Ok), now) {
         (before, now) if before == now => None,
         (_, Link::Failsafe) => Some((Level::Alarm, format!("FAILSAFE acts: {}", does()))),
@@ -55,21 +68,27 @@ mod tests {
     use groundwave_protocol::status_codes::Mode;
 
     use super::*;
+    use crate::event::CommandStatus;
     use crate::model::Config;
     use crate::model::log::Entry;
     use crate::model::testing::Scene;
+    use crate::request::Request;
 
     #[test]
     fn every_entry_and_exit_is_in_the_log() {
         let mut scene = Scene::new(Config::default());
         scene.hear();
-        assert_eq!(standing(&scene.model.facts.robot), None);
+        let standing_of = |scene: &Scene| {
+            let facts = &scene.model.facts;
+            standing(&facts.robot, &facts.ledger)
+        };
+        assert_eq!(standing_of(&scene), None);
         scene.failsafe = Some(Failsafe {
             silence_s: 30,
             mode: Mode::GoHome,
         });
         scene.hear_ticks(10, [0; 9]);
-        let standing_now = |scene: &Scene| standing(&scene.model.facts.robot).map(|(_, says)| says);
+        let standing_now = |scene: &Scene| standing_of(scene).map(|(_, says)| says);
         assert_eq!(
             standing_now(&scene).as_deref(),
             Some("home after 30 s of silence, once a session is open")
@@ -102,6 +121,31 @@ mod tests {
                 acts,
                 (Level::Warning, "failsafe is over"),
             ]
+        );
+    }
+
+    #[test]
+    fn a_confirmed_setting_is_known_before_line_c() {
+        let mut scene = Scene::new(Config::default());
+        scene.hear_ticks(10, [0; 9]);
+        let setting = Some(Failsafe {
+            silence_s: 30,
+            mode: Mode::GoHome,
+        });
+        scene.ask(1, Request::Failsafe(setting));
+        // The line that confirms it comes first.
+        scene.state.link = Link::Armed;
+        scene.hear();
+        scene.status_of(1, CommandStatus::Confirmed { digest: None });
+        let facts = &scene.model.facts;
+        let mut logged = facts.log.newest_first().map(|entry| entry.text.as_str());
+        let armed = "failsafe armed: home after 30 s of silence";
+        assert!(logged.any(|text| text == armed));
+        let says = standing(&facts.robot, &facts.ledger).map(|(_, says)| says);
+        assert_eq!(
+            says.as_deref(),
+            Some("home after 30 s of silence, armed"),
+            "line C is older"
         );
     }
 

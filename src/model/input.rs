@@ -365,7 +365,13 @@ impl Ui {
                 ),
                 Then::Send(vec![request]),
             ),
-            other => (format!("Send `{other}`?"), Then::Send(vec![request])),
+            other => {
+                let takes = other
+                    .takes_away()
+                    .map(|takes| format!(" It takes {takes} away."));
+                let text = format!("Send `{other}`?{}", takes.unwrap_or_default());
+                (text, Then::Send(vec![request]))
+            }
         };
         let text = self.said_of_the_past(text);
         self.overlay = Overlay::Question(Question { text, then });
@@ -393,14 +399,14 @@ impl Ui {
         }
         let is_allowed = facts
             .ledger
-            .asked_of(layer)
+            .asked_of(layer, facts.robot.status.map(|status| status.at))
             .unwrap_or_else(|| allowed.contains(layer));
         let mask = LayerMask::NONE.with(layer);
-        vec![Effect::Send(if is_allowed {
+        self.ask_or_send(if is_allowed {
             Request::Disable(mask)
         } else {
             Request::Enable(mask)
-        })]
+        })
     }
 
     pub(super) fn send_draft(&mut self) -> Vec<Effect> {

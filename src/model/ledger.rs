@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use groundwave_protocol::Waypoint;
+use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{ListPlace, StatusLine};
 
@@ -38,6 +39,10 @@ pub(crate) struct Entry {
 impl Entry {
     fn is_over(&self) -> bool {
         self.status.is_end()
+    }
+
+    fn confirmed_at(&self) -> Option<Moment> {
+        Some(self.asked_at + self.confirmed_after?)
     }
 }
 
@@ -165,6 +170,17 @@ impl Ledger {
         }
     }
 
+    /// The failsafe setting of the newest command that did not fail, and when the robot confirmed it.
+    pub(crate) fn failsafe(&self) -> Option<(Option<Moment>, Option<Failsafe>)> {
+        let entries = self.entries.iter().rev();
+        let mut entries =
+            entries.filter(|entry| !entry.is_over() || entry.confirmed_after.is_some());
+        entries.find_map(|entry| match entry.request {
+            Request::Failsafe(setting) => Some((entry.confirmed_at(), setting)),
+            _ => None,
+        })
+    }
+
     /// The list of this session that the robot confirmed and still reports.
     pub(crate) const fn active(&self) -> Option<&ActiveList> {
         self.active.as_ref()
@@ -182,13 +198,17 @@ impl Ledger {
             })
     }
 
-    /// The pending command for a layer: allow or forbid.
-    pub(crate) fn asked_of(&self, layer: Layer) -> Option<bool> {
+    /// The newest command for a layer, allow or forbid, that is pending or confirmed since the robot's report of its layers.
+    pub(crate) fn asked_of(&self, layer: Layer, reported_at: Option<Moment>) -> Option<bool> {
         let asks = |mask: &LayerMask| mask.contains(layer);
+        let is_newer = |entry: &&Entry| match entry.confirmed_at() {
+            Some(at) => reported_at.is_none_or(|reported_at| at >= reported_at),
+            None => !entry.is_over(),
+        };
         self.entries
             .iter()
             .rev()
-            .filter(|entry| !entry.is_over())
+            .filter(is_newer)
             .find_map(|entry| match &entry.request {
                 Request::Enable(mask) if asks(mask) => Some(true),
                 Request::Disable(mask) if asks(mask) => Some(false),

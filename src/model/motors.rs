@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use groundwave_protocol::status_codes::{Arm, Cliff, Layer, LayerState, Mode};
-use groundwave_protocol::telemetry::{CountersLine, HOLDERS, ParameterLine, StateLine};
+use groundwave_protocol::telemetry::{CountersLine, HOLDERS, StateLine};
 
 use super::robot::Reading;
 use crate::event::Moment;
@@ -25,9 +25,6 @@ const SHARE_STEP: Moment = Moment::from_secs(6);
 const THRASH_CHANGES: usize = 6;
 
 const THRASH_WINDOW: Moment = Moment::from_secs(8);
-
-/// The robot's parameter that switches its cliff guard on and off.
-const CLIFF_GUARD: &str = "cliff-guard";
 
 /// A holder of the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,27 +119,18 @@ pub(crate) struct Motors {
     samples: Tally,
     ticks: Tally,
     newest_counters: Option<Reading<CountersLine>>,
-    /// The robot reported its cliff guard off.
-    is_unguarded: bool,
 }
 
 impl Motors {
-    /// Takes a line P; one parameter is the cliff guard.
-    pub(super) fn take_parameter(&mut self, parameter: &ParameterLine) {
-        if parameter.name.as_str() == CLIFF_GUARD {
-            self.is_unguarded = parameter.value == 0;
-        }
-    }
-
-    /// The robot restarted: the cliff guard counts as on until reported.
-    pub(super) fn take_restart(&mut self) {
-        self.is_unguarded = false;
-    }
-
     /// Takes a line A; returns whether the holder changed.
-    pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> bool {
+    pub(super) fn take_state(
+        &mut self,
+        now: Moment,
+        state: &StateLine,
+        is_unguarded: bool,
+    ) -> bool {
         let holder = match Holder::of(state) {
-            Holder::CliffGuard if self.is_unguarded => Holder::unguarded(state),
+            Holder::CliffGuard if is_unguarded => Holder::unguarded(state),
             holder => holder,
         };
         self.take_rungs(now, holder, state);

@@ -1,11 +1,11 @@
 //! The newest reports of the robot, with their moments.
 
-use groundwave_protocol::status_codes::{Bump, Infrared, Layer, LayerMask};
+use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerMask};
 use groundwave_protocol::telemetry::{Body, CountersLine, Line, StateLine, StatusLine};
 
 use super::history::History;
 use crate::event::Moment;
-use crate::request::Standing;
+use crate::request::{CLIFF_GUARD, CRITICAL_BATTERY, Standing};
 
 /// A value and the moment it arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +42,16 @@ pub(crate) struct Robot {
     pub(crate) infrared: Option<Reading<Infrared>>,
     /// Battery voltage over the whole session, decivolts.
     pub(crate) volts: History,
+    cliff_guard: Switch,
+    critical_battery: Switch,
+}
+
+/// Whether a parameter switches a protection off, by the robot's report.
+#[derive(Clone, Copy, Debug, Default)]
+struct Switch {
+    is_off: bool,
+    /// Off after a reset too.
+    stays_off: bool,
 }
 
 impl Robot {
@@ -61,8 +71,39 @@ impl Robot {
                 self.status = Some(reading(now, status));
             }
             Body::Counters(counters) => self.counters = Some(reading(now, counters)),
-            Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
+            Body::Parameter(parameter) => {
+                let switch = match parameter.name.as_str() {
+                    CLIFF_GUARD => &mut self.cliff_guard,
+                    CRITICAL_BATTERY => &mut self.critical_battery,
+                    _ => return,
+                };
+                *switch = Switch {
+                    is_off: parameter.value == 0,
+                    stays_off: parameter.kept == 0,
+                };
+            }
+            Body::Text(_) | Body::Song(_) => {}
         }
+    }
+
+    /// The robot restarted: its parameters are those it keeps.
+    pub(super) const fn take_restart(&mut self) {
+        self.cliff_guard.is_off = self.cliff_guard.stays_off;
+        self.critical_battery.is_off = self.critical_battery.stays_off;
+    }
+
+    /// Whether the robot reported its cliff guard off.
+    pub(super) const fn is_unguarded(&self) -> bool {
+        self.cliff_guard.is_off
+    }
+
+    /// The protections that can be switched off, each with whether it is.
+    pub(crate) fn protections(&self) -> [(&'static str, bool); 3] {
+        [
+            ("BUMPERS OFF", self.forbids(Layer::Bumpers)),
+            ("CLIFF GUARD OFF", self.cliff_guard.is_off),
+            ("CRITICAL BATTERY OFF", self.critical_battery.is_off),
+        ]
     }
 
     /// Names of the stale lines.
@@ -102,6 +143,14 @@ impl Robot {
         Standing::new(self.state.map(|state| state.value.mode), self.allowed())
     }
 
+    /// Whether a fitted layer is known not to be allowed.
+    pub(crate) fn forbids(&self, layer: Layer) -> bool {
+        !self.lacks(layer)
+            && self
+                .allowed()
+                .is_some_and(|allowed| !allowed.contains(layer))
+    }
+
     /// Whether the robot is known to lack a layer.
     pub(crate) fn lacks(&self, layer: Layer) -> bool {
         self.fitted().is_some_and(|fitted| !fitted.contains(layer))
@@ -125,6 +174,19 @@ pub(crate) fn ordered_wheels_in_s(state: &StateLine) -> [i32; 2] {
     let speed = (2 * i32::from(state.velocity_in_s)).clamp(-room, room);
     [speed + turn, speed - turn].map(|doubled| i32::midpoint(doubled, doubled.signum()))
 }
+
+/// Whether the wheels reach at most half of the ordered speed while the drive gives all it can.
+pub(crate) fn is_held(state: &StateLine) -> bool {
+    let measured = [state.wheel_left_in_s, state.wheel_right_in_s];
+    let mut wheels = ordered_wheels_in_s(state).into_iter().zip(measured);
+    state.drive == Drive::Saturated
+        && wheels.any(|(ordered, measured)| {
+            ordered.abs() >= HELD_ORDER_MIN_IN_S && 2 * i32::from(measured).abs() <= ordered.abs()
+        })
+}
+
+/// Slowest ordered speed at which a wheel can count as held, in/s: measured speeds are whole.
+const HELD_ORDER_MIN_IN_S: i32 = 4;
 
 /// Whether the bumper is pressed.
 pub(crate) const fn touches(bump: Bump) -> bool {

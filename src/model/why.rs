@@ -1,10 +1,13 @@
 //! The reason why a holder controls the motors, as text, from the robot's reports.
 
-use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Layer, Mode};
-use groundwave_protocol::telemetry::StateLine;
+use groundwave_protocol::status_codes::{
+    Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Mode,
+};
+use groundwave_protocol::telemetry::{ListPlace, StateLine};
 
 use super::motors::{Holder, lacks_floor};
-use super::robot::{Robot, detects, touches};
+use super::robot::{Robot, detects, is_held, ordered_wheels_in_s, touches};
+use super::words;
 use crate::event::Moment;
 
 /// Range of both sonars below which the sonar layer stops and turns, inches.
@@ -152,14 +155,11 @@ fn route(robot: &Robot) -> String {
     let Some(status) = robot.status.map(|status| status.value) else {
         return "drives its list of waypoints".to_owned();
     };
+    let ListPlace { driven, count } = status.list;
     match status.target_in {
-        Some((x_in, y_in)) => format!(
-            "heads for ({x_in}, {y_in}), {} of {} reached",
-            status.list.driven, status.list.count
-        ),
-        None if status.list.count > 0 && status.list.driven == status.list.count => {
-            "has finished its list of waypoints".to_owned()
-        }
+        Some((x_in, y_in)) if count == 0 => format!("heads for ({x_in}, {y_in})"),
+        Some((x_in, y_in)) => format!("heads for ({x_in}, {y_in}), {driven} of {count} reached"),
+        None if count > 0 && driven == count => "has finished its list of waypoints".to_owned(),
         None => "drives its list of waypoints".to_owned(),
     }
 }
@@ -168,7 +168,9 @@ fn prowl(state: &StateLine, robot: &Robot) -> String {
     let target = robot.status.and_then(|status| status.value.target_in);
     match (target, state.drive) {
         _ if lacks_floor(state) => format!("{}, and nothing guards", edge(state.cliff)),
+        _ if touches(state.bump) => format!("{} pressed; {}", bump(state.bump), wheels(state)),
         (_, Drive::Stalled) => "the wheels do not turn".to_owned(),
+        _ if is_held(state) => format!("held back; {}", wheels(state)),
         (Some((0, 0)), _) if state.mode == Mode::GoHome => {
             format!("on the way home; {} in to go", distance_in(state, (0, 0)))
         }
@@ -178,8 +180,30 @@ fn prowl(state: &StateLine, robot: &Robot) -> String {
             target.1,
             distance_in(state, target)
         ),
-        (None, _) => "nothing in the way".to_owned(),
+        (None, _) => match blind(state, robot)[..] {
+            [] => "nothing in the way".to_owned(),
+            ref layers => format!("drives without {}", layers.join(", ")),
+        },
     }
+}
+
+fn wheels(state: &StateLine) -> String {
+    let [left, right] = ordered_wheels_in_s(state);
+    format!(
+        "wheels at {} of {left}, {} of {right} in/s",
+        state.wheel_left_in_s, state.wheel_right_in_s
+    )
+}
+
+/// The fitted layers and guards against obstacles that are off.
+fn blind(state: &StateLine, robot: &Robot) -> Vec<&'static str> {
+    let is_off = |layer: &Layer| {
+        state.layers.get(*layer) == LayerState::Off && !robot.lacks(*layer) || robot.forbids(*layer)
+    };
+    let layers = [Layer::Bumpers, Layer::Infrared, Layer::Sonar];
+    let layers = layers.into_iter().filter(is_off).map(words::layer);
+    let guard = robot.is_unguarded().then_some("cliff guard");
+    layers.chain(guard).collect()
 }
 
 fn no_floor(state: &StateLine) -> String {

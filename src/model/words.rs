@@ -96,10 +96,16 @@ pub(crate) const fn power(power: Power) -> &'static str {
 /// A parameter as reported.
 pub(crate) fn parameter(line: &ParameterLine) -> String {
     let unit = line.unit.as_str();
-    let number = |value: i32| {
-        request::in_whole_unit(value, unit).map_or(value.to_string(), |(number, _)| number)
+    let number = |value: i32| match unit.strip_prefix("1/") {
+        Some(parts) => format!("{value}/{parts}"),
+        None => request::in_whole_unit(value, unit).map_or(value.to_string(), |(number, _)| number),
     };
-    let whole = request::in_whole_unit(line.value, unit).map_or(unit, |(_, whole)| whole);
+    // The unit of a fraction is in its figures, and a switch has none.
+    let whole = match request::in_whole_unit(line.value, unit) {
+        Some((_, whole)) => format!(" {whole}"),
+        None if unit.is_empty() || unit.starts_with("1/") || unit == "0 or 1" => String::new(),
+        None => format!(" {unit}"),
+    };
     let kept = if line.value == line.kept {
         String::new()
     } else {
@@ -107,7 +113,7 @@ pub(crate) fn parameter(line: &ParameterLine) -> String {
     };
     let (name, value) = (line.name.as_str(), number(line.value));
     let (least, most) = (number(line.least), number(line.most));
-    format!("{name} is {value} {whole} ({least} to {most}{kept})")
+    format!("{name} is {value}{whole} ({least} to {most}{kept})")
 }
 
 /// A song: its meaning and its notes.

@@ -31,6 +31,11 @@ impl Amount {
         })
     }
 
+    /// Whether it is zero in any unit.
+    pub(super) const fn is_zero(self) -> bool {
+        matches!(self, Self::Counts(0) | Self::Decimal { digits: 0, .. })
+    }
+
     /// The value in counts of `unit`; `None` if it is finer than the unit.
     #[must_use]
     pub fn counts(self, unit: &str) -> Option<i32> {

@@ -49,7 +49,7 @@ impl Standing {
                 ));
             }
             (Request::Mode(Mode::Forage), Outcome::NotFitted) => {
-                return Some("it has no sensor for the dock's beacon; try `home`".to_owned());
+                return Some("it has no sensor for the dock's beacon; try `home`; in the simulator, `--world flat` has a dock".to_owned());
             }
             (Request::Mode(Mode::Passive), Outcome::NotFitted) => {
                 return Some(

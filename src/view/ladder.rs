@@ -77,7 +77,7 @@ impl Screen<'_> {
     }
 
     /// Whether the robot's state is stale.
-    fn is_stale(&self) -> bool {
+    pub(super) fn is_stale(&self) -> bool {
         self.facts
             .robot
             .state
@@ -177,7 +177,10 @@ impl Screen<'_> {
                 LayerState::Off => (glyphs.off, "off", theme.dim),
             }
         };
-        let says = match facts.ledger.asked_of(layer) {
+        let says = match facts
+            .ledger
+            .asked_of(layer, facts.robot.status.map(|status| status.at))
+        {
             Some(true) => format!("{says}, asked on"),
             Some(false) => format!("{says}, asked off"),
             None => says.to_owned(),

@@ -46,7 +46,7 @@ impl Screen<'_> {
     fn link_rows(&self, width: u16) -> Vec<(&'static str, String, Style)> {
         let theme = &self.theme;
         let link = &self.facts.link;
-        let alone = failsafe::standing(&self.facts.robot)
+        let alone = failsafe::standing(&self.facts.robot, &self.facts.ledger)
             .map(|(letter, says)| ("alone", says, self.failsafe_style(letter)));
         let Some(statistics) = link.statistics() else {
             let nothing = ("", "nothing measured yet".to_owned(), theme.dim);
@@ -114,18 +114,6 @@ impl Screen<'_> {
                 self.theme.warning,
             ),
         }
-    }
-
-    /// The failsafe in the status row.
-    pub(super) fn failsafe_at_a_glance(&self, is_wide: bool) -> Option<Span<'static>> {
-        let (letter, says) = failsafe::standing(&self.facts.robot)?;
-        let words = match letter {
-            Link::Ok => return None,
-            Link::Armed if !is_wide => return None,
-            Link::Failsafe if !is_wide => "FAILSAFE".to_owned(),
-            Link::Armed | Link::Failsafe => format!("failsafe {says}"),
-        };
-        Some(Span::styled(words, self.failsafe_style(letter)))
     }
 
     const fn failsafe_style(&self, letter: Link) -> Style {

@@ -1,6 +1,7 @@
 //! The screen, drawn from the model without changing it.
 //!
-//! Below the status row there is a row for the shown moment in the past, and one for unacknowledged alarms. From 110x34 up:
+//! Below the status row there is a row for protections that are off, one for the shown moment in the past, and one for
+//! unacknowledged alarms. No window covers the first two. From 110x34 up:
 //!
 //! ```text
 //! +------------------------------ status ------------------------------+
@@ -146,6 +147,13 @@ impl Screen<'_> {
         let (rest, hint) = split_bottom(rest, 1);
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
+        let (protections, rest) = split_top(rest, u16::from(self.is_unprotected()));
+        self.protections(buffer, protections);
+        let windows = Rect {
+            y: rest.y,
+            height: area.bottom() - rest.y,
+            ..area
+        };
         let rest = match &self.ui.playback {
             Some(playback) => {
                 let (time, rest) = split_top(rest, 1);
@@ -165,7 +173,7 @@ impl Screen<'_> {
         self.hint(buffer, hint);
         self.keys(buffer, keys);
         self.panels(buffer, rest, full);
-        self.overlay(buffer, area);
+        self.overlay(buffer, windows);
     }
 
     fn too_small(&self, buffer: &mut Buffer, area: Rect) {

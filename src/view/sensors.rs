@@ -313,7 +313,12 @@ impl Screen<'_> {
             name: "robot",
             spans: vec![Span::styled(words, self.theme.dim)],
             age: Some(counters.age(self.now)),
-            stale_after: COUNTERS_STALE,
+            // The uptime stands still when the robot is silent.
+            stale_after: if self.is_stale() {
+                STATE_STALE
+            } else {
+                COUNTERS_STALE
+            },
         })
     }
 }

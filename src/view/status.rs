@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use groundwave_protocol::status_codes::{Mode, Power};
+use groundwave_protocol::status_codes::{Link as Letter, Mode, Power};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::layout::WIDTH_FULL;
-use super::{Screen, put, put_right, width_of};
+use super::{Screen, columns, put, put_right, width_of};
 use crate::model::age;
 use crate::model::link::{Connection, Health};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
@@ -17,7 +17,14 @@ use crate::model::words;
 
 impl Screen<'_> {
     pub(super) fn status(&self, buffer: &mut Buffer, area: Rect) {
-        let right = Line::from(self.robot_at_a_glance(area.width));
+        let lights = Line::from(self.lights().to_vec());
+        let lights_width = width_of(&lights.spans) as u16;
+        put_right(buffer, area, 0, &lights);
+        let area = Rect {
+            width: area.width.saturating_sub(lights_width),
+            ..area
+        };
+        let right = Line::from(self.robot_at_a_glance(area.width + lights_width));
         let right_width = width_of(&right.spans) as u16;
         let left = Rect {
             width: area.width.saturating_sub(right_width + 2),
@@ -27,10 +34,53 @@ impl Screen<'_> {
         let taken = width_of(&spans);
         spans.push(Span::raw("  "));
         let room = usize::from(left.width).saturating_sub(taken + 2);
-        spans.push(self.recording(room));
+        spans.extend(self.recording(room));
         let line = self.cut(Line::from(spans), usize::from(left.width));
         put(buffer, left, 0, &line);
         put_right(buffer, area, 0, &right);
+    }
+
+    /// Failsafe and recording, each at its place at the right end.
+    fn lights(&self) -> [Span<'_>; 2] {
+        let theme = &self.theme;
+        let (failsafe, style) = match self.facts.robot.state.map(|state| state.value.link) {
+            Some(Letter::Armed) => ("failsafe", theme.plain),
+            Some(Letter::Failsafe) => ("FAILSAFE", theme.alarm),
+            Some(Letter::Ok) | None => ("", theme.plain),
+        };
+        let recording = &self.present.recording;
+        let (words, recording_style) = match (&recording.problem, &recording.tee, &recording.mcap) {
+            (Some(_), ..) => (format!("{} REC", theme.glyphs.bad), theme.alarm),
+            (None, None, None) if self.ui.is_replay() => (String::new(), theme.dim),
+            (None, None, None) => ("no rec".to_owned(), theme.dim),
+            _ => (format!("{} REC", theme.glyphs.recording), theme.strong),
+        };
+        [
+            Span::styled(format!("  {failsafe:8}"), style),
+            Span::styled(format!(" {words:>6}"), recording_style),
+        ]
+    }
+
+    /// Whether a protection of the robot is off.
+    pub(super) fn is_unprotected(&self) -> bool {
+        let mut all = self.facts.robot.protections().into_iter();
+        all.any(|(_, is_off)| is_off)
+    }
+
+    /// Draws the protections that are off, each at its own place.
+    pub(super) fn protections(&self, buffer: &mut Buffer, area: Rect) {
+        let glyph = self.theme.glyphs.forbidden;
+        let all = self.facts.robot.protections().into_iter();
+        let spans = all.flat_map(|(name, is_off)| {
+            let words = format!(" {glyph} {name} ");
+            let gap = Span::raw("  ");
+            if is_off {
+                [Span::styled(words, self.theme.alarm), gap]
+            } else {
+                [Span::raw(" ".repeat(columns(&words))), gap]
+            }
+        });
+        put(buffer, area, 0, &Line::from(spans.collect::<Vec<_>>()));
     }
 
     /// Name, health, rate, loss and age of the link.
@@ -43,6 +93,7 @@ impl Screen<'_> {
         } else {
             &link.name
         };
+        let shortened_name = shortened(name, NAME_COLUMNS.max(room.saturating_sub(WORDS_COLUMNS)));
         let newest = link.newest_age(self.now).map(age::words);
         let flow = || {
             let rate = format!("  {:.1}/s", link.lines_per_s(self.now));
@@ -52,40 +103,37 @@ impl Screen<'_> {
             let newest = newest.as_ref().map(|newest| format!("  newest {newest}"));
             [Some(rate), loss, newest].into_iter().flatten().collect()
         };
-        let (glyph, style, words): (_, Style, String) =
-            match link.health(self.now) {
-                Health::Waiting => match self.instead_of_lines() {
-                    Some(words) => (glyphs.silent, theme.warning, format!("  {words}")),
-                    None => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
-                },
-                Health::Good => (glyphs.good, theme.good, flow()),
-                Health::Weak => (glyphs.weak, theme.warning, format!("  WEAK{}", flow())),
-                Health::Silent => (
-                    glyphs.silent,
-                    theme.alarm,
-                    format!(
-                        "  SILENT for {}{}",
-                        newest.unwrap_or_default(),
-                        self.instead_of_lines()
-                            .map_or(String::new(), |words| format!(": {words}"))
-                    ),
+        let (glyph, style, words): (_, Style, String) = match link.health(self.now) {
+            Health::Waiting => match self.instead_of_lines() {
+                Some(words) => (glyphs.silent, theme.warning, format!("  {words}")),
+                None => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
+            },
+            Health::Good => (glyphs.good, theme.good, flow()),
+            Health::Weak => (glyphs.weak, theme.warning, format!("  WEAK{}", flow())),
+            Health::Silent => (
+                glyphs.silent,
+                theme.alarm,
+                format!(
+                    "  SILENT for {}{}",
+                    newest.unwrap_or_default(),
+                    self.instead_of_lines()
+                        .map_or(String::new(), |words| format!(": {words}"))
                 ),
-                Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
-                Health::Ended => (
-                    glyphs.ended,
-                    theme.strong,
-                    ended(room.saturating_sub(
-                        shortened(name, NAME_COLUMNS).chars().count() + MARKS_COLUMNS,
-                    )),
-                ),
-            };
+            ),
+            Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
+            Health::Ended => (
+                glyphs.ended,
+                theme.strong,
+                ended(room.saturating_sub(columns(&shortened_name) + MARKS_COLUMNS)),
+            ),
+        };
         let calm = matches!(
             link.health(self.now),
             Health::Good | Health::Waiting | Health::Weak
         );
         vec![
             Span::styled(format!("{glyph} "), style),
-            Span::styled(shortened(name, NAME_COLUMNS), theme.strong),
+            Span::styled(shortened_name, theme.strong),
             Span::styled(words, if calm { theme.plain } else { style }),
         ]
     }
@@ -104,48 +152,19 @@ impl Screen<'_> {
         format!("  LINK LOST {since}: {reason}; reconnecting")
     }
 
-    /// The state of the recording in the longest words that fit.
-    fn recording(&self, room: usize) -> Span<'_> {
+    /// The recording's failure or files in the longest words that fit; `None` if none fit.
+    fn recording(&self, room: usize) -> Option<Span<'_>> {
         let recording = &self.present.recording;
-        let theme = &self.theme;
-        // The shortest variant always shows.
-        let longest = |words: [String; 3]| {
-            let [.., least] = words.clone();
-            let mut fitting = words.into_iter().filter(|w| w.chars().count() <= room);
-            fitting.next().unwrap_or(least)
+        let (words, style) = if let Some(problem) = &recording.problem {
+            let long = format!("RECORDING FAILED: {problem}");
+            (vec![long, "RECORDING FAILED".to_owned()], self.theme.alarm)
+        } else {
+            let files = [&recording.tee, &recording.mcap].into_iter().flatten();
+            let names: Vec<&str> = files.map(|path| file_name(path)).collect();
+            (vec![names.join(", ")], self.theme.plain)
         };
-        if let Some(problem) = &recording.problem {
-            let bad = theme.glyphs.bad;
-            let long = format!("{bad} RECORDING FAILED: {problem}");
-            return Span::styled(
-                longest([
-                    long,
-                    format!("{bad} RECORDING FAILED"),
-                    format!("{bad} REC"),
-                ]),
-                theme.alarm,
-            );
-        }
-        let names: Vec<&str> = [&recording.tee, &recording.mcap]
-            .into_iter()
-            .flatten()
-            .map(|path| file_name(path))
-            .collect();
-        if names.is_empty() {
-            let words = if self.ui.is_replay() {
-                String::new()
-            } else {
-                longest(["unrecorded", "no rec", ""].map(str::to_owned))
-            };
-            return Span::styled(words, theme.dim);
-        }
-        let glyph = theme.glyphs.recording;
-        let long = format!("{glyph} {}", names.join(", "));
-        Span::raw(longest([
-            long,
-            format!("{glyph} recording"),
-            glyph.to_owned(),
-        ]))
+        let mut fitting = words.into_iter().filter(|words| columns(words) <= room);
+        fitting.next().map(|words| Span::styled(words, style))
     }
 
     fn robot_at_a_glance(&self, width: u16) -> Vec<Span<'_>> {
@@ -153,9 +172,6 @@ impl Screen<'_> {
         let robot = &self.facts.robot;
         let mut spans = Vec::new();
         let is_wide = width >= WIDTH_FULL;
-        if let Some(failsafe) = self.failsafe_at_a_glance(is_wide) {
-            spans.extend([failsafe, Span::raw("  ")]);
-        }
         if let Some(time) = self.ui.time_of_day(self.now).filter(|_| is_wide) {
             let minutes = time.as_secs() / 60;
             let clock = format!("{:02}:{:02}Z  ", minutes / 60, minutes % 60);
@@ -206,8 +222,11 @@ fn ended(room: usize) -> String {
     fits.unwrap_or("  ended").to_owned()
 }
 
-/// Maximum width of the link's name, columns.
+/// Width that the link's name may always have, columns.
 const NAME_COLUMNS: usize = 24;
+
+/// Width kept free for the words after a longer name, columns.
+const WORDS_COLUMNS: usize = 54;
 
 /// The last part of a path.
 pub(super) fn file_name(path: &str) -> &str {

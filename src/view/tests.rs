@@ -2,7 +2,7 @@
 
 use crossterm::event::KeyCode;
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::status_codes::{Bump, Infrared, Layer, LayerMask, LayerState, Mode};
+use groundwave_protocol::status_codes::{Bump, Infrared, Layer, LayerMask, LayerState, Link, Mode};
 use groundwave_protocol::telemetry::{ListPlace, Outcome};
 use groundwave_protocol::{LINE_BYTES, Waypoint};
 use ratatui::Terminal;
@@ -227,7 +227,7 @@ fn a_flight_at_80_by_24() {
         &sensors,
         "groundwave-20250314T092653Z.mcap · raw: cat /dev/pts/5 · h sends it home",
     );
-    assert!(row(&sensors, "● sim").contains("◉ recording "));
+    assert!(row(&sensors, "● sim").ends_with("◉ REC"));
     for (panel, words) in [
         ("F5 commands", "No commands sent"),
         ("F6 log", "right bumper hit at"),
@@ -373,7 +373,7 @@ fn a_failed_recording_is_an_alarm() {
     }));
     row(
         &screen(&scene, 120, 40),
-        "✖ RECORDING FAILED: the disk is full",
+        "  RECORDING FAILED: the disk is full",
     );
 }
 

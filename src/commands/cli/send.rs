@@ -36,6 +36,9 @@ pub struct Send {
     /// Send nothing; print the frames and the minimum time they take. LINK may be omitted
     #[arg(long)]
     pub dry_run: bool,
+    /// Send commands that take a protection away: bumpers, cliff guard, critical battery, failsafe
+    #[arg(long)]
+    pub yes: bool,
     /// After goto or route, enter mode prowl, so that the robot drives
     #[arg(long)]
     pub go: bool,
@@ -65,6 +68,9 @@ pub struct Param {
     /// Send through a station that was started with --share [default: the usual socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     via: Option<Via>,
+    /// Set a parameter even if it takes a protection away: cliff-guard 0, battery-critical 0
+    #[arg(long)]
+    yes: bool,
     /// Give up if the robot has not confirmed after this time
     #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "2m")]
     timeout: Duration,
@@ -123,6 +129,7 @@ impl Param {
             via,
             file: None,
             dry_run: false,
+            yes: self.yes,
             go: false,
             timeout: self.timeout,
             radio: self.radio.clone(),

@@ -63,7 +63,21 @@ impl Script {
                 number,
             });
         }
+        if !options.yes && !options.dry_run {
+            script.refuse_hazards()?;
+        }
         Ok(script)
+    }
+
+    /// Fails on a command that takes a protection of the robot away.
+    fn refuse_hazards(&self) -> Result<(), Fault> {
+        for (index, Line { request, .. }) in self.lines.iter().enumerate() {
+            if let Some(takes) = request.takes_away() {
+                let why = format!("`{request}` takes {takes} away; add --yes to send it");
+                return Err(usage(why).within(self.place(index), ""));
+            }
+        }
+        Ok(())
     }
 
     fn read_file(path: &Path) -> Result<Self, Fault> {
@@ -108,17 +122,21 @@ impl Script {
 
     /// The fault with the line it happened at and the commands that were not sent.
     pub(super) fn blame(&self, index: usize, fault: Fault) -> Fault {
-        let number = self.lines.get(index).and_then(|line| line.number);
-        let place = match (&self.name, number) {
-            (Some(name), Some(number)) => format!("{name}:{number}: "),
-            _ => String::new(),
-        };
         let rest = match self.lines.get(index + 1..).unwrap_or_default() {
             [] => String::new(),
             [line] => format!("; `{}` was not sent", line.request),
             lines => format!("; the {} commands after it were not sent", lines.len()),
         };
-        fault.within(place, rest)
+        fault.within(self.place(index), rest)
+    }
+
+    /// The file and line of a command, before a message; empty for a command given as words.
+    fn place(&self, index: usize) -> String {
+        let number = self.lines.get(index).and_then(|line| line.number);
+        match (&self.name, number) {
+            (Some(name), Some(number)) => format!("{name}:{number}: "),
+            _ => String::new(),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::event::{Level, Moment, Recording};
 use crate::model::Config;
 use crate::model::link::{Connection, Link};
 use crate::model::motors::Motors;
-use crate::model::robot::Robot;
+use crate::model::robot::{Robot, is_held, touches};
 
 /// Limits of the alarms.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
@@ -120,6 +120,9 @@ pub(crate) struct Rule {
 /// Unit of a figure that is an age.
 pub(super) const SECONDS: &str = "s";
 
+/// Time that the bumper is pressed before it counts as jammed, s.
+const PRESSED_S: u16 = 5;
+
 pub(super) const RULES_COUNT: usize = 11;
 
 /// Every alarm, the worst first.
@@ -127,7 +130,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery critical",
-        hint: "switch it off, or dock it (<mode-forage>)",
+        hint: "switch it off, or charge it",
         unit: "V",
         logged_here: true,
         source: Source::Status,
@@ -204,7 +207,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery low",
-        hint: "call it home (<mode-go-home>) or to a dock (<mode-forage>)",
+        hint: "call it home (<mode-go-home>) and charge it",
         unit: "V",
         logged_here: true,
         source: Source::Status,
@@ -214,11 +217,15 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "stalled",
-        hint: "its wheels do not turn: free it, or STOP (<stop>)",
+        hint: "its wheels are held: free it, or STOP (<stop>)",
         unit: "",
         logged_here: true,
         source: Source::State,
-        look: |inputs| state_is(inputs, |state| state.drive == Drive::Stalled),
+        look: |inputs| {
+            state_is(inputs, |state| {
+                state.drive == Drive::Stalled || is_held(state)
+            })
+        },
         bounds: |limits| lasting(limits.stalled_s),
     },
     Rule {
@@ -230,10 +237,9 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         source: Source::State,
         look: |inputs| match inputs.robot.state {
             Some(state) if state.value.bump == Bump::Jammed => Sight::Certain,
-            Some(_) => Sight::No,
-            None => Sight::Unknown,
+            _ => state_is(inputs, |state| touches(state.bump)),
         },
-        bounds: |_| lasting(0),
+        bounds: |_| lasting(PRESSED_S),
     },
     Rule {
         level: Level::Warning,

@@ -131,9 +131,48 @@ fn a_layer_key_asks_for_the_opposite_of_what_was_asked_or_reported() {
         [Effect::Send(Request::Enable(sonar))],
         "asked, not yet answered"
     );
+    scene.hear_status();
+    scene.status_of(1, CommandStatus::Confirmed { digest: None });
+    assert_eq!(
+        scene.type_text("4"),
+        [Effect::Send(Request::Enable(sonar))],
+        "confirmed, and no line B since"
+    );
+    scene.ask(2, Request::Enable(sonar));
+    scene.status_of(2, CommandStatus::Confirmed { digest: None });
+    let disable = [Effect::Send(Request::Disable(sonar))];
+    assert_eq!(scene.type_text("4"), disable, "the newest command counts");
+    scene.wait_ms(100);
+    scene.hear_status();
+    assert_eq!(scene.type_text("4"), disable, "line B is newer");
     assert_eq!(scene.type_text("5"), [], "photo is not fitted");
     let mut unheard = Scene::new(Config::default());
     assert_eq!(unheard.type_text("4"), [], "the allowed layers are unknown");
+}
+
+#[test]
+fn taking_a_protection_away_asks_first() {
+    for keys in [
+        "1",
+        ":disable bumpers,sonar",
+        ":only sonar",
+        ":param set cliff-guard 0",
+        ":param battery-critical 0",
+        ":failsafe off",
+    ] {
+        let mut scene = scene();
+        let mut effects = scene.type_text(keys);
+        if keys.starts_with(':') {
+            effects.extend(scene.press(&[KeyCode::Enter]));
+        }
+        assert_eq!(effects, [], "{keys}");
+        let Overlay::Question(question) = &scene.model.ui.overlay else {
+            panic!("{keys}: no question");
+        };
+        assert!(question.text.contains("It takes its "), "{}", question.text);
+        let sent = scene.type_text("y");
+        assert!(matches!(sent[..], [Effect::Send(_)]), "{keys}: {sent:?}");
+    }
 }
 
 #[test]

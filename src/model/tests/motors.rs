@@ -129,6 +129,43 @@ fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
 }
 
 #[test]
+fn nothing_in_the_way_needs_free_switches_turning_wheels_and_every_layer() {
+    let mut scene = scene();
+    scene.hear_status();
+    scene.hear();
+    let sentence = |scene: &Scene| {
+        let facts = &scene.model.facts;
+        crate::model::why::why(Holder::Prowl, &scene.state, &facts.robot, scene.now)
+    };
+    assert_eq!(sentence(&scene), "nothing in the way");
+    let off = [Layer::Bumpers, Layer::Infrared, Layer::Sonar];
+    scene.status.allowed = off
+        .into_iter()
+        .fold(scene.status.allowed, LayerMask::without);
+    scene.hear_status();
+    let blind = "drives without bumpers, infrared, sonar";
+    assert_eq!(sentence(&scene), blind, "by line B");
+    scene.status.allowed = scene.status.fitted;
+    scene.hear_status();
+    scene.layers(&off.map(|layer| (layer, LayerState::Off)));
+    assert_eq!(sentence(&scene), blind, "by line A");
+    scene.state.velocity_in_s = 12;
+    scene.state.drive = Drive::Saturated;
+    (scene.state.wheel_left_in_s, scene.state.wheel_right_in_s) = (5, 5);
+    let wheels = "wheels at 5 of 12, 5 of 12 in/s";
+    assert_eq!(sentence(&scene), format!("held back; {wheels}"));
+    scene.state.bump = Bump::Center;
+    assert_eq!(sentence(&scene), format!("centre bumper pressed; {wheels}"));
+    for _ in 0..18 {
+        scene.hear();
+    }
+    let facts = &scene.model.facts;
+    let calling = facts.alarms.calling(&scene.model.ui.acknowledged);
+    let calling: Vec<_> = calling.iter().map(|(rule, ..)| rule.name).collect();
+    assert_eq!(calling, ["stalled", "bumper jammed"]);
+}
+
+#[test]
 fn shares_expire_while_no_holder_drives() {
     let mut scene = scene();
     for _ in 0..30 {

@@ -68,10 +68,7 @@ fn figures_are_beside_the_log() {
     row(&wide, "up     2 % air, 37 frames, 5 repeated");
     row(&wide, "answer 0.4 s last, 0.6 mean, 1.3 worst");
     let status = wide.lines().next().unwrap();
-    assert!(
-        status.contains("failsafe home after 30 s of silence, armed"),
-        "{status}"
-    );
+    assert!(status.contains("  failsafe  "), "{status}");
 }
 
 #[test]

@@ -45,8 +45,8 @@ fn the_summary_is_never_cut() {
                 "{line}"
             );
             let status = row(&screen, "● sim");
-            let told = ["◉ recording ", "unrecorded ", "mcap ", ".txt "];
-            assert!(told.iter().any(|words| status.contains(words)), "{status}");
+            let told = ["◉ REC", "no rec"];
+            assert!(told.iter().any(|words| status.ends_with(words)), "{status}");
         }
     }
 }
@@ -393,6 +393,7 @@ fn a_lost_link_offers_nothing_to_send() {
 #[test]
 fn an_alarm_shows_its_latest_and_its_worst_figure() {
     let mut scene = flight(demo());
+    scene.state.bump = Bump::None;
     for _ in 0..40 {
         scene.lose(3);
         scene.hear();
@@ -442,4 +443,72 @@ fn a_space_precedes_the_mark_of_a_stale_share() {
             );
         }
     }
+}
+
+#[test]
+fn protections_and_lights_have_fixed_places_that_nothing_covers() {
+    let mut scene = flight(demo());
+    scene.status.allowed = scene.status.allowed.without(Layer::Bumpers);
+    scene.state.link = Link::Armed;
+    scene.hear();
+    scene.hear_status();
+    let place = |row: &str, words: &str| {
+        let at = row
+            .find(words)
+            .unwrap_or_else(|| panic!("no `{words}` in {row}"));
+        row[..at].chars().count()
+    };
+    let mut places = Vec::new();
+    for (width, height) in [(80, 24), (100, 30), (120, 40), (200, 60)] {
+        for (keys, has_guard) in [
+            ("", true),
+            (":", true),
+            ("?", false),
+            ("y", true),
+            ("0", true),
+        ] {
+            scene.hear_parameter("cliff-guard", i32::from(has_guard));
+            scene.hear_parameter("battery-critical", 0);
+            scene.type_text(keys);
+            let shown = screen(&scene, width, height);
+            let rows: Vec<&str> = shown.lines().collect();
+            assert!(
+                rows[0].ends_with("  failsafe  ◉ REC"),
+                "{keys}: {}",
+                rows[0]
+            );
+            places.push((
+                place(rows[1], "✕ BUMPERS OFF"),
+                place(rows[1], "✕ CRITICAL BATTERY OFF"),
+            ));
+            assert_eq!(rows[1].contains("✕ CLIFF GUARD OFF"), !has_guard);
+            scene.press(&[KeyCode::Esc]);
+        }
+    }
+    places.dedup();
+    assert_eq!(places.len(), 1, "{places:?}");
+    scene.status.allowed = scene.status.fitted;
+    scene.hear_status();
+    scene.hear_parameter("battery-critical", 112);
+    scene.hear_parameter("cliff-guard", 1);
+    assert!(!screen(&scene, 80, 24).contains(" OFF "));
+}
+
+#[test]
+fn the_name_of_a_capture_has_the_room_there_is() {
+    let mut scene = flight(demo());
+    let name = "replay of captures/a-long-drive-through-the-house.mcap";
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: name.to_owned(),
+        can_send: false,
+    }));
+    row(&screen(&scene, 200, 60), name);
+}
+
+#[test]
+fn a_silent_robot_has_no_fresh_uptime() {
+    let mut scene = flight(demo());
+    scene.wait_ms(3000);
+    let stale = screen(&scene, 120, 60);
+    assert!(row(&stale, "robot    id 7").contains("◌ "), "{stale}");
 }

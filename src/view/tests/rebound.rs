@@ -213,11 +213,7 @@ const MORE: &[(&str, Make, &str)] = &[
         |config| flight(config),
         "<toggle-layer-sonar> △ sonar",
     ),
-    (
-        "alarms",
-        low,
-        "call it home (<mode-go-home>) or to a dock (<mode-forage>)",
-    ),
+    ("alarms", low, "call it home (<mode-go-home>) and charge it"),
     ("more than a page", low, "<turn-page-less> 1/2"),
 ];
 
