@@ -47,6 +47,14 @@ fn wrong_words_are_reported_before_the_link_is_opened() {
         ),
         (&["send", link, "porwl"], "did you mean `prowl`?"),
         (
+            &["send", link, "disable", "bumpers"],
+            "`disable bumpers` takes its bumpers away; add --yes",
+        ),
+        (
+            &["param", link, "set", "cliff-guard", "0"],
+            "takes its cliff guard away; add --yes",
+        ),
+        (
             &["param", link],
             "`list`, `get NAME`, `set NAME VALUE`, `NAME VALUE` or `save`",
         ),
