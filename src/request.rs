@@ -74,7 +74,7 @@ pub enum RequestError {
     #[error("unknown command `{0}`{near}", near = hint(.0, "commands", commands::words()))]
     UnknownCommand(String),
     /// Wrong arguments.
-    #[error("`{command}` takes {takes}; got `{got}`")]
+    #[error("`{command}` takes {takes}; got {}", if got.is_empty() { "nothing".to_owned() } else { format!("`{got}`") })]
     Arguments {
         /// The command.
         command: &'static str,

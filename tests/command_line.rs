@@ -45,7 +45,13 @@ fn wrong_words_are_reported_before_the_link_is_opened() {
             &["send", link, "prowl", "extra"],
             "`prowl` takes nothing; got `extra`",
         ),
+        (
+            &["send", link, "mode"],
+            "`mode` takes one mode; got nothing",
+        ),
         (&["send", link, "porwl"], "did you mean `prowl`?"),
+        (&["world", "hous"], "did you mean `house`?"),
+        (&["sim", "--world", "offce"], "did you mean `office`?"),
         (
             &["send", link, "disable", "bumpers"],
             "`disable bumpers` takes its bumpers away; add --yes",
@@ -312,7 +318,15 @@ fn configured_robot_name_is_a_link() {
 fn shell_completes_existing_names() {
     let folder = scratch("completions");
     fs::write(folder.join("square.csv"), "1,2\n").unwrap();
-    fs::write(folder.join("flat.toml"), "").unwrap();
+    for name in [
+        "flat.toml",
+        "run.mcap",
+        "run.txt",
+        "run.svg",
+        "run.mcap.run.toml",
+    ] {
+        fs::write(folder.join(name), "").unwrap();
+    }
     let config = folder.join("config.txt");
     fs::write(&config, "[robot.marvin]\nlink = \"sim\"\n").unwrap();
     let config = config.to_str().unwrap();
@@ -352,7 +366,7 @@ fn shell_completes_existing_names() {
         (&["watch", "sim", "--radio", "h"], &["half", "hc-12"]),
         (&["--config", config, "watch", "mar"], &["marvin"]),
         (&["watch", "t"], &["tcp:"]),
-        (&["replay", "sq"], &["square.csv"]),
+        (&["replay", "run"], &["run.mcap"]),
     ] {
         let said = offered(words);
         for word in wanted {
@@ -360,6 +374,13 @@ fn shell_completes_existing_names() {
         }
     }
     assert!(!offered(&["send", "sim", "mode", ""]).contains("goto"));
+    for (verb, wanted) in [("replay", "run.mcap"), ("info", "run.txt")] {
+        let offered = offered(&[verb, "run"]);
+        let is_capture = |name: &str| name == "run.mcap" || name == "run.txt";
+        assert!(offered.contains(wanted), "{offered}");
+        assert!(offered.lines().all(is_capture), "{offered}");
+    }
+    assert!(!offered(&["demo", "--world", "run"]).contains("run."));
     assert!(!offered(&["send", "sim", "param", "set", "track", ""]).contains("track"));
     assert!(!offered(&["param", "sim", "set", "track", ""]).contains("track"));
 }

@@ -108,6 +108,7 @@ fn errors_have_a_hint_and_the_right_exit_code() {
             .output()
             .unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!said.contains("os error"), "{said}");
         assert_eq!(output.status.code(), Some(*code), "{words:?}: {said}");
         assert!(said.contains(told), "{words:?}: {said}");
         let lines: Vec<&str> = said.lines().collect();

@@ -260,6 +260,9 @@ fn a_signal_finishes_the_recording_and_restores_the_terminal() {
         signal(&watch, name);
         assert_eq!(watch.wait(), 0, "{name}");
         assert!(!watch.is_alternate(), "{name}");
+        let told = format!("recorded {capture}; `groundwave replay {capture}` plays it");
+        let text = watch.text().replace('\n', "");
+        assert!(text.contains(&told), "{text}");
         let (info, _) = expect(0, &["info", capture]);
         assert!(info.contains("lines"), "{info}");
     }

@@ -105,7 +105,7 @@ pub enum CaptureError {
     #[error("cannot append to {}: only raw text can be appended to; choose another name", .0.display())]
     CannotAppend(PathBuf),
     /// The file cannot be created.
-    #[error("cannot create {}: {error}{}", path.display(), hint(error))]
+    #[error("cannot create {}: {}{}", path.display(), hint::without_numbers(&error.to_string()), hint(error))]
     Create {
         /// The file.
         path: PathBuf,

@@ -26,6 +26,20 @@ pub fn shell_word(path: &Path) -> String {
     }
 }
 
+/// A message without the numbers of the operating system's errors, which say nothing to a person.
+#[must_use]
+pub fn without_numbers(message: &str) -> String {
+    let mut parts = message.split(" (os error ");
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        match part.split_once(')') {
+            Some((number, rest)) if number.parse::<i32>().is_ok() => text.push_str(rest),
+            _ => text.extend([" (os error ", part]),
+        }
+    }
+    text
+}
+
 /// Why a file cannot be read, and what to do.
 #[must_use]
 pub fn of_reading(error: &io::Error) -> String {
@@ -38,7 +52,7 @@ pub fn of_reading(error: &io::Error) -> String {
             "permission denied; `ls -l` shows who may read it".to_owned()
         }
         io::ErrorKind::InvalidData => "it is not text; name a text file".to_owned(),
-        _ => error.to_string(),
+        _ => without_numbers(&error.to_string()),
     }
 }
 
@@ -46,7 +60,7 @@ pub fn of_reading(error: &io::Error) -> String {
 #[must_use]
 pub fn of_writing(error: &io::Error) -> String {
     let hint = match error.kind() {
-        io::ErrorKind::NotFound => "; create the folder first",
+        io::ErrorKind::NotFound => return "folder not found; create the folder first".to_owned(),
         io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
             "; a file has the name of the folder"
         }
@@ -57,7 +71,7 @@ pub fn of_writing(error: &io::Error) -> String {
         }
         _ => "",
     };
-    format!("{error}{hint}")
+    format!("{}{hint}", without_numbers(&error.to_string()))
 }
 
 #[cfg(test)]
@@ -84,6 +98,17 @@ mod tests {
             assert_eq!(said.trim_start_matches("./"), name, "{line}");
         }
         assert_eq!(shell_word(Path::new("a/run.mcap")), "a/run.mcap");
+    }
+
+    #[test]
+    fn numbers_of_errors_are_removed() {
+        let error = io::Error::from_raw_os_error(2).to_string();
+        let message = without_numbers(&format!("cannot do it: {error}; try again ({error})"));
+        assert!(!message.contains("os error"), "{message}");
+        assert!(message.contains("; try again ("), "{message}");
+        for text in ["", "a (os error", "a (os error x) b", "a (os error 2"] {
+            assert_eq!(without_numbers(text), text);
+        }
     }
 
     #[test]

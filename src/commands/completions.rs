@@ -53,11 +53,20 @@ pub(super) fn run(options: &Completions) -> Result<(), Fault> {
     show(&script)
 }
 
-/// Built-in worlds and TOML files.
+/// Captures, as `runs` lists them, and folders.
+pub(super) fn captures(current: &OsStr) -> Candidates {
+    let is_capture =
+        |path: &Path| path.is_dir() || has_extension(path, &["mcap", "txt", "raw", "log"]);
+    PathCompleter::any().filter(is_capture).complete(current)
+}
+
+/// Built-in worlds and TOML files that are no labels of runs.
 pub(super) fn worlds(current: &OsStr) -> Candidates {
     let names = simulated::world_names().chain(["generated:"]);
     let mut found = starting_with(current, names);
-    let is_world = |path: &Path| path.is_dir() || has_extension(path, &["toml"]);
+    let is_label = |path: &Path| path.to_string_lossy().ends_with(".run.toml");
+    let is_world =
+        move |path: &Path| path.is_dir() || has_extension(path, &["toml"]) && !is_label(path);
     found.extend(PathCompleter::any().filter(is_world).complete(current));
     found
 }

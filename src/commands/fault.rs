@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use crate::capture::CaptureError;
+use crate::hint;
 use crate::safe_text;
 
 /// Exit codes of the program; scripts rely on the numbers.
@@ -68,7 +69,7 @@ impl Fault {
     pub(super) fn new(exit: Exit, message: impl Display) -> Self {
         Self {
             exit,
-            message: safe_text::line(&message.to_string()).into_owned(),
+            message: safe_text::line(&hint::without_numbers(&message.to_string())).into_owned(),
         }
     }
 

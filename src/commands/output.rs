@@ -48,6 +48,7 @@ pub(super) fn targets(
                 io::ErrorKind::AlreadyExists => {
                     "a file with that name exists; choose another name".to_owned()
                 }
+                io::ErrorKind::NotFound => "choose a writable folder".to_owned(),
                 _ => format!("{error}; choose a writable folder"),
             };
             Fault::new(Exit::Failed, format!("cannot create {folder}: {hint}"))

@@ -4,7 +4,9 @@ use std::io::ErrorKind;
 
 use groundwave_protocol::BYTES_PER_S;
 use sr04_sim::serve::{Endpoint, ServeError, ServeOptions, Server, serve};
-use sr04_sim::{ChannelSpec, Duplex, Modem, Outline, PATIENCE_BYTES, SimulationConfig, World};
+use sr04_sim::{
+    ChannelSpec, Duplex, Modem, Outline, PATIENCE_BYTES, SimulationConfig, World, WorldError,
+};
 
 use super::cli::Simulated;
 use super::{Exit, Fault};
@@ -12,6 +14,7 @@ use crate::capture::Session;
 use crate::event::Truth;
 use crate::io::link::LinkSpec;
 use crate::radio::RadioKind;
+use crate::suggest::question;
 
 /// The default world.
 const DEFAULT_WORLD: &str = "house";
@@ -27,7 +30,7 @@ const XBEE_PATIENCE_BYTES: u8 = 60;
 
 /// The simulation that the options describe.
 pub(super) fn config(options: &Simulated) -> Result<SimulationConfig, Fault> {
-    let world = World::open(&options.world).map_err(|error| Fault::new(Exit::Usage, error))?;
+    let world = World::open(&options.world).map_err(|error| bad_world(&error))?;
     let mut config = SimulationConfig::new(world, options.seed);
     config.robot_id = ROBOT_ID;
     config.conditions.charge = f64::from(options.battery) / 100.0;
@@ -54,6 +57,17 @@ fn fit_radio(config: &mut SimulationConfig, kind: RadioKind) {
         None => return,
     };
     config.duplex = Duplex::Half { patience_bytes };
+}
+
+/// The fault for a world that cannot be used; a mistyped name gets a suggestion.
+pub(super) fn bad_world(error: &WorldError) -> Fault {
+    let near = match error {
+        WorldError::Read { path, source } if source.kind() == ErrorKind::NotFound => {
+            question(&path.to_string_lossy(), world_names())
+        }
+        _ => String::new(),
+    };
+    Fault::new(Exit::Usage, format!("{error}{near}"))
 }
 
 /// Names of the built-in worlds.

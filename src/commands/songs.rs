@@ -13,6 +13,7 @@ use super::output::check_inputs;
 use super::{Exit, Fault, out, say};
 use crate::capture::songs::{Notes, for_each_song, length};
 use crate::capture::{Capture, CaptureError};
+use crate::hint;
 
 /// Why the list ended early.
 enum End {
@@ -82,7 +83,11 @@ fn save(options: &Songs, folder: &Path, number: u32, song: &SongLine) -> Result<
         ),
         _ => Fault::new(
             Exit::Failed,
-            format!("cannot write {}: {error}", path.display()),
+            format!(
+                "cannot write {}: {}",
+                path.display(),
+                hint::of_writing(&error)
+            ),
         ),
     })
 }

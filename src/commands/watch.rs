@@ -10,8 +10,9 @@ use sr04_sim::serve::{ServeOptions, Server};
 use super::appearance::appearance;
 use super::cli::{Demo, RecordingArgs, Sharing, Watch};
 use super::output::check_inputs;
-use super::{Exit, Fault, block_on, config, headless, recording, sharing, simulated};
+use super::{Exit, Fault, block_on, config, headless, recording, say, sharing, simulated};
 use crate::event::{Event, Level, Notice, NoticeCode};
+use crate::hint::shell_word;
 use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::io::terminal;
 use crate::model::{Config, Facts, Ui};
@@ -201,7 +202,15 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         };
         let _finish = keeper.finish_on_drop();
         let result = Box::pin(run(dashboard)).await;
-        keeper.finish()?;
+        let finished = keeper.finish();
+        for path in keeper.finished() {
+            let command = format!("groundwave replay {}", shell_word(&path));
+            say(format_args!(
+                "recorded {}; `{command}` plays it",
+                path.display()
+            ));
+        }
+        finished?;
         result.or_else(|error| terminal_failed(&error))
     })
 }

@@ -27,14 +27,19 @@ pub(super) fn run(named: Option<&Path>) -> Result<(), Fault> {
 fn lines(profiles: &[&str], ports: &[Port], captures: &Captures) -> Vec<String> {
     let mut offers: Vec<(String, &str)> = Vec::new();
     let mut offer = |what, command: &str| offers.push((format!("groundwave {command}"), what));
+    offer("simulate a robot in a house", "demo");
     for name in profiles {
         offer("from the configuration", &format!("watch {name}"));
     }
-    // Prefer USB adapters; built-in ports are rarely a radio.
-    let (usb, others): (Vec<_>, Vec<_>) =
-        ports.iter().partition(|port| port.kind.starts_with("USB"));
-    let shown = if usb.is_empty() { others } else { usb };
-    for port in shown.iter().take(PORTS_MAX) {
+    // Built-in ports are rarely a radio, and those of a PC are often not even there.
+    let rank = |port: &Port| match () {
+        () if port.kind.starts_with("USB") => 0,
+        () if !port.name.starts_with("/dev/ttyS") => 1,
+        () => 2,
+    };
+    let best = ports.iter().map(rank).min();
+    let shown = ports.iter().filter(|port| Some(rank(port)) == best);
+    for port in shown.take(PORTS_MAX) {
         let what = match (&port.description, port.kind.as_str()) {
             (Some(description), _) => description,
             (None, "serial") => "a built-in serial port",
@@ -55,7 +60,6 @@ fn lines(profiles: &[&str], ports: &[Port], captures: &Captures) -> Vec<String> 
         let command = format!("recover {}", shell_word(path));
         offer("finish an interrupted recording", &command);
     }
-    offer("simulate a robot in a house", "demo");
     offer("list all commands", "--help");
     let width = offers
         .iter()
@@ -150,6 +154,11 @@ mod tests {
             );
         }
         assert!(!all.contains("ttyS0"), "{all}");
+        let first = all.lines().find(|line| line.starts_with("  "));
+        assert!(first.is_some_and(|line| line.contains("demo")), "{all}");
+        let on_board = [port("/dev/ttyAMA0", "serial"), ports[0].clone()];
+        let all = text(&[], &on_board, &none);
+        assert!(all.contains("ttyAMA0") && !all.contains("ttyS0"), "{all}");
         assert!(text(&[], &ports[..1], &none).contains("watch /dev/ttyS0"));
         let columns = all.lines().filter_map(|line| line.rfind("  ")).skip(1);
         let columns: Vec<usize> = columns.collect();

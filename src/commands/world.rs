@@ -7,13 +7,14 @@ use sr04_sim::World;
 
 use super::cli;
 use super::output::write_file;
+use super::simulated::bad_world;
 use super::{Exit, Fault, out, say, show, show_line};
 
 pub(super) fn run(options: &cli::World) -> Result<(), Fault> {
     let Some(name) = &options.world else {
         return show(list());
     };
-    let bad = |error| Fault::new(Exit::Usage, error);
+    let bad = |error| bad_world(&error);
     if options.text {
         let source = World::source(name).map_err(bad)?;
         return source.lines().try_for_each(show_line);

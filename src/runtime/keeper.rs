@@ -53,6 +53,8 @@ struct Inner {
     threads: Vec<JoinHandle<()>>,
     /// Their reports.
     notices: VecDeque<(Level, String)>,
+    /// Files that are complete.
+    finished: Vec<PathBuf>,
 }
 
 impl Keeper {
@@ -109,6 +111,7 @@ impl Keeper {
             told: None,
             threads: Vec::new(),
             notices: VecDeque::new(),
+            finished: Vec::new(),
         })));
         if let Some(path) = &options.mcap {
             keeper.recover_beside(path);
@@ -210,8 +213,14 @@ impl Keeper {
             (inner.recorder.take(), inner.tee.take())
         };
         // Each file is finished even if the other fails.
-        let teed = tee.map_or(Ok(0), RawWriter::finish);
-        let recorded = recorder.map_or(Ok(0), Recorder::finish);
+        let teed = tee.map_or(Ok(0), |tee| {
+            let path = tee.path().to_owned();
+            self.list(path, tee.finish())
+        });
+        let recorded = recorder.map_or(Ok(0), |recorder| {
+            let path = recorder.path().to_owned();
+            self.list(path, recorder.finish())
+        });
         loop {
             let threads = std::mem::take(&mut self.lock().threads);
             if threads.is_empty() {
@@ -222,11 +231,27 @@ impl Keeper {
                 let _ = thread.join();
             }
         }
-        if let Some(recorder) = self.lock().recorder.take() {
+        let begun = self.lock().recorder.take();
+        if let Some(recorder) = begun {
             // A thread began this recording a moment ago.
-            recorder.finish()?;
+            let path = recorder.path().to_owned();
+            self.list(path, recorder.finish())?;
         }
         Ok(recorded? + teed?)
+    }
+
+    /// Adds a file to those finished, unless its end has failed.
+    fn list<T>(&self, path: PathBuf, ended: Result<T, CaptureError>) -> Result<T, CaptureError> {
+        if ended.is_ok() {
+            self.lock().finished.push(path);
+        }
+        ended
+    }
+
+    /// The files finished in this session.
+    #[must_use]
+    pub fn finished(&self) -> Vec<PathBuf> {
+        self.lock().finished.clone()
     }
 
     /// A guard that finishes the recording when it is dropped.
@@ -257,7 +282,7 @@ impl Keeper {
     /// Finishes a recording and forgets its history; when it failed, keeps the history and returns its path.
     fn end_now(&self, recorder: Recorder, history: History) -> Option<PathBuf> {
         let path = recorder.path().to_owned();
-        let ended = recorder.finish();
+        let ended = self.list(path.clone(), recorder.finish());
         let mut inner = self.lock();
         let told = inner.told.take();
         match ended {

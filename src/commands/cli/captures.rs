@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use clap_complete::engine::ArgValueCompleter;
 
+use super::super::completions;
 use super::{laid_out, parse_factor};
 use crate::capture::when::When;
 
@@ -11,7 +13,7 @@ use crate::capture::when::When;
 #[derive(Clone, Debug, Args)]
 pub struct Captures {
     /// Raw text or MCAP files, quoted patterns ('*.mcap'), or - for standard input
-    #[arg(required = true, value_name = "FILE")]
+    #[arg(required = true, value_name = "FILE", add = ArgValueCompleter::new(completions::captures))]
     pub files: Vec<PathBuf>,
     /// Print only results and errors
     #[arg(short, long)]
@@ -44,6 +46,7 @@ for a place: 12:30, +30s, 90% or #1234 (a line number); n and N go to the next a
 marks this moment; o starts a loop, and o again ends it; ? shows all keys."))]
 pub struct Replay {
     /// A raw text capture, with or without timestamps, or an MCAP file
+    #[arg(add = ArgValueCompleter::new(completions::captures))]
     pub file: PathBuf,
     /// Speed, as a multiple of the recorded one
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
@@ -58,6 +61,7 @@ Examples:
   cat /dev/ttyUSB0 | groundwave decode - --to jsonl"))]
 pub struct Decode {
     /// A raw text or MCAP file, or - for standard input
+    #[arg(add = ArgValueCompleter::new(completions::captures))]
     pub file: PathBuf,
     /// Output format
     #[arg(long, value_enum)]
@@ -205,7 +209,7 @@ readable parts, the skipped parts are reported, and the original is kept as FILE
 and repeated at any time."))]
 pub struct Recover {
     /// Recordings, or folders with interrupted recordings
-    #[arg(required = true)]
+    #[arg(required = true, add = ArgValueCompleter::new(completions::captures))]
     pub files: Vec<PathBuf>,
     /// Print one JSON object per recording
     #[arg(long)]
@@ -222,6 +226,7 @@ Examples:
 A note has the name of the nearest piano key (A4 is 440 Hz) and its length in seconds; a dash is a rest."))]
 pub struct Songs {
     /// A raw text or MCAP file, or - for standard input
+    #[arg(add = ArgValueCompleter::new(completions::captures))]
     pub file: PathBuf,
     /// Write each song as a WAV file into DIR, which is created if it does not exist
     #[arg(long, value_name = "DIR")]

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
 
+use super::super::completions;
 use super::laid_out;
 use crate::capture::when::When;
 
@@ -19,7 +21,7 @@ Each capture is one run, with the figures of `info`. The closing error is the di
 beginning, or to the place where the odometer was last reset by a restart or by setting the position."))]
 pub struct Runs {
     /// Captures, or folders of captures
-    #[arg(value_name = "FILE|DIR", default_value = ".")]
+    #[arg(value_name = "FILE|DIR", default_value = ".", add = ArgValueCompleter::new(completions::captures))]
     pub paths: Vec<PathBuf>,
     /// Print one JSON object per run
     #[arg(long)]
@@ -39,6 +41,7 @@ Examples:
 The label is kept beside the capture, in run7.mcap.run.toml. The capture itself is not changed."))]
 pub struct Label {
     /// A capture
+    #[arg(add = ArgValueCompleter::new(completions::captures))]
     pub file: PathBuf,
     /// Name the run; an empty text removes the name
     #[arg(long, value_name = "TEXT")]
@@ -70,8 +73,10 @@ Examples:
 Both paths are drawn as the robot reported them, in its own frame, so start both runs at the same mark."))]
 pub struct Compare {
     /// A capture
+    #[arg(add = ArgValueCompleter::new(completions::captures))]
     pub first: PathBuf,
     /// Another capture
+    #[arg(add = ArgValueCompleter::new(completions::captures))]
     pub second: PathBuf,
     /// Draw both paths to scale
     #[arg(long, value_name = "FILE")]

@@ -20,7 +20,15 @@ pub enum WorldError {
         problem: String,
     },
     /// The file cannot be read.
-    #[error("cannot read the world {}: {source}; give a file, a built-in world ({}) or generated:SEED", path.display(), NAMES)]
+    #[error(
+        "cannot read the world {}: {}; give a file, a built-in world ({}) or generated:SEED",
+        path.display(),
+        match source.kind() {
+            std::io::ErrorKind::NotFound => "file not found".to_owned(),
+            _ => source.to_string(),
+        },
+        NAMES
+    )]
     Read {
         /// Path of the file.
         path: PathBuf,
