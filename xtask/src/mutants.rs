@@ -22,8 +22,7 @@ const ONCE: &str = "broken: each command executes at most once";
 const EPOCH: &str = "broken: nothing of a stale epoch executes";
 const WHOLE: &str = "broken: the active list is one that was sent, whole";
 const PROOF: &str = "broken: a command reported as done was done in the same life";
-/// The station waits for the end of a session that does not end.
-const ENDS: &str = "broken: a channel that works again ends every task";
+const STOPPED: &str = "broken: nothing sent before a STOP executes after it";
 const TAKEN: &str = " bits [";
 
 const MUTANTS: &[Mutant] = &[
@@ -65,7 +64,7 @@ const MUTANTS: &[Mutant] = &[
         from: "self.begin_session(None);",
         to: "",
         test: "search::stop",
-        finds: ENDS,
+        finds: STOPPED,
     },
     Mutant {
         name: "late lines are taken for news",
@@ -76,26 +75,34 @@ const MUTANTS: &[Mutant] = &[
         finds: PROOF,
     },
     Mutant {
-        name: "what was so before proves a STOP",
+        name: "a closed session confirms a STOP",
         file: "arq/fop/hearing.rs",
-        from: "&& now != before",
-        to: "",
-        test: "faults::a_late_line_of_a_stopped_robot_proves_no_stop",
-        finds: "StopProven",
-    },
-    Mutant {
-        name: "a restart proves a STOP",
-        file: "arq/fop/hearing.rs",
-        from: "&& !is_booted",
-        to: "",
+        from: "if ack.detail != (Detail::Stopped { receipt }) ||",
+        to: "if ack.detail != (Detail::Stopped { receipt }) && !matches!(ack.detail, Detail::Idle { owner: 0, .. }) ||",
         test: "faults::a_restart_proves_no_stop",
         finds: "right: Stop",
     },
     Mutant {
+        name: "the receipt of another operator confirms a STOP",
+        file: "arq/fop/hearing.rs",
+        from: "if ack.detail != (Detail::Stopped { receipt }) ||",
+        to: "if !matches!((ack.detail, receipt), (Detail::Stopped { .. }, _)) ||",
+        test: "search::stop_by_two_operators",
+        finds: PROOF,
+    },
+    Mutant {
+        name: "the era is not in the key",
+        file: "command/mod.rs",
+        from: "Self(self.0 ^ (era as u32 & 0x7F) << 16 ^ (era as u32 >> 7 & 0x7F))",
+        to: "Self(self.0 ^ (era as u32 & 0))",
+        test: "replay::no_frame_of_a_day_executes_again",
+        finds: "cycle ",
+    },
+    Mutant {
         name: "STOP begins anew at each press",
         file: "arq/fop.rs",
-        from: "            stopping.since_us = now_us;\n            return;\n",
-        to: "            stopping.since_us = now_us;\n",
+        from: "            stopping.is_renewed |= stopping.has_left;\n            return;\n",
+        to: "            stopping.is_renewed |= stopping.has_left;\n",
         test: "faults::repeated_stops_do_not_delay_the_first",
         finds: "panicked",
     },
@@ -179,7 +186,14 @@ fn fill(copy: &Path) -> Result<(), String> {
         fs::remove_dir_all(&to).map_err(|error| trouble("cannot remove", &to, &error))?;
     }
     fs::create_dir_all(&to).map_err(|error| trouble("cannot create", &to, &error))?;
-    for part in ["Cargo.toml", "src", "tests", "examples", "vectors"] {
+    for part in [
+        "Cargo.toml",
+        "SPEC.md",
+        "src",
+        "tests",
+        "examples",
+        "vectors",
+    ] {
         copy_all(&from.join(part), &to.join(part))?;
     }
     let manifest = read(&root.join("Cargo.toml"))?;

@@ -23,9 +23,9 @@ const fn typical(of: &'static str, mean_s: f64, p95_s: f64) -> Typical {
     Typical { of, mean_s, p95_s }
 }
 
-const STOP: Typical = typical("STOP", 0.24, 0.39);
+const STOP: Typical = typical("STOP", 0.35, 0.62);
 const COMMAND: Typical = typical("one command, session open", 0.25, 0.40);
-const COLD_COMMAND: Typical = typical("one command, nothing heard before", 1.01, 1.16);
+const COLD_COMMAND: Typical = typical("one command, nothing heard before", 1.08, 1.25);
 
 /// Measured routes by their number of waypoints; a shorter one takes no longer.
 const LISTS: [(usize, Typical); 3] = [
@@ -35,7 +35,7 @@ const LISTS: [(usize, Typical); 3] = [
 ];
 const COLD_LIST: (usize, Typical) = (
     100,
-    typical("100 waypoints, nothing heard before", 3.22, 3.36),
+    typical("100 waypoints, nothing heard before", 3.43, 3.68),
 );
 
 pub(super) fn run(options: &Send, script: &Script) -> Result<(), Fault> {
