@@ -118,7 +118,7 @@ pub const WHOLE: &str = "the active list is one that was sent, whole";
 pub const PROOF: &str = "a command reported as done was done in the same life";
 pub const REFUSAL: &str = "a command reported as refused was not done";
 pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
-pub const STOP_PROOF: &str = "a proven STOP was taken after its request";
+pub const STOP_PROOF: &str = "a confirmed STOP was taken after its request";
 pub const ENDS: &str = "a channel that works again ends every task";
 
 /// Share of states continued over a good channel: one in this number.
