@@ -150,3 +150,44 @@ pub(crate) fn reception(reception: Reception, age: &str) -> String {
         Reception::WrongRate(_) => format!("no intact line for {age}: wrong baud rate?"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use groundwave_protocol::telemetry::{ParameterName, Printable};
+
+    use super::*;
+
+    #[test]
+    fn parameters_have_each_figure_with_its_unit_once() {
+        for (name, unit, value, most, said) in [
+            ("photo-avoid", "0 or 1", 0, 1, "photo-avoid is 0 (0 to 1)"),
+            (
+                "photo-deadzone",
+                "1/256",
+                8,
+                255,
+                "photo-deadzone is 8/256 (0/256 to 255/256)",
+            ),
+            (
+                "battery-critical",
+                "V/10",
+                112,
+                130,
+                "battery-critical is 11.2 V (0.0 to 13.0)",
+            ),
+            ("arrive", "in", 6, 24, "arrive is 6 in (0 to 24)"),
+        ] {
+            let line = ParameterLine {
+                place: 1,
+                count: 1,
+                name: ParameterName::new(name),
+                value,
+                kept: value,
+                least: 0,
+                most,
+                unit: Printable::new(unit),
+            };
+            assert_eq!(parameter(&line), said);
+        }
+    }
+}

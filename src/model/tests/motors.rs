@@ -166,6 +166,21 @@ fn nothing_in_the_way_needs_free_switches_turning_wheels_and_every_layer() {
 }
 
 #[test]
+fn a_target_without_a_route_has_no_count_of_waypoints() {
+    let mut scene = scene();
+    let sentence = |scene: &mut Scene| {
+        scene.hear_status();
+        let layer = Holder::Layer(Layer::DeadReckoning);
+        let robot = &scene.model.facts.robot;
+        crate::model::why::why(layer, &scene.state, robot, scene.now)
+    };
+    scene.status.target_in = Some((0, 0));
+    assert_eq!(sentence(&mut scene), "heads for (0, 0)");
+    (scene.status.list.count, scene.status.list.driven) = (3, 1);
+    assert_eq!(sentence(&mut scene), "heads for (0, 0), 1 of 3 reached");
+}
+
+#[test]
 fn shares_expire_while_no_holder_drives() {
     let mut scene = scene();
     for _ in 0..30 {
