@@ -3,17 +3,26 @@
 //! A socket without a listener is a leftover of a killed station and is replaced. A socket with a listener, or any
 //! other file, is kept.
 
-use std::fs::{self, File};
+use std::ffi::OsString;
+use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io;
-use std::os::unix::fs::{FileTypeExt, MetadataExt};
+use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
 
-use rustix::fs::Mode;
-use rustix::process::umask;
+use rustix::fs::{Mode, OFlags};
+use rustix::process::{geteuid, umask};
 
 use super::ShareError;
+
+/// Time to wait for another station that opens or removes the socket.
+const LOCK_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Pause between two attempts to lock.
+const LOCK_PAUSE: Duration = Duration::from_millis(1);
 
 /// Removes its file when dropped, unless the file was replaced.
 #[derive(Debug)]
@@ -29,7 +38,7 @@ impl SocketFile {
         let refused = |error| ShareError::Listen(name(), error);
         let taken = |why| ShareError::Taken(name(), why);
         // Of two stations that find a stale socket the second would remove the first one's.
-        let _alone = lock_folder(path).map_err(refused)?;
+        let _alone = LockFile::take(path, LOCK_TIMEOUT).map_err(refused)?;
         match fs::symlink_metadata(path) {
             Ok(found) if !found.file_type().is_socket() => {
                 return Err(taken("a file of that name exists and is no socket"));
@@ -48,7 +57,9 @@ impl SocketFile {
         listener.set_nonblocking(true).map_err(refused)?;
         let file = Self {
             path: path.to_owned(),
-            identity: identity(path).map_err(refused)?,
+            identity: fs::symlink_metadata(path)
+                .map(|found| identity(&found))
+                .map_err(refused)?,
         };
         Ok((file, listener))
     }
@@ -56,9 +67,10 @@ impl SocketFile {
 
 impl Drop for SocketFile {
     fn drop(&mut self) {
-        let _alone = lock_folder(&self.path);
-        if identity(&self.path).is_ok_and(|now| now == self.identity) {
-            // A file that cannot be removed is replaced by the next station.
+        // A file that is left behind is replaced by the next station.
+        if let Ok(_alone) = LockFile::take(&self.path, Duration::ZERO)
+            && is_at(&self.path, self.identity)
+        {
             let _ = fs::remove_file(&self.path);
         }
     }
@@ -75,16 +87,72 @@ fn bind_private(path: &Path) -> io::Result<UnixListener> {
     bound
 }
 
-/// Keeps other stations from opening and removing sockets in the folder of a path.
-fn lock_folder(path: &Path) -> io::Result<File> {
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    let folder = File::open(folder.unwrap_or(Path::new(".")))?;
-    folder.lock()?;
-    Ok(folder)
+/// Keeps other stations from opening and removing a socket; dropping it removes its file. Other users can lock whatever they
+/// can open, so the file is private.
+struct LockFile {
+    path: PathBuf,
+    _locked: File,
 }
 
-fn identity(path: &Path) -> io::Result<(u64, u64)> {
-    fs::symlink_metadata(path).map(|found| (found.dev(), found.ino()))
+impl LockFile {
+    fn take(socket: &Path, timeout: Duration) -> io::Result<Self> {
+        let path = lock_path(socket);
+        let deadline = Instant::now() + timeout;
+        loop {
+            let file = OpenOptions::new()
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .mode(0o600)
+                .custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32)
+                .open(&path)?;
+            let found = file.metadata()?;
+            if !found.is_file() || found.len() > 0 || found.uid() != geteuid().as_raw() {
+                let name = path.display();
+                return Err(io::Error::other(format!(
+                    "{name} is no lock file of yours; move it away"
+                )));
+            }
+            match file.try_lock() {
+                // The station that had the lock may have removed the file.
+                Ok(()) if is_at(&path, identity(&found)) => {
+                    return Ok(Self {
+                        path,
+                        _locked: file,
+                    });
+                }
+                Err(TryLockError::Error(error)) => return Err(error),
+                _ if Instant::now() >= deadline => {
+                    return Err(io::Error::other(
+                        "another program is opening or closing it; try again",
+                    ));
+                }
+                _ => thread::sleep(LOCK_PAUSE),
+            }
+        }
+    }
+}
+
+impl Drop for LockFile {
+    fn drop(&mut self) {
+        // A file that is left behind is used again.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+fn lock_path(socket: &Path) -> PathBuf {
+    let mut name = OsString::from(socket);
+    name.push(".lock");
+    name.into()
+}
+
+/// Device and inode.
+fn identity(found: &Metadata) -> (u64, u64) {
+    (found.dev(), found.ino())
+}
+
+fn is_at(path: &Path, file: (u64, u64)) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| identity(&found) == file)
 }
 
 #[cfg(test)]
@@ -92,7 +160,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt;
     use std::sync::Barrier;
-    use std::thread::{self, ScopedJoinHandle};
+    use std::thread::ScopedJoinHandle;
 
     #[test]
     fn it_is_private_and_goes_with_the_station() {
@@ -149,6 +217,38 @@ mod tests {
             }
             UnixStream::connect(&path).expect("the winner listens");
         }
+    }
+
+    #[test]
+    fn a_lock_on_the_folder_holds_up_no_station() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let strange = File::open(folder.path()).expect("any user can open it");
+        strange.lock().expect("any user can lock it");
+        let path = folder.path().join("x.sock");
+        let (at_end, ended) = std::sync::mpsc::channel();
+        thread::spawn(move || at_end.send(SocketFile::bind(&path).map(drop)));
+        let ended = ended.recv_timeout(Duration::from_secs(30));
+        ended.expect("it does not wait").expect("a socket");
+        let left = fs::read_dir(folder.path()).expect("a folder").count();
+        assert_eq!(left, 0, "socket and lock file are removed");
+    }
+
+    #[test]
+    fn a_foreign_lock_file_is_refused_and_kept() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.sock");
+        let notes = folder.path().join("notes.txt");
+        fs::write(&notes, "mine").expect("a file");
+        std::os::unix::fs::symlink(&notes, lock_path(&path)).expect("a link");
+        SocketFile::bind(&path).expect_err("links are not followed");
+        fs::remove_file(lock_path(&path)).expect("it is kept");
+        fs::rename(&notes, lock_path(&path)).expect("a file with text");
+        let error = SocketFile::bind(&path).expect_err("it may be of use");
+        assert!(
+            error.to_string().contains("is no lock file of yours"),
+            "{error}"
+        );
+        assert_eq!(fs::read(lock_path(&path)).expect("it is kept"), b"mine");
     }
 
     #[test]
