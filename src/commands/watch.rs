@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::sync::Arc;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::path::PathBuf;
+use std::sync::{Arc, mpsc};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use sr04_sim::serve::{ServeOptions, Server};
 
@@ -18,6 +20,9 @@ use crate::io::terminal;
 use crate::model::{Config, Facts, Ui};
 use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, LiveSource, Source, run};
+
+/// How long the report of the recordings waits for a stalled terminal.
+const REPORT_PATIENCE: Duration = Duration::from_secs(1);
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
     let (link, config) = &config.at(&options.link)?;
@@ -203,16 +208,27 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         let _finish = keeper.finish_on_drop();
         let result = Box::pin(run(dashboard)).await;
         let finished = keeper.finish();
-        for path in keeper.finished() {
-            let command = format!("groundwave replay {}", shell_word(&path));
-            say(format_args!(
-                "recorded {}; `{command}` plays it",
-                path.display()
-            ));
-        }
+        report(keeper.finished());
         finished?;
         result.or_else(|error| terminal_failed(&error))
     })
+}
+
+/// Prints the finished recordings; a stalled terminal hardly delays the end.
+fn report(paths: Vec<PathBuf>) {
+    let (done, ended) = mpsc::channel::<()>();
+    let reporting = thread::Builder::new().spawn(move || {
+        let _done = done;
+        for path in paths {
+            let command = format!("groundwave replay {}", shell_word(&path));
+            let name = path.display();
+            say(format_args!("recorded {name}; `{command}` plays it"));
+        }
+    });
+    if reporting.is_ok() {
+        // The end of the thread closes the channel.
+        let _ = ended.recv_timeout(REPORT_PATIENCE);
+    }
 }
 
 /// The fault for a terminal error; a terminal that is gone only ends the session.
