@@ -26,12 +26,12 @@ const ESC: u8 = 0x1B;
 const PASTE_BEGIN: &[u8] = b"\x1b[200~";
 const PASTE_END: &[u8] = b"\x1b[201~";
 
-/// Bytes that are keys even within a paste: Ctrl-C and Ctrl-S. No text contains them.
-const KEYS_IN_PASTE: [u8; 2] = [0x03, 0x13];
+/// Bytes that are keys even within a paste or a string: Ctrl-C and Ctrl-S. No text contains them.
+const KEYS_IN_TEXT: [u8; 2] = [0x03, 0x13];
 
 /// The reader.
 pub(super) struct Reader {
-    /// An unfinished sequence or character.
+    /// An unfinished sequence or character; of a string, its first three bytes and its latest.
     held: Vec<u8>,
     /// The paste under way.
     paste: Option<Vec<u8>>,
@@ -63,9 +63,12 @@ impl Reader {
     /// Takes bytes that were read together; returns the events that they complete.
     pub(super) fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) -> Vec<Event> {
         self.handle_timeout(now);
-        // The text of a paste comes in bursts.
-        let is_key = bytes == b" " && now >= self.latest + SEQUENCE_GAP;
-        if is_key && self.paste.is_some() {
+        // The text of a paste comes in bursts; a string, which a terminal sends at once, is seldom cut at a space.
+        let is_text = match self.paste {
+            Some(_) => now >= self.latest + SEQUENCE_GAP,
+            None => self.is_in_string(),
+        };
+        if is_text && bytes == b" " {
             self.events.extend(character(" "));
         }
         self.latest = now;
@@ -101,7 +104,17 @@ impl Reader {
         }
     }
 
+    fn is_in_string(&self) -> bool {
+        matches!(*self.held, [ESC, begin, ..] if is_string(begin))
+    }
+
     fn take(&mut self, byte: u8) {
+        if self.is_in_string() {
+            if KEYS_IN_TEXT.contains(&byte) {
+                return self.events.extend(control(byte));
+            }
+            self.held.truncate(3);
+        }
         self.held.push(byte);
         match read(&self.held) {
             Sequence::Unfinished => {}
@@ -122,7 +135,7 @@ impl Reader {
     fn end_sequence(&mut self) {
         let event = match *self.held.as_slice() {
             [ESC] => Some(Event::Key(KeyCode::Esc.into())),
-            [ESC, c @ (b'[' | b'O')] => alt(char::from(c)),
+            [ESC, c] if c.is_ascii() => alt(char::from(c)),
             _ => None,
         };
         self.events.extend(event);
@@ -131,7 +144,7 @@ impl Reader {
 
     /// Takes a byte of a paste; `held` has the beginning of its end.
     fn take_pasted(&mut self, byte: u8) {
-        if KEYS_IN_PASTE.contains(&byte) {
+        if KEYS_IN_TEXT.contains(&byte) {
             return self.events.extend(control(byte));
         }
         self.held.push(byte);
@@ -158,11 +171,24 @@ impl Reader {
     }
 }
 
+/// Whether `ESC` and this byte begin a string of the terminal: DCS, SOS, OSC, PM or APC. It ends with BEL or at `ESC`.
+const fn is_string(begin: u8) -> bool {
+    matches!(begin, b'P' | b'X' | b']' | b'^' | b'_')
+}
+
 /// Reads the bytes of one key, at least one.
 fn read(bytes: &[u8]) -> Sequence {
     match *bytes {
         [ESC] | [ESC, b'[' | b'O'] | [ESC, b'[', b'['] => Sequence::Unfinished,
         [ESC, ESC] => Sequence::Broken,
+        // The end of a string.
+        [ESC, b'\\'] => Sequence::Finished(None),
+        [ESC, begin] if is_string(begin) => Sequence::Unfinished,
+        [ESC, begin, .., latest] if is_string(begin) => match latest {
+            0x07 => Sequence::Finished(None),
+            ESC => Sequence::Broken,
+            _ => Sequence::Unfinished,
+        },
         // The Linux console's F1 to F5.
         [ESC, b'[', b'[', last] => {
             let number = last.wrapping_sub(b'A' - 1);
@@ -430,6 +456,7 @@ mod tests {
             "\x1b[M",
             "\x1b]0;title",
             "\x1bP",
+            "\x1b_G\x1b",
             "\u{e9}\u{1b}[",
         ] {
             for (pressed, event) in [(" ", key(' ')), ("\x03", ctrl('c')), ("\x13", ctrl('s'))] {
@@ -455,6 +482,32 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn strings_of_the_terminal_are_no_keys() {
+        let body = "11;rgb:1e1e/1e1e/1e1e >|tmux 3.4 \r\n\t w".repeat(9);
+        for begin in ["\x1b]", "\x1bP", "\x1b_", "\x1b^", "\x1bX"] {
+            for end in ["\x07", "\x1b\\"] {
+                let keys = keys_of(&format!("{begin}{body}{end}p"));
+                assert_eq!(keys, [KeyCode::Char('p')], "{begin:?} {end:?}");
+            }
+            let next = keys_of(&format!("{begin}{body}\x1b[Dp"));
+            assert_eq!(next, [KeyCode::Left, KeyCode::Char('p')], "{begin:?}");
+
+            let mut terminal = Terminal::new();
+            assert_eq!(terminal.after(MS, &format!("{begin}{body}")), []);
+            assert_eq!(terminal.after(MS, "w"), []);
+            assert_eq!(terminal.after(MS, " "), key(' '));
+            assert_eq!(terminal.after(MS, "\x03"), ctrl('c'));
+            assert_eq!(terminal.after(MS, "\x13"), ctrl('s'));
+            assert_eq!(terminal.after(MS, "w"), []);
+            assert!(terminal.reader.held.len() <= 4, "the body is not held");
+            assert_eq!(terminal.silent(SEQUENCE_GAP), []);
+            assert_eq!(terminal.after(MS, "p"), key('p'));
+        }
+        let alt = held('P', KeyModifiers::ALT).into_iter().collect::<Vec<_>>();
+        assert_eq!(read_all("\x1bP"), alt);
     }
 
     #[test]
