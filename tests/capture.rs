@@ -30,7 +30,7 @@ fn session() -> Session {
 }
 
 /// Feeds a stream as the station does, at 240 bytes per second, in reads of `sizes` in turn.
-fn feed(stream: &[u8], sizes: &[usize], raw: &mut RawWriter, recorder: &mut Recorder) -> Duration {
+fn feed(stream: &[u8], sizes: &[usize], raw: &RawWriter, recorder: &mut Recorder) -> Duration {
     let mut sizes = sizes.iter().cycle();
     let mut rest = stream;
     let mut now = Duration::ZERO;
@@ -51,12 +51,23 @@ fn feed(stream: &[u8], sizes: &[usize], raw: &mut RawWriter, recorder: &mut Reco
 }
 
 fn record(folder: &Path, stream: &[u8], sizes: &[usize]) {
-    let mut raw = RawWriter::create(folder.join("a.txt"), Existing::Refuse).unwrap();
+    let raw = RawWriter::create(folder.join("a.txt"), Existing::Refuse).unwrap();
     let mut recorder =
         Recorder::start(folder.join("a.mcap"), Existing::Refuse, &session()).unwrap();
-    let now = feed(stream, sizes, &mut raw, &mut recorder);
+    let now = feed(stream, sizes, &raw, &mut recorder);
     recorder.handle_tx(now, wall(now), b"\nsent\n");
     recorder.finish().unwrap();
+}
+
+fn raw_problem(raw: &RawWriter) -> String {
+    let deadline = Instant::now() + Duration::from_mins(1);
+    loop {
+        assert!(Instant::now() < deadline, "no problem");
+        match raw.problem() {
+            Some(problem) => break problem,
+            None => std::thread::yield_now(),
+        }
+    }
 }
 
 fn wait_for_disk(recorder: &Recorder) {
@@ -251,11 +262,13 @@ fn nothing_is_overwritten_unless_asked() {
     assert_eq!(fs::read(&mcap).unwrap(), b"precious");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
 
-    let mut appended = RawWriter::create(&raw, Existing::Append).unwrap();
+    let appended = RawWriter::create(&raw, Existing::Append).unwrap();
     appended.write(b" and more");
+    appended.finish().unwrap();
     assert_eq!(fs::read(&raw).unwrap(), b"precious and more");
-    let mut replaced = RawWriter::create(&raw, Existing::Overwrite).unwrap();
+    let replaced = RawWriter::create(&raw, Existing::Overwrite).unwrap();
     replaced.write(b"new");
+    replaced.finish().unwrap();
     assert_eq!(fs::read(&raw).unwrap(), b"new");
     let replaced = Recorder::start(&mcap, Existing::Overwrite, &session()).unwrap();
     replaced.finish().unwrap();
@@ -282,10 +295,10 @@ fn a_recording_in_use_is_left_alone_and_so_is_what_replaces_its_content() {
 fn a_killed_recording_holds_everything_that_was_read() {
     let folder = TempDir::new().unwrap();
     let stream = streams::clean(90);
-    let mut raw = RawWriter::create(folder.path().join("a.txt"), Existing::Refuse).unwrap();
+    let raw = RawWriter::create(folder.path().join("a.txt"), Existing::Refuse).unwrap();
     let mut recorder =
         Recorder::start(folder.path().join("a.mcap"), Existing::Refuse, &session()).unwrap();
-    let now = feed(&stream, &[80], &mut raw, &mut recorder);
+    let now = feed(&stream, &[80], &raw, &mut recorder);
     // A power cut takes the last 10 s at most.
     recorder.handle_timeout(now + Duration::from_secs(8));
     wait_for_disk(&recorder);
@@ -311,10 +324,10 @@ fn a_killed_recording_holds_everything_that_was_read() {
 fn a_bump_is_on_the_disk_at_once() {
     let folder = TempDir::new().unwrap();
     let stream = streams::clean(21);
-    let mut raw = RawWriter::create(folder.path().join("a.txt"), Existing::Refuse).unwrap();
+    let raw = RawWriter::create(folder.path().join("a.txt"), Existing::Refuse).unwrap();
     let mut recorder =
         Recorder::start(folder.path().join("a.mcap"), Existing::Refuse, &session()).unwrap();
-    feed(&stream, &[80], &mut raw, &mut recorder);
+    feed(&stream, &[80], &raw, &mut recorder);
     // The last of these lines is a bump.
     wait_for_disk(&recorder);
 }
@@ -410,9 +423,9 @@ fn a_broken_pipe_is_told_apart() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_remembered_to_the_end() {
-    let mut raw = RawWriter::create("/dev/full", Existing::Overwrite).unwrap();
+    let raw = RawWriter::create("/dev/full", Existing::Overwrite).unwrap();
     raw.write(b"bytes");
-    let problem = raw.problem().unwrap();
+    let problem = raw_problem(&raw);
     assert!(problem.contains("make room"), "{problem}");
     raw.write(b"more");
     assert_eq!(raw.problem(), Some(problem.clone()));

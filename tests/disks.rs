@@ -314,19 +314,24 @@ fn files_that_are_taken_away_are_told_within_seconds() {
     assert!(moved.finish().is_err());
     assert_eq!(recover(&path("there.mcap")).unwrap().rx_bytes, 6);
 
-    let mut replaced = RawWriter::create(path("a.txt"), Existing::Refuse).unwrap();
+    let replaced = RawWriter::create(path("a.txt"), Existing::Refuse).unwrap();
     replaced.look();
     assert_eq!(replaced.problem(), None);
     fs::rename(path("a.txt"), path("b.txt")).unwrap();
     fs::write(path("a.txt"), "somebody else's").unwrap();
     replaced.look();
+    let deadline = Instant::now() + Duration::from_mins(1);
+    while replaced.problem().is_none() {
+        assert!(Instant::now() < deadline, "no problem");
+        std::thread::yield_now();
+    }
     assert!(replaced.problem().unwrap().contains("moved or renamed"));
     replaced.write(b"more");
     assert!(replaced.finish().is_err());
     assert_eq!(fs::read(path("b.txt")).unwrap(), b"more");
 
     // A device has no content to lose.
-    let mut device = RawWriter::create("/dev/null", Existing::Append).unwrap();
+    let device = RawWriter::create("/dev/null", Existing::Append).unwrap();
     device.look();
     assert_eq!(device.problem(), None);
     device.finish().unwrap();

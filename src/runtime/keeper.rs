@@ -30,13 +30,13 @@ const NAMES_MAX: u32 = 100;
 /// Period of the check that the raw text still has its name.
 const LOOK_PERIOD: Duration = Duration::from_secs(8);
 
-/// The raw text and the recorder behind one lock: the reader thread writes received bytes, the event loop sent bytes and
+/// The raw text, and the recorder behind a lock: the reader thread writes received bytes, the event loop sent bytes and
 /// events.
 #[derive(Clone)]
 pub struct Keeper(Arc<Mutex<Inner>>);
 
 struct Inner {
-    tee: Option<RawWriter>,
+    tee: Option<Arc<RawWriter>>,
     recorder: Option<Recorder>,
     /// Observations that are in no finished recording.
     history: History,
@@ -100,7 +100,7 @@ impl Keeper {
             }
         };
         let keeper = Self(Arc::new(Mutex::new(Inner {
-            tee,
+            tee: tee.map(Arc::new),
             recorder,
             history: History::new(options.remembered),
             options: options.clone(),
@@ -127,7 +127,14 @@ impl Keeper {
     #[must_use]
     pub fn sink(&self) -> Sink {
         let keeper = self.clone();
-        Box::new(move |at, bytes| keeper.lock().handle_rx(at, bytes))
+        let tee = self.lock().tee.clone();
+        Box::new(move |at, bytes| {
+            keeper.lock().handle_rx(at, bytes);
+            // Last and without the lock, because a stalled file may delay it.
+            if let Some(tee) = &tee {
+                tee.write(bytes);
+            }
+        })
     }
 
     /// The sink for sent bytes, for the driver.
@@ -421,9 +428,6 @@ impl Inner {
     }
 
     fn handle_rx(&mut self, at: Instant, bytes: &[u8]) {
-        if let Some(tee) = &mut self.tee {
-            tee.write(bytes);
-        }
         let (now, wall) = self.times(at);
         self.history
             .push(since_1970_ns(wall), Observation::Received(raw(bytes)));
@@ -465,14 +469,14 @@ impl Inner {
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_timeout(now);
         }
-        if let Some(tee) = &mut self.tee
+        if let Some(tee) = &self.tee
             && now >= self.look_at
         {
             tee.look();
             self.look_at = now + LOOK_PERIOD;
         }
         let name = |path: &Path| path.display().to_string();
-        let tee_problem = self.tee.as_ref().and_then(RawWriter::problem);
+        let tee_problem = self.tee.as_ref().and_then(|tee| tee.problem());
         let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
         self.told.clone_from(&recorder_problem);
         Recording {

@@ -188,3 +188,30 @@ fn a_panic_leaves_a_finished_recording() {
     assert!(panicked.is_err());
     assert!(path.exists());
 }
+
+/// The event loop asks for the state while the raw text waits for its reader.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_stalled_raw_text_delays_neither_the_recording_nor_the_event_loop() {
+    use std::os::fd::AsRawFd;
+    let folder = tempfile::tempdir().unwrap();
+    let (reader, pipe) = std::io::pipe().unwrap();
+    let options = KeepOptions {
+        tee: Some(format!("/proc/self/fd/{}", pipe.as_raw_fd()).into()),
+        mcap: Some(folder.path().join("a.mcap")),
+        existing: Existing::Append,
+        ..KeepOptions::default()
+    };
+    let started = Instant::now();
+    let keeper = Keeper::open(&options, started).unwrap();
+    drop(pipe);
+    let line = "a line of the robot\n".repeat(10_000);
+    keeper.sink()(started, line.as_bytes());
+    keeper.sent_sink()(started, b"stop\n");
+    assert_eq!(keeper.status().problem, None);
+    wait_until("the folder was searched", || !keeper.is_busy());
+    drop(reader);
+    let error = keeper.finish().unwrap_err().to_string();
+    assert!(error.contains("stopped"), "{error}");
+    assert_eq!(received(&folder.path().join("a.mcap")), line);
+}
