@@ -222,3 +222,24 @@ fn stop_ends_hand_drive() {
         });
     }
 }
+
+/// The downlink takes longer than the operator to press the key again.
+#[test]
+fn stop_is_confirmed_while_it_is_requested_again_and_again() {
+    on_all_cores(0..20, |seed| {
+        let mut co = CoSimulation::new("open-room", seed, "delay=1s");
+        co.deliver(Request::Mode(Mode::Prowl));
+        let stops = Vec::from_iter((0..20).map(|_| {
+            let stop = co.request(Request::Stop);
+            for _ in 0..400 {
+                co.step();
+            }
+            stop
+        }));
+        let is_confirmed = |co: &CoSimulation, n: usize| co.fate(stops[n]) == Some(CONFIRMED);
+        assert!(is_confirmed(&co, 0), "{}", co.context());
+        assert!(!is_confirmed(&co, 19), "{}", co.context());
+        co.run_until("the last STOP is confirmed", 30, |co| is_confirmed(co, 19));
+        assert!((0..20).all(|n| is_confirmed(&co, n)), "{}", co.context());
+    });
+}

@@ -248,6 +248,52 @@ fn a_stop_before_the_latest_request_does_not_prove_it() {
     assert_eq!(fop.poll_timeout(), None);
 }
 
+/// The downlink is slower than the requests, so a line shows an earlier receipt than the latest. It proves the requests
+/// before that STOP left, once.
+#[test]
+fn an_earlier_receipt_proves_the_requests_before_it() {
+    for later in 1..32 {
+        let mut fop = Fop::new(Config::new(0x2A5));
+        let mut robot = Robot::new(1);
+        let mut acks = Vec::new();
+        for now_us in (0..=u64::from(later) + 1).map(|n| n * 400_000) {
+            fop.stop(now_us);
+            for at_us in (now_us..now_us + 99_000).step_by(4_000) {
+                while let Some(bytes) = fop.poll_transmit(at_us) {
+                    for &byte in bytes {
+                        robot.handle_byte(byte);
+                    }
+                }
+            }
+            let sent = FopEvent::Stop(CommandStatus::Sent { frames: 1 });
+            assert_eq!(fop.poll_event(), Some(sent));
+            acks.push(robot.farm.ack());
+        }
+        let [before, shown, .., latest] = *acks else {
+            panic!("{later} later ones");
+        };
+        let mut sequence = 0;
+        let mut hear = |ack| {
+            sequence += 1;
+            let line = AckLine {
+                sequence,
+                ack,
+                listens: false,
+            };
+            fop.handle_received(14_000_000, &Received::Ack(line));
+            [fop.poll_event(), fop.poll_event()]
+        };
+        let earlier = FopEvent::EarlierStop { later };
+        assert_eq!(hear(shown), [Some(earlier), None]);
+        assert_eq!(hear(shown), [None, None], "{later}: once");
+        if later < 31 {
+            assert_eq!(hear(before), [None, None], "{later}: the one before");
+        }
+        assert_eq!(hear(latest), [Some(STOPPED), None], "{later}: the latest");
+        assert_eq!(hear(shown), [None, None], "{later}: afterwards");
+    }
+}
+
 /// After a reboot no session is open, either.
 #[test]
 fn a_restart_proves_no_stop() {

@@ -58,6 +58,10 @@ impl Station {
                 }
                 FopEvent::Task(status) => self.take_status(now, status),
                 FopEvent::Stop(status) => self.take_stop_status(now, status),
+                FopEvent::EarlierStop { later } => {
+                    let confirmed = CommandStatus::Confirmed { digest: None };
+                    self.end_stops(now, confirmed, later + 1);
+                }
             }
         }
     }
@@ -85,21 +89,27 @@ impl Station {
     }
 
     fn take_stop_status(&mut self, now: Moment, status: CommandStatus) {
-        let count = self.stops.len();
-        let meant = match status {
-            CommandStatus::Sent { .. } => self.stops_sent..count,
-            CommandStatus::Confirmed { .. } => 0..self.stops_sent,
-            _ => 0..count,
-        };
-        for id in self.stops.get(meant.clone()).unwrap_or_default().to_vec() {
+        match status {
+            CommandStatus::Sent { .. } => {
+                for (_, sent) in &mut self.stops {
+                    *sent = sent.saturating_add(1);
+                }
+                let new = self.stops.iter().filter(|(_, sent)| *sent == 1);
+                for id in new.map(|(id, _)| *id).collect::<Vec<_>>() {
+                    self.report(now, id, status);
+                }
+            }
+            CommandStatus::Confirmed { .. } => self.end_stops(now, status, 1),
+            _ => self.end_stops(now, status, 0),
+        }
+    }
+
+    /// Ends the STOPs since whose request at least `sent` have left.
+    fn end_stops(&mut self, now: Moment, status: CommandStatus, sent: u16) {
+        let ended = self.stops.partition_point(|stop| stop.1 >= sent);
+        for (id, _) in self.stops.drain(..ended).collect::<Vec<_>>() {
             self.report(now, id, status);
         }
-        self.stops_sent = if status.is_end() {
-            self.stops.drain(meant);
-            0
-        } else {
-            count
-        };
     }
 
     /// Acts on the verdict about a parameter command.

@@ -46,10 +46,8 @@ pub struct Station {
     current: Option<CommandId>,
     /// The command under way, if it is about parameters.
     tuner: Option<Tuner>,
-    /// STOPs that the robot has not confirmed yet, oldest first.
-    stops: Vec<CommandId>,
-    /// How many of them have been sent.
-    stops_sent: usize,
+    /// STOPs that the robot has not confirmed yet, oldest first, and how many with a receipt of their own have left since.
+    stops: Vec<(CommandId, u16)>,
     /// Whether this station has sent STOP in this session.
     stopped: bool,
     next_id: u32,
@@ -73,7 +71,6 @@ impl Station {
             current: None,
             tuner: None,
             stops: Vec::new(),
-            stops_sent: 0,
             stopped: false,
             next_id: 1,
             reported_counters: Counters::default(),
@@ -229,7 +226,7 @@ impl Station {
         } else if request == Request::Stop {
             self.cancel_waiting(now, Failure::Stopped);
             self.give_up_tuning(now, Failure::Stopped);
-            self.stops.push(id);
+            self.stops.push((id, 0));
             self.stopped = true;
             self.fop.stop(micros(now));
         } else {

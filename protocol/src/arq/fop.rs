@@ -63,6 +63,8 @@ struct Stopping {
     has_left: bool,
     /// Whether STOP was requested again since the latest one left: the next one needs another receipt.
     is_renewed: bool,
+    /// Receipts before this one that still prove the requests before them.
+    earlier: u16,
     /// When to send it again.
     next_us: u64,
     /// When to send it even if a half-duplex robot has not announced that it listens.
@@ -102,6 +104,7 @@ const KEEPALIVES_PER_SILENCE: u64 = 10;
 /// Bits of a receipt that count this station's STOPs; the others are its owner. A count repeats after more than the
 /// longest delay of a line, because a station makes a receipt per [`STOP_PERIOD_US`] at most.
 const RECEIPT_COUNT_BITS: u32 = 5;
+const RECEIPT_COUNT_MAX: u16 = (1 << RECEIPT_COUNT_BITS) - 1;
 
 /// Period of STOP frames until one is proven.
 const STOP_PERIOD_US: u64 = 300_000;
@@ -267,6 +270,7 @@ impl Fop {
             receipt: self.next_receipt(),
             has_left: false,
             is_renewed: false,
+            earlier: 0,
             next_us: now_us,
             blind_us: now_us + STOP_BLIND_US,
         });
@@ -290,7 +294,7 @@ impl Fop {
     /// A receipt that no other station makes, and this one not for seconds.
     fn next_receipt(&mut self) -> u16 {
         self.receipts = self.receipts.wrapping_add(1);
-        let count = self.receipts & ((1 << RECEIPT_COUNT_BITS) - 1);
+        let count = self.receipts & RECEIPT_COUNT_MAX;
         (self.config.owner << RECEIPT_COUNT_BITS | count) & RECEIPT_MAX
     }
 

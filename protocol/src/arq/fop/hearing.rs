@@ -4,7 +4,8 @@ use super::super::{SESSION_LAST, session_after};
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
     CommandStatus, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES,
-    MISMATCHES_MAX, STOP_BLIND_US, Session, US_PER_BYTE, Work, next_tag,
+    MISMATCHES_MAX, RECEIPT_COUNT_BITS, RECEIPT_COUNT_MAX, STOP_BLIND_US, Session, US_PER_BYTE,
+    Work, next_tag,
 };
 use crate::LINE_BYTES;
 use crate::command::Order;
@@ -114,15 +115,29 @@ impl Fop {
         };
         let receipt = stopping.receipt;
         if ack.detail != (Detail::Stopped { receipt }) || !stopping.has_left {
-            return;
+            return self.check_earlier_stops(ack);
         }
         if stopping.is_renewed {
             stopping.has_left = false;
+            stopping.earlier = 0;
         } else {
             self.stopping = None;
         }
         let confirmed = CommandStatus::Confirmed { digest: None };
         self.push(FopEvent::Stop(confirmed));
+    }
+
+    /// Recognizes an earlier receipt. It proves the requests before it, though not the latest.
+    fn check_earlier_stops(&mut self, ack: Ack) {
+        let (Some(stopping), Detail::Stopped { receipt }) = (&mut self.stopping, ack.detail) else {
+            return;
+        };
+        let later = stopping.receipt.wrapping_sub(receipt) & RECEIPT_COUNT_MAX;
+        let is_ours = receipt >> RECEIPT_COUNT_BITS == stopping.receipt >> RECEIPT_COUNT_BITS;
+        if is_ours && (1..=stopping.earlier).contains(&later) {
+            stopping.earlier = later - 1;
+            self.push(FopEvent::EarlierStop { later });
+        }
     }
 
     /// Takes the era of an acknowledgement, or counts it up when the session numbers begin again.

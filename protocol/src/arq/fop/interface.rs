@@ -66,4 +66,9 @@ pub enum FopEvent {
     /// STOP has a new status: sent, confirmed or failed. Confirmed are the requests before the latest one sent; later
     /// ones still wait.
     Stop(CommandStatus),
+    /// A STOP is confirmed that is not the latest one sent, and with it the requests before it left.
+    EarlierStop {
+        /// STOPs with a receipt of their own that left after it, at most 31.
+        later: u16,
+    },
 }

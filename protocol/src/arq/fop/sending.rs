@@ -3,8 +3,8 @@
 use super::turn::Turn;
 use super::{
     ALIVE_PERIOD_US, CommandStatus, DRIVE_PERIOD_US, Duplex, Fop, FopEvent, KEEPALIVES_PER_SILENCE,
-    KNOCK_PERIOD_US, Outstanding, SEQUENCE_LAST, STOP_BLIND_US, STOP_PERIOD_US, Session, TAG_LAST,
-    Work,
+    KNOCK_PERIOD_US, Outstanding, RECEIPT_COUNT_MAX, SEQUENCE_LAST, STOP_BLIND_US, STOP_PERIOD_US,
+    Session, TAG_LAST, Work,
 };
 use crate::command::{
     BLOCK_WAYPOINTS, Command, Drive, Frame, Keepalive, Key, Message, Open, Order,
@@ -108,6 +108,8 @@ impl Fop {
             if stopping.is_renewed {
                 stopping.receipt = self.next_receipt();
                 stopping.is_renewed = false;
+                let earlier = stopping.earlier + u16::from(stopping.has_left);
+                stopping.earlier = earlier.min(RECEIPT_COUNT_MAX);
                 stopping.has_left = false;
                 self.stopping = Some(stopping);
             }
