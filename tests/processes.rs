@@ -2,12 +2,15 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
-use crate::programs::{GROUNDWAVE, Sim, expect, groundwave, scratch};
+use crate::programs::{GROUNDWAVE, Running, Sim, expect, groundwave, scratch};
 use crate::pty::OnTerminal;
+use crate::streams;
 
 #[test]
 fn cat_sees_a_robot() {
@@ -348,6 +351,36 @@ fn a_capture_plays_in_the_dashboard_to_its_end() {
         replay.type_keys("q");
         assert_eq!(replay.wait(), 0, "{capture}");
     }
+}
+
+/// The station reads its link on, and a signal ends it.
+#[test]
+fn an_unread_standard_output_stalls_only_the_printing() {
+    let folder = scratch("unread");
+    let path = folder.join("link");
+    let listener = UnixListener::bind(&path).unwrap();
+    let watch = Command::new(GROUNDWAVE)
+        .args(["watch", &format!("unix:{}", path.display()), "--headless"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut watch = Running(watch);
+    let (mut link, _) = listener.accept().unwrap();
+    link.set_write_timeout(Some(Duration::from_mins(1)))
+        .unwrap();
+    // More than all pipes and queues on the way hold.
+    for _ in 0..300 {
+        link.write_all(&streams::clean(100)).unwrap();
+    }
+    let pid = watch.0.id().to_string();
+    let sent = Command::new("kill").args(["-TERM", &pid]).status().unwrap();
+    assert!(sent.success());
+    let mut said = String::new();
+    let stderr = watch.0.stderr.take();
+    stderr.unwrap().read_to_string(&mut said).unwrap();
+    assert!(said.contains("lines were not printed"), "{said}");
+    assert_eq!(watch.0.wait().unwrap().code(), Some(0));
 }
 
 #[test]

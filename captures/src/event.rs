@@ -70,6 +70,8 @@ coded! {
         NotTaken = "not-taken",
         /// The other end closed connections without a byte.
         EmptyConnections = "empty-connections",
+        /// Lines were not printed, because standard output was not read.
+        NotPrinted = "not-printed",
         /// The link is shared.
         Shared = "shared",
         /// A client of the shared link was closed.

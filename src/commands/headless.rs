@@ -1,12 +1,16 @@
 //! `watch --headless`: events as JSON lines on standard output.
 
 use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use groundwave_protocol::decoder::Received;
 use serde_json::{Value, json};
+use tokio::sync::{mpsc, oneshot};
 
-use super::{Exit, Fault, out};
+use super::{Exit, Fault, out, say};
 use crate::capture::decode;
 use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -19,69 +23,179 @@ const CHECK_EVERY: Duration = Duration::from_secs(1);
 /// Interval of the link statistics.
 const STATISTICS_EVERY: Duration = Duration::from_secs(10);
 
-/// Runs until a signal, the end of standard input, or a closed pipe.
-pub(super) async fn run(mut driver: Driver, keeper: &Keeper) -> Result<(), Fault> {
-    let mut signals = Signals::listen()
-        .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
+/// Maximum lines that wait for standard output.
+const LINES_MAX: usize = 1 << 14;
+
+/// Lines that one step of the session may bring.
+const ROOM: usize = LINES_MAX / 2;
+
+/// How long a signal to leave lets standard output take the last lines.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Runs until a signal, the end of standard input, or a closed pipe. If `waits`, a slow reader of standard output delays the
+/// session; else it loses lines, and no command and no recording waits for it.
+pub(super) async fn run(mut driver: Driver, keeper: &Keeper, waits: bool) -> Result<(), Fault> {
+    let mut signals = Signals::listen().map_err(|error| failed("listen for signals", &error))?;
+    let mut printer = Printer::start().map_err(|error| failed("start a thread", &error))?;
     let mut look = tokio::time::interval(CHECK_EVERY);
     let begin = tokio::time::Instant::now() + STATISTICS_EVERY;
     let mut statistics = tokio::time::interval_at(begin, STATISTICS_EVERY);
     let mut reported = None;
     loop {
+        let has_room = printer.lines.capacity() >= ROOM;
+        if has_room {
+            printer.tell_lost(driver.now())?;
+        }
         tokio::select! {
+            biased;
             signal = signals.next() => match signal {
                 Signal::Leave => {
-                    return print_statistics(&driver).or_else(|error| Fault::output(&error));
+                    printer.print_statistics(&driver)?;
+                    return printer.finish(tokio::time::sleep(PATIENCE)).await;
                 }
                 Signal::Suspend => stop_myself(),
             },
-            () = driver.step() => {}
-            _ = statistics.tick() => {
-                if let Err(error) = print_statistics(&driver) {
-                    return Fault::output(&error);
-                }
-            }
+            result = &mut printer.ended => return output(result),
+            _ = statistics.tick() => printer.print_statistics(&driver)?,
             _ = look.tick() => {
                 // The call also flushes the recording when that is due.
                 let problem = keeper.status().problem;
-                if let Some(text) = problem.clone().filter(|_| problem != reported) {
-                    let notice = Event::Notice(Notice::new(NoticeCode::Recording, Level::Alarm, text));
-                    if let Err(error) = print(driver.now(), &notice) {
-                        return Fault::output(&error);
-                    }
-                }
+                let news = problem.clone().filter(|_| problem != reported);
                 reported = problem;
-                while let Some((level, text)) = keeper.poll_notice() {
-                    if let Err(error) = print(driver.now(), &Event::Notice(Notice::new(NoticeCode::Recording, level, text))) {
-                        return Fault::output(&error);
-                    }
+                let alarm = news.map(|text| (Level::Alarm, text));
+                let notices = std::iter::from_fn(|| keeper.poll_notice());
+                for (level, text) in alarm.into_iter().chain(notices) {
+                    let notice = Notice::new(NoticeCode::Recording, level, text);
+                    printer.print(driver.now(), &Event::Notice(notice))?;
                 }
             }
+            () = room(&printer.lines), if waits && !has_room => {}
+            () = driver.step(), if has_room || !waits => {}
         }
         while let Some(event) = driver.poll_event() {
             let has_ended = event == Event::Link(LinkEvent::Ended);
-            let last = if has_ended {
-                print_statistics(&driver)
-            } else {
-                Ok(())
-            };
-            if let Err(error) = last.and_then(|()| print(driver.now(), &event)) {
-                return Fault::output(&error);
-            }
             if has_ended {
-                return Ok(());
+                printer.print_statistics(&driver)?;
+            }
+            printer.print(driver.now(), &event)?;
+            if has_ended {
+                let leave = async {
+                    while signals.next().await == Signal::Suspend {
+                        stop_myself();
+                    }
+                };
+                return printer.finish(leave).await;
             }
         }
     }
 }
 
-fn print_statistics(driver: &Driver) -> io::Result<()> {
-    let mut value = serde_json::to_value(driver.statistics())?;
-    value["event"] = json!("statistics");
-    value["at_s"] = seconds(driver.now());
-    let mut out = out();
-    writeln!(out, "{value}")?;
-    out.flush()
+/// Waits until half of the queue is free, or the printing thread has ended.
+async fn room(lines: &mpsc::Sender<Vec<u8>>) {
+    // The caller learns of an end by itself.
+    let _ = lines.reserve_many(ROOM).await;
+}
+
+fn failed(what: &str, error: &dyn std::fmt::Display) -> Fault {
+    Fault::new(Exit::Failed, format!("cannot {what}: {error}"))
+}
+
+/// Prints lines on a thread, so that an unread standard output stalls nothing else.
+struct Printer {
+    lines: mpsc::Sender<Vec<u8>>,
+    /// The end of the thread: no more lines, or an error of standard output.
+    ended: oneshot::Receiver<io::Result<()>>,
+    /// Number of all lines.
+    taken: usize,
+    printed: Arc<AtomicUsize>,
+    /// Lines lost to a full queue since the last notice.
+    lost: usize,
+}
+
+impl Printer {
+    fn start() -> io::Result<Self> {
+        let (lines, mut queue) = mpsc::channel::<Vec<u8>>(LINES_MAX);
+        let (end, ended) = oneshot::channel();
+        let printed = Arc::<AtomicUsize>::default();
+        let counter = Arc::clone(&printed);
+        let mut print = move || {
+            while let Some(line) = queue.blocking_recv() {
+                let mut out = out();
+                out.write_all(&line)?;
+                out.flush()?;
+                counter.fetch_add(1, Ordering::Relaxed);
+            }
+            Ok(())
+        };
+        thread::Builder::new()
+            .name("printer".into())
+            // The session may have ended.
+            .spawn(move || drop(end.send(print())))?;
+        Ok(Self {
+            lines,
+            ended,
+            taken: 0,
+            printed,
+            lost: 0,
+        })
+    }
+
+    fn queue(&mut self, line: Vec<u8>) {
+        self.taken += 1;
+        self.lost += usize::from(self.lines.try_send(line).is_err());
+    }
+
+    fn print(&mut self, at: Moment, event: &Event) -> Result<(), Fault> {
+        let text = json_line(at, event).map_err(|error| failed("print an event", &error))?;
+        if let Some(text) = text {
+            self.queue(text);
+        }
+        Ok(())
+    }
+
+    fn print_statistics(&mut self, driver: &Driver) -> Result<(), Fault> {
+        let mut value = serde_json::to_value(driver.statistics())
+            .map_err(|error| failed("print statistics", &error))?;
+        value["event"] = json!("statistics");
+        value["at_s"] = seconds(driver.now());
+        self.queue(format!("{value}\n").into_bytes());
+        Ok(())
+    }
+
+    fn tell_lost(&mut self, at: Moment) -> Result<(), Fault> {
+        let lost = std::mem::take(&mut self.lost);
+        if lost == 0 {
+            return Ok(());
+        }
+        let text = format!("{lost} lines were not printed, because standard output was not read");
+        let notice = Notice::new(NoticeCode::NotPrinted, Level::Warning, text);
+        self.print(at, &Event::Notice(notice))
+    }
+
+    /// Waits until all lines are printed or `leave` ends.
+    async fn finish(self, leave: impl Future<Output = ()>) -> Result<(), Fault> {
+        drop(self.lines);
+        tokio::select! {
+            biased;
+            result = self.ended => output(result),
+            () = leave => {
+                let lost = self.taken - self.printed.load(Ordering::Relaxed);
+                say(format_args!(
+                    "groundwave: {lost} lines were not printed, because standard output is not read"
+                ));
+                Ok(())
+            }
+        }
+    }
+}
+
+/// The result of the printing thread.
+fn output(result: Result<io::Result<()>, oneshot::error::RecvError>) -> Result<(), Fault> {
+    match result {
+        Ok(Err(error)) => Fault::output(&error),
+        // A thread that panicked has said so.
+        Ok(Ok(())) | Err(_) => Ok(()),
+    }
 }
 
 /// Seconds, rounded to milliseconds.
@@ -89,21 +203,20 @@ fn seconds(at: Moment) -> Value {
     json!((at.as_secs_f64() * 1000.0).round() / 1000.0)
 }
 
-fn print(at: Moment, event: &Event) -> io::Result<()> {
+/// An event as a line of JSON; `None` for events that only a screen shows.
+fn json_line(at: Moment, event: &Event) -> io::Result<Option<Vec<u8>>> {
     let mut text = match event {
         Event::Line { line, raw } => line_json(at, &Received::Line(**line, *raw))?,
         Event::Ack(line) => line_json(at, &Received::Ack(*line))?,
         _ => match other_json(at, event) {
             Some(value) => value.to_string().into_bytes(),
-            None => return Ok(()),
+            None => return Ok(None),
         },
     };
     if text.last() != Some(&b'\n') {
         text.push(b'\n');
     }
-    let mut out = out();
-    out.write_all(&text)?;
-    out.flush()
+    Ok(Some(text))
 }
 
 /// A line as `decode` writes it, with the key `event`.

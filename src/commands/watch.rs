@@ -53,7 +53,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         return block_on(async {
             let (driver, keeper) = plan.open().await?;
             let _finish = keeper.finish_on_drop();
-            let result = headless::run(driver, &keeper).await;
+            let result = headless::run(driver, &keeper, *link == LinkSpec::Stdin).await;
             keeper.finish()?;
             result
         });
