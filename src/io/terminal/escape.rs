@@ -25,6 +25,7 @@ const PASTE_MAX: usize = 64 << 10;
 const ESC: u8 = 0x1B;
 const PASTE_BEGIN: &[u8] = b"\x1b[200~";
 const PASTE_END: &[u8] = b"\x1b[201~";
+const OLD_CLICK: &[u8] = b"\x1b[M";
 
 /// Bytes that are keys even within a paste or a string: Ctrl-C and Ctrl-S. No text contains them.
 const KEYS_IN_TEXT: [u8; 2] = [0x03, 0x13];
@@ -63,13 +64,15 @@ impl Reader {
     /// Takes bytes that were read together; returns the events that they complete.
     pub(super) fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) -> Vec<Event> {
         self.handle_timeout(now);
-        // The text of a paste comes in bursts; a string, which a terminal sends at once, is seldom cut at a space.
-        let is_text = match self.paste {
+        // The text of a paste comes in bursts; a terminal seldom cuts a string or a click at a space.
+        let hides_keys = match self.paste {
             Some(_) => now >= self.latest + SEQUENCE_GAP,
-            None => self.is_in_string(),
+            None => {
+                bytes.starts_with(b" ") && (self.is_in_string() || self.held.starts_with(OLD_CLICK))
+            }
         };
-        if is_text && bytes == b" " {
-            self.events.extend(character(" "));
+        if hides_keys {
+            self.events.extend(spaces(now, bytes));
         }
         self.latest = now;
         for &byte in bytes {
@@ -171,6 +174,19 @@ impl Reader {
     }
 }
 
+/// The keys of these bytes, if each of them is Space.
+fn spaces(now: Instant, bytes: &[u8]) -> Vec<Event> {
+    let mut reader = Reader::new(now);
+    for &byte in bytes {
+        reader.take(byte);
+    }
+    let is_space =
+        |event: &Event| matches!(event, Event::Key(key) if key.code == KeyCode::Char(' '));
+    let are_spaces = reader.held.is_empty() && reader.events.iter().all(is_space);
+    reader.events.retain(|_| are_spaces);
+    reader.events
+}
+
 /// Whether `ESC` and this byte begin a string of the terminal: DCS, SOS, OSC, PM or APC. It ends with BEL or at `ESC`.
 const fn is_string(begin: u8) -> bool {
     matches!(begin, b'P' | b'X' | b']' | b'^' | b'_')
@@ -190,11 +206,10 @@ fn read(bytes: &[u8]) -> Sequence {
             _ => Sequence::Unfinished,
         },
         // The Linux console's F1 to F5.
-        [ESC, b'[', b'[', last] => {
-            let number = last.wrapping_sub(b'A' - 1);
-            let known = (1..=5).contains(&number);
-            Sequence::Finished(known.then(|| Event::Key(KeyCode::F(number).into())))
-        }
+        [ESC, b'[', b'[', last] => match last {
+            b'A'..=b'E' => Sequence::Finished(Some(Event::Key(KeyCode::F(last - b'A' + 1).into()))),
+            _ => Sequence::Broken,
+        },
         [ESC, b'[', b'M', ref click @ ..] => read_old_click(click),
         [ESC, b'[', ref fields @ .., last] => match last {
             b'0'..=b'?' if bytes.len() < SEQUENCE_MAX => Sequence::Unfinished,
@@ -473,7 +488,7 @@ mod tests {
 
     #[test]
     fn stop_and_ctrl_c_break_a_sequence_off_at_once() {
-        for begun in ["\x1b[1;1;", "\x1b[", "\x1bO", "\x1b[<0;1"] {
+        for begun in ["\x1b[1;1;", "\x1b[", "\x1b[[", "\x1bO", "\x1b[<0;1"] {
             for (pressed, event) in [(" ", key(' ')), ("\x03", ctrl('c'))] {
                 let events = read_all(&format!("{begun}{pressed}"));
                 assert!(
@@ -508,6 +523,33 @@ mod tests {
         }
         let alt = held('P', KeyModifiers::ALT).into_iter().collect::<Vec<_>>();
         assert_eq!(read_all("\x1bP"), alt);
+    }
+
+    #[test]
+    fn space_counts_however_it_is_sent() {
+        for begun in ["\x1b[200~", "\x1b[200~1,2", "\x1b[M", "\x1bP1"] {
+            for (pressed, count) in [
+                (" ", 1),
+                ("  ", 2),
+                ("\x1b[32u", 1),
+                ("\x1b[32;5u", 1),
+                ("\x1b[32;1:1u\x1b[32;1:3u", 2),
+            ] {
+                let mut terminal = Terminal::new();
+                terminal.after(MS, begun);
+                let is_paste = terminal.reader.paste.is_some();
+                let silence = if is_paste { SEQUENCE_GAP } else { MS };
+                let events = terminal.after(silence, pressed);
+                let is_space = |event: &Event| matches!(event, Event::Key(key) if key.code == KeyCode::Char(' '));
+                let spaces = events.iter().filter(|event| is_space(event)).count();
+                assert_eq!(spaces, count, "{begun:?} {pressed:?}: {events:?}");
+            }
+        }
+        for text in [" 1", "1 ", "\x1b[32u1", " \x1b[3"] {
+            let mut terminal = Terminal::new();
+            terminal.after(MS, "\x1b[200~");
+            assert_eq!(terminal.after(SEQUENCE_GAP, text), [], "{text:?}");
+        }
     }
 
     #[test]

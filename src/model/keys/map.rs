@@ -151,12 +151,16 @@ impl Keymap {
         })
     }
 
-    /// The action of a key in a context.
+    /// The action of a key in a context. Control beside a key of STOP stops too, unless that has an action of its own.
     pub(crate) fn action(&self, context: Context, key: KeyEvent) -> Option<Action> {
-        let found = self
-            .rows()
-            .find(|row| row.context == context && row.takes(key));
-        found.map(|row| row.action)
+        let action = |key| {
+            let mut rows = self.rows();
+            let found = rows.find(|row| row.context == context && row.takes(key));
+            found.map(|row| row.action)
+        };
+        let modifiers = key.modifiers - KeyModifiers::CONTROL;
+        let is_stop = |action: &Action| *action == Action::Stop;
+        action(key).or_else(|| action(KeyEvent { modifiers, ..key }).filter(is_stop))
     }
 
     /// Rows of the manual: context, keys, name in the configuration and description.

@@ -26,6 +26,8 @@ fn stop_is_one_key_from_anywhere() {
     let space = KeyEvent::new(KeyCode::Char(' '), KeyModifiers::NONE);
     for context in [Dashboard, Drive, Question, Help, Jump, Route, Trace, Why] {
         assert_eq!(action(context, space), Some(Action::Stop), "{context:?}");
+        let held = KeyEvent::new(space.code, KeyModifiers::CONTROL);
+        assert_eq!(action(context, held), Some(Action::Stop), "{context:?}");
     }
 }
 
