@@ -82,7 +82,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let _finish = keeper.finish_on_drop();
         let result = until_done(options, driver, &keeper).await;
         let mcap = keeper.status().mcap.map(PathBuf::from);
-        let written = keeper.finish().map_err(Fault::from);
+        let written = recording::finish(&keeper).await;
         say_notices(&keeper, options.quiet);
         let written = written?;
         let counters = result?;

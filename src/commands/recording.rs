@@ -9,6 +9,7 @@ use super::config::Config;
 use super::output::check_inputs;
 use super::{Exit, Fault};
 use crate::capture::{Existing, Rotation, name};
+use crate::hint::shell_word;
 use crate::runtime::{KeepOptions, Keeper};
 
 /// Opens the recordings that the options name.
@@ -38,6 +39,32 @@ pub(super) fn open(
         remembered: config.recording.remembered(),
     };
     Keeper::open(&keep, started).map_err(Fault::from)
+}
+
+/// Finishes the recording; returns the bytes in the files. Ctrl-C ends the wait and leaves the rest to `recover`; a hangup does
+/// not, because it also follows the end of a closed terminal.
+pub(super) async fn finish(keeper: &Keeper) -> Result<u64, Fault> {
+    let status = keeper.status();
+    let finishing = keeper.clone();
+    let finished = tokio::task::spawn_blocking(move || finishing.finish());
+    tokio::select! {
+        biased;
+        finished = finished => {
+            let finished = finished.map_err(|error| Fault::new(Exit::Failed, error))?;
+            finished.map_err(Fault::from)
+        }
+        Ok(()) = tokio::signal::ctrl_c() => {
+            let recovery = status.mcap.map(|path| {
+                let path = shell_word(Path::new(&path));
+                format!("; everything received is kept, and `groundwave recover {path}` finishes it")
+            });
+            let recovery = recovery.unwrap_or_default();
+            Err(Fault::new(
+                Exit::Failed,
+                format!("left before the recording was finished{recovery}"),
+            ))
+        }
+    }
 }
 
 /// Refuses `-`, which means standard output elsewhere, and the files that the session reads.

@@ -54,7 +54,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
             let (driver, keeper) = plan.open().await?;
             let _finish = keeper.finish_on_drop();
             let result = headless::run(driver, &keeper, *link == LinkSpec::Stdin).await;
-            keeper.finish()?;
+            recording::finish(&keeper).await?;
             result
         });
     }
@@ -207,7 +207,7 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         };
         let _finish = keeper.finish_on_drop();
         let result = Box::pin(run(dashboard)).await;
-        let finished = keeper.finish();
+        let finished = recording::finish(&keeper).await;
         report(keeper.finished());
         finished?;
         result.or_else(|error| terminal_failed(&error))

@@ -20,8 +20,8 @@ use crate::share::Heard;
 use crate::station::Station;
 use crate::statistics::Statistics;
 
-/// Maximum inputs taken in a row.
-const BATCH: usize = 32;
+/// Bytes after which no more inputs are taken in a row.
+const BATCH_BYTES: u64 = 4096;
 
 /// Minimum time between two notices about a device that accepts no bytes.
 const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
@@ -176,14 +176,16 @@ impl Driver {
             .map(|moment| self.started + moment);
         tokio::select! {
             input = self.inputs.recv() => {
-                match input {
-                    Some(input) => self.handle_input(input),
-                    // The reader thread has reported its end.
-                    None => std::future::pending().await,
-                }
-                for _ in 1..BATCH {
+                // After `None` the reader thread has reported its end.
+                let Some(mut input) = input else { std::future::pending().await };
+                let before = self.heard().bytes;
+                loop {
+                    self.handle_input(input);
+                    if self.heard().bytes - before >= BATCH_BYTES {
+                        break;
+                    }
                     match self.inputs.try_recv() {
-                        Ok(input) => self.handle_input(input),
+                        Ok(next) => input = next,
                         Err(_) => break,
                     }
                 }
@@ -206,6 +208,8 @@ impl Driver {
         self.serve_live();
         self.flush();
         self.tell_not_taken();
+        // Timers and signals of the runtime have their turn also during a flood of inputs.
+        tokio::task::yield_now().await;
     }
 
     fn handle_client(&mut self, input: FromClient) {
@@ -413,3 +417,6 @@ async fn sleep_to(deadline: Option<Instant>) {
 fn random_owner() -> u16 {
     (RandomState::new().hash_one(std::process::id()) % 0x3FF) as u16 + 1
 }
+
+#[cfg(all(test, unix))]
+mod tests;
