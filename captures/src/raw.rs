@@ -61,9 +61,9 @@ impl RawWriter {
     /// exact beginning of the stream; [`Self::problem`] and [`Self::finish`] return the error.
     pub fn write(&self, bytes: &[u8]) {
         let (mut queue, waited) = self.wait(PATIENCE, |queue| {
-            queue.is_open() && !queue.is_finishing && queue.unwritten() > WAITING_MAX
+            queue.is_open() && queue.phase == Phase::Writing && queue.unwritten() > WAITING_MAX
         });
-        if queue.is_finishing {
+        if queue.phase != Phase::Writing {
             return;
         }
         queue.is_given_up |= waited;
@@ -94,9 +94,13 @@ impl RawWriter {
     }
 
     fn finish_within(&self, patience: Duration) -> Result<u64, CaptureError> {
-        self.shared.lock().is_finishing = true;
+        let mut queue = self.shared.lock();
+        if queue.phase == Phase::Writing {
+            queue.phase = Phase::Finishing;
+        }
+        drop(queue);
         self.shared.changed.notify_all();
-        let (mut queue, waited) = self.wait(patience, |queue| !queue.has_ended);
+        let (mut queue, waited) = self.wait(patience, |queue| queue.phase != Phase::Ended);
         if let Some(problem) = queue.problem.take() {
             return Err(problem);
         }
@@ -163,7 +167,7 @@ impl RawWriter {
 
 impl Drop for RawWriter {
     fn drop(&mut self) {
-        if !self.shared.lock().is_finishing {
+        if self.shared.lock().phase == Phase::Writing {
             // `problem` has reported the error.
             let _ = self.finish();
         }
@@ -183,6 +187,16 @@ impl Shared {
     }
 }
 
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Phase {
+    #[default]
+    Writing,
+    /// No more bytes are queued.
+    Finishing,
+    /// The thread has finished the file.
+    Ended,
+}
+
 /// Bytes for the file, and its state.
 #[derive(Debug, Default)]
 struct Queue {
@@ -193,9 +207,7 @@ struct Queue {
     /// When the file last accepted bytes, or the first of the unwritten bytes came.
     moved: Option<Instant>,
     is_look_due: bool,
-    is_finishing: bool,
-    /// The thread has finished the file.
-    has_ended: bool,
+    phase: Phase,
     /// The file accepted no bytes for too long.
     is_given_up: bool,
     /// Writing failed, or the file was removed or renamed.
@@ -226,11 +238,11 @@ impl Worker {
     fn run(mut self) {
         loop {
             let waited = self.shared.changed.wait_while(self.shared.lock(), |queue| {
-                queue.waiting.is_empty() && !queue.is_look_due && !queue.is_finishing
+                queue.waiting.is_empty() && !queue.is_look_due && queue.phase == Phase::Writing
             });
             let mut queue = waited.unwrap_or_else(PoisonError::into_inner);
             let bytes = std::mem::take(&mut queue.waiting);
-            let is_finishing = queue.is_finishing;
+            let is_finishing = queue.phase != Phase::Writing;
             let looks = std::mem::take(&mut queue.is_look_due) || is_finishing;
             drop(queue);
             let mut result = self.write(&bytes).map_err(|error| self.failed(error));
@@ -247,11 +259,12 @@ impl Worker {
                     queue.problem = Some(error);
                 }
             }
-            queue.has_ended = is_finishing;
-            self.shared.changed.notify_all();
             if is_finishing {
+                queue.phase = Phase::Ended;
+                self.shared.changed.notify_all();
                 return;
             }
+            self.shared.changed.notify_all();
         }
     }
 
