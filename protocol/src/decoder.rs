@@ -150,15 +150,31 @@ impl Decoder {
             return Some(received);
         }
         while !bytes.is_empty() {
-            let line_feed = bytes.iter().position(|&b| b == b'\n');
-            let (run, rest) = bytes.split_at(line_feed.map_or(bytes.len(), |i| i + 1));
+            let line_end = self.find_line_end(bytes);
+            let (run, rest) = bytes.split_at(line_end.unwrap_or(bytes.len()));
             *bytes = rest;
             self.append(run);
-            if line_feed.is_some()
+            if line_end.is_some()
                 && let Some(received) = self.look_back()
             {
                 return Some(received);
             }
+        }
+        None
+    }
+
+    /// The length of `bytes` up to and including the first CR LF. Counts the line feeds before it, which end no line: a flood
+    /// of them costs a count each.
+    fn find_line_end(&mut self, bytes: &[u8]) -> Option<usize> {
+        let mut is_after_cr = self.window[..self.filled].last() == Some(&b'\r');
+        for (n, &byte) in bytes.iter().enumerate() {
+            if byte == b'\n' {
+                if is_after_cr {
+                    return Some(n + 1);
+                }
+                self.counters.shape_rejected += 1;
+            }
+            is_after_cr = byte == b'\r';
         }
         None
     }
