@@ -9,3 +9,5 @@ pub mod share;
 pub mod share_client;
 pub mod signals;
 pub mod terminal;
+#[cfg(unix)]
+mod unix_socket;

@@ -2,13 +2,17 @@
 
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use super::share::find_token;
 use crate::share::{Address, ClientLine, Lines, StationLine, Welcome};
 
-/// Timeout of the hello, which a station answers at once unless it is stopped or swapped out.
-const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
+/// Timeout of a write.
+const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Pause before another attempt to connect.
+const RETRY_PAUSE: Duration = Duration::from_millis(50);
 
 /// Timeout of a read, so that deadlines are checked.
 const READ_TIMEOUT: Duration = Duration::from_millis(200);
@@ -45,13 +49,39 @@ pub struct ShareClient {
 }
 
 impl ShareClient {
-    /// Connects and says hello.
+    /// Connects and says hello. Tries again after a connection that ends before the welcome, because a station with too many
+    /// clients closes some.
     ///
     /// # Errors
-    /// When no station answers there.
-    pub fn connect(address: &Address) -> Result<(Self, Welcome), ShareClientError> {
-        let (mut socket, token) =
-            connect(address).map_err(|error| ShareClientError::Connect(address.clone(), error))?;
+    /// When no station answers there in time.
+    pub fn connect(
+        address: &Address,
+        timeout: Duration,
+    ) -> Result<(Self, Welcome), ShareClientError> {
+        let deadline = Instant::now() + timeout;
+        loop {
+            match Self::try_connect(address, deadline) {
+                Err(ShareClientError::NoStation(_)) if Instant::now() < deadline => {
+                    thread::sleep(RETRY_PAUSE);
+                }
+                ended => return ended,
+            }
+        }
+    }
+
+    fn try_connect(
+        address: &Address,
+        deadline: Instant,
+    ) -> Result<(Self, Welcome), ShareClientError> {
+        let (mut socket, token) = connect(address, deadline).map_err(|error| {
+            let address = address.clone();
+            match error.kind() {
+                io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
+                    ShareClientError::Silent(address)
+                }
+                _ => ShareClientError::Connect(address, error),
+            }
+        })?;
         if let Some(token) = token {
             // A station that is gone is noticed with the hello.
             let _ = socket.write_all(format!("{token}\n").as_bytes());
@@ -62,10 +92,11 @@ impl ShareClient {
             lines: Lines::default(),
             unread: Vec::new(),
         };
-        client.send(&ClientLine::Hello {
+        let hello = ClientLine::Hello {
             pid: Some(std::process::id()),
-        })?;
-        let deadline = Instant::now() + HELLO_TIMEOUT;
+        };
+        // The reason of a station that closed the connection can still be read.
+        let _ = client.send(&hello);
         loop {
             match client.next(deadline) {
                 Ok(StationLine::Welcome(welcome)) => return Ok((client, welcome)),
@@ -76,7 +107,7 @@ impl ShareClient {
                     ));
                 }
                 Ok(_) => {}
-                Err(ShareClientError::Silent(address) | ShareClientError::Closed(address, _)) => {
+                Err(ShareClientError::Closed(address, _)) => {
                     return Err(ShareClientError::NoStation(address));
                 }
                 Err(error) => return Err(error),
@@ -138,16 +169,21 @@ impl ShareClient {
 }
 
 /// The socket, and the token to show first.
-fn connect(address: &Address) -> io::Result<(Box<dyn Socket>, Option<String>)> {
+fn connect(address: &Address, deadline: Instant) -> io::Result<(Box<dyn Socket>, Option<String>)> {
+    // A time limit of zero is an error.
+    let left = || {
+        let left = deadline.saturating_duration_since(Instant::now());
+        left.max(Duration::from_millis(1))
+    };
     match address {
         Address::Tcp(address) => {
             let mut failure = io::Error::from(io::ErrorKind::AddrNotAvailable);
             for address in address.to_socket_addrs()? {
-                match TcpStream::connect_timeout(&address, HELLO_TIMEOUT) {
+                match TcpStream::connect_timeout(&address, left()) {
                     Ok(stream) => {
                         stream.set_nodelay(true)?;
                         stream.set_read_timeout(Some(READ_TIMEOUT))?;
-                        stream.set_write_timeout(Some(HELLO_TIMEOUT))?;
+                        stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
                         let token = find_token(&stream);
                         return Ok((Box::new(stream), token));
                     }
@@ -158,9 +194,9 @@ fn connect(address: &Address) -> io::Result<(Box<dyn Socket>, Option<String>)> {
         }
         #[cfg(unix)]
         Address::Unix(path) => {
-            let stream = std::os::unix::net::UnixStream::connect(path)?;
+            let stream = super::unix_socket::connect(path, left())?;
             stream.set_read_timeout(Some(READ_TIMEOUT))?;
-            stream.set_write_timeout(Some(HELLO_TIMEOUT))?;
+            stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
             Ok((Box::new(stream), None))
         }
         #[cfg(not(unix))]

@@ -49,7 +49,7 @@ impl Operator {
                 (link.clone(), radio, None)
             }
             Connection::Via(address) => {
-                let (_, welcome) = ShareClient::connect(address)
+                let (_, welcome) = ShareClient::connect(address, options.timeout)
                     .map_err(|error| Fault::new(Exit::NoLink, error))?;
                 if !welcome.can_send || !radio.can_send() {
                     return Err(receive_only(&welcome.link));
@@ -166,7 +166,7 @@ fn ask(
     timeout: Duration,
 ) -> Result<Vec<ParameterLine>, Fault> {
     let (mut client, _) =
-        ShareClient::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
+        ShareClient::connect(address, timeout).map_err(|error| Fault::new(Exit::NoLink, error))?;
     let ask = Ask {
         tag: 1,
         request,

@@ -17,8 +17,8 @@ const GRACE: Duration = Duration::from_secs(5);
 
 /// Delivers each command of the script until one fails.
 pub(super) fn deliver(options: &Send, address: &Address, script: &Script) -> Result<(), Fault> {
-    let (mut client, _) =
-        ShareClient::connect(address).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let (mut client, _) = ShareClient::connect(address, options.timeout)
+        .map_err(|error| Fault::new(Exit::NoLink, error))?;
     let mut report = Report::new(options);
     for (index, (tag, line)) in (1..).zip(script.lines()).enumerate() {
         ask(options, &mut client, &mut report, tag, line)

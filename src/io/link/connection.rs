@@ -56,7 +56,7 @@ impl Connection {
                 open_tcp(address, timeout).map_err(|e| OpenError::Tcp(address.clone(), e))
             }
             LinkSpec::Unix(path) => {
-                open_unix(path).map_err(|e| OpenError::Unix(path.display().to_string(), e))
+                open_unix(path, timeout).map_err(|e| OpenError::Unix(path.display().to_string(), e))
             }
             LinkSpec::Stdin => Ok(Self::receive_only(standard_input())),
             LinkSpec::Sim => Err(OpenError::Other(
@@ -174,14 +174,14 @@ fn prepare_tcp(stream: TcpStream) -> io::Result<Connection> {
 }
 
 #[cfg(unix)]
-fn open_unix(path: &Path) -> io::Result<Connection> {
-    let stream = std::os::unix::net::UnixStream::connect(path)?;
+fn open_unix(path: &Path, timeout: Duration) -> io::Result<Connection> {
+    let stream = crate::io::unix_socket::connect(path, timeout)?;
     stream.set_read_timeout(Some(PATIENCE))?;
     Ok(Connection::receive_only(Box::new(stream)))
 }
 
 #[cfg(not(unix))]
-fn open_unix(_path: &Path) -> io::Result<Connection> {
+fn open_unix(_path: &Path, _timeout: Duration) -> io::Result<Connection> {
     Err(io::Error::new(
         io::ErrorKind::Unsupported,
         "this system has no Unix sockets; share on a port instead",

@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -17,9 +17,15 @@ use rustix::fs::{Mode, OFlags};
 use rustix::process::{geteuid, umask};
 
 use super::ShareError;
+use crate::io::unix_socket;
 
 /// Time to wait for another station that opens or removes the socket.
 const LOCK_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Time for another program's socket to take a connection.
+const PROBE_TIMEOUT: Duration = Duration::from_millis(100);
+
+const LISTENS: &str = "another program listens there already";
 
 /// Pause between two attempts to lock.
 const LOCK_PAUSE: Duration = Duration::from_millis(1);
@@ -43,8 +49,12 @@ impl SocketFile {
             Ok(found) if !found.file_type().is_socket() => {
                 return Err(taken("a file of that name exists and is no socket"));
             }
-            Ok(_) => match UnixStream::connect(path) {
-                Ok(_) => return Err(taken("another program listens there already")),
+            Ok(_) => match unix_socket::connect(path, PROBE_TIMEOUT) {
+                Ok(_) => return Err(taken(LISTENS)),
+                // The queue of a stopped program is full.
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    return Err(taken(LISTENS));
+                }
                 Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
                     fs::remove_file(path).map_err(refused)?;
                 }
@@ -159,6 +169,7 @@ fn is_at(path: &Path, file: (u64, u64)) -> bool {
 mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt;
+    use std::os::unix::net::UnixStream;
     use std::sync::Barrier;
     use std::thread::ScopedJoinHandle;
 
@@ -249,6 +260,41 @@ mod tests {
             "{error}"
         );
         assert_eq!(fs::read(lock_path(&path)).expect("it is kept"), b"mine");
+    }
+
+    /// Other systems refuse a connection to a full queue at once.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_stopped_station_holds_up_no_other_program() {
+        use crate::io::share_client::{ShareClient, ShareClientError};
+        use crate::share::Address;
+
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.sock");
+        let address = socket2::SockAddr::unix(&path).expect("an address");
+        let new = || socket2::Socket::new(socket2::Domain::UNIX, socket2::Type::STREAM, None);
+        let stopped = new().expect("a socket");
+        stopped.bind(&address).expect("a new file");
+        stopped.listen(0).expect("a listener");
+        let send = || {
+            let client = ShareClient::connect(&Address::Unix(path.clone()), PROBE_TIMEOUT);
+            let error = client.err().expect("nobody answers");
+            assert!(matches!(error, ShareClientError::Silent(_)), "{error}");
+        };
+        send();
+        let waiting: Vec<_> = (0..4)
+            .map(|_| {
+                let client = new().expect("a socket");
+                client.set_nonblocking(true).expect("not to wait");
+                let connected = client.connect(&address);
+                (client, connected)
+            })
+            .collect();
+        let full = waiting.iter().filter(|(_, connected)| connected.is_err());
+        assert_ne!(full.count(), 0, "the queue is full");
+        send();
+        let error = SocketFile::bind(&path).expect_err("it may go on");
+        assert!(error.to_string().contains(LISTENS), "{error}");
     }
 
     #[test]
