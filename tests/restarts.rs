@@ -229,13 +229,15 @@ fn stop_is_confirmed_while_it_is_requested_again_and_again() {
     on_all_cores(0..20, |seed| {
         let mut co = CoSimulation::new("open-room", seed, "delay=1s");
         co.deliver(Request::Mode(Mode::Prowl));
-        let stops = Vec::from_iter((0..20).map(|_| {
-            let stop = co.request(Request::Stop);
-            for _ in 0..400 {
-                co.step();
-            }
-            stop
-        }));
+        let stops: Vec<_> = (0..20)
+            .map(|_| {
+                let stop = co.request(Request::Stop);
+                for _ in 0..400 {
+                    co.step();
+                }
+                stop
+            })
+            .collect();
         let is_confirmed = |co: &CoSimulation, n: usize| co.fate(stops[n]) == Some(CONFIRMED);
         assert!(is_confirmed(&co, 0), "{}", co.context());
         assert!(!is_confirmed(&co, 19), "{}", co.context());
