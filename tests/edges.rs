@@ -1,13 +1,17 @@
 //! Pulled cables, killed stations, and several users of one radio.
 #![cfg(unix)]
 
+use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::os::unix::net::UnixStream;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::Path;
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use crate::pty::OnTerminal;
@@ -376,6 +380,50 @@ fn strangers_do_not_keep_the_owner_out() {
     let sent = program_in(&folder, &stop).output().unwrap();
     assert_eq!(sent.status.code(), Some(0), "{sent:?}");
     drop(strangers);
+}
+
+/// Keeps opening connections from three threads while `act` runs; each thread holds its last 50.
+fn with_crowd<T>(connect: impl Fn() -> Option<T> + Sync, act: impl FnOnce()) {
+    let is_over = AtomicBool::new(false);
+    let crowd = || {
+        let mut held = VecDeque::new();
+        while !is_over.load(Ordering::Relaxed) {
+            held.extend(connect());
+            if held.len() > 50 {
+                held.pop_front();
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(crowd);
+        }
+        let result = catch_unwind(AssertUnwindSafe(act));
+        is_over.store(true, Ordering::Relaxed);
+        result.unwrap_or_else(|panic| resume_unwind(panic));
+    });
+}
+
+#[test]
+fn a_crowd_does_not_keep_the_owner_out() {
+    let folder = scratch("crowds");
+    let sim = Sim::start(&[]);
+    let (_station, address) = station_on_a_port(&sim.path, &folder);
+    let stop = |via: &str| {
+        let sent = program_in(&folder, &["send", "--via", via, "stop"]).output();
+        let sent = sent.unwrap();
+        assert_eq!(sent.status.code(), Some(0), "{sent:?}");
+    };
+    let stops = |via: &str| (0..2).for_each(|_| stop(via));
+    with_crowd(|| TcpStream::connect(&address).ok(), || stops(&address));
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &[]);
+    let once = || {
+        drop(UnixStream::connect(&socket));
+        None::<()>
+    };
+    with_crowd(once, || stops(&socket));
 }
 
 #[test]

@@ -95,6 +95,7 @@ impl ShareServer {
                 Output::Line(client, line) => self.share.send_line(client, &line),
                 Output::Close(client) => self.share.close(client),
                 Output::Busy(client, is_busy) => self.share.set_busy(client, is_busy),
+                Output::Stopping(client) => self.share.start_stop(client),
                 Output::GiveUp(id) => return Some(Wanted::GiveUp(id)),
                 Output::Warning(text) => {
                     return Some(Wanted::Tell(Event::Notice(Notice::new(

@@ -37,6 +37,8 @@ pub enum Output {
     Close(ClientId),
     /// Whether this client waits for a command now and keeps its place.
     Busy(ClientId, bool),
+    /// This client waits for a STOP.
+    Stopping(ClientId),
     /// Cancel this command: its timeout has passed.
     GiveUp(CommandId),
     /// Log a client's mistake.
@@ -170,6 +172,7 @@ impl Broker {
             }
             // STOP is exempt from the limits.
             Ok(ClientLine::Ask(ask)) if ask.request == Request::Stop => {
+                self.outputs.push_back(Output::Stopping(client));
                 return Some(known.asked(client, ask));
             }
             Ok(ClientLine::Ask(_)) if known.asks == ASKS_MAX => {

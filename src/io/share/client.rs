@@ -1,7 +1,7 @@
 //! One connection to a shared link.
 
 use std::io;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
 use tokio::sync::mpsc;
@@ -113,7 +113,7 @@ async fn listen(
         while !bytes.is_empty() {
             let (taken, line) = lines.take(bytes);
             bytes = &bytes[taken..];
-            outbox.touch();
+            outbox.touch(Instant::now());
             if let Some(line) = line.transpose()
                 && to_station
                     .send(FromClient::Line { client, line })
@@ -131,7 +131,7 @@ async fn write(writing: &mut WriteHalf<Box<dyn Stream>>, outbox: &Outbox) -> io:
         match outbox.next().await {
             Next::Write(bytes) => {
                 writing.write_all(&bytes).await?;
-                outbox.taken();
+                outbox.taken(Instant::now());
             }
             Next::Close => return Ok(()),
         }

@@ -11,9 +11,11 @@ mod socket_file;
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
+use tokio::time::sleep_until;
 
 use crate::share::{Address, CLIENTS_MAX, ClientId, Exposed, LINE_MAX, TooLong};
 use client::Stream;
@@ -23,7 +25,14 @@ use owner::Token;
 pub use owner::{find_token, usual_address};
 
 /// Maximum connections that have not sent the token.
-const STRANGERS_MAX: usize = 16;
+const STRANGERS_MAX: usize = 64;
+
+/// Time for which a client keeps its place after its connection, its hello and the end of its command: in any crowd, a program
+/// that speaks at once is heard and gets its answer.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// Time for which a client keeps its place after its STOP, which is usually confirmed sooner.
+const STOP_GRACE: Duration = Duration::from_secs(5);
 
 /// Maximum inputs that wait for the station; further clients wait.
 const INPUTS: usize = 32;
@@ -98,19 +107,28 @@ impl Outboxes {
 
     /// Adds a client. If there are too many, the client that has been idle for longest is closed, because a STOP must get
     /// through; if none is idle, there is one more.
-    fn add(&self, client: ClientId) -> Arc<Outbox> {
+    ///
+    /// # Errors
+    /// The time to try again, when all idle clients are new.
+    fn add(&self, client: ClientId, now: Instant) -> Result<Arc<Outbox>, Instant> {
         let mut all = self.lock();
         if all.len() >= CLIENTS_MAX {
-            let idle = |(id, outbox): (&ClientId, &Arc<Outbox>)| Some((outbox.idle_since()?, *id));
-            let longest = all.iter().filter_map(idle).min();
-            if let Some(outbox) = longest.and_then(|(_, id)| all.remove(&id)) {
-                outbox.cut_off();
+            let idle = |(id, outbox): (&ClientId, &Arc<Outbox>)| {
+                let idle_since = outbox.idle_since()?;
+                Some((now.max(outbox.keeps_until()), idle_since, *id))
+            };
+            if let Some((can_go_at, _, id)) = all.iter().filter_map(idle).min() {
+                if can_go_at > now {
+                    return Err(can_go_at);
+                }
+                if let Some(outbox) = all.remove(&id) {
+                    outbox.cut_off();
+                }
             }
         }
-        let outbox = Arc::new(Outbox::default());
-        outbox.touch();
+        let outbox = Arc::new(Outbox::new(now));
         all.insert(client, Arc::clone(&outbox));
-        outbox
+        Ok(outbox)
     }
 }
 
@@ -189,7 +207,7 @@ impl Share {
 
     /// Stops sending raw bytes to a client.
     pub fn end_raw(&self, client: ClientId) {
-        self.with(client, Outbox::end_raw);
+        self.with(client, |outbox| outbox.end_raw(Instant::now()));
     }
 
     /// Sends a line to a client.
@@ -199,7 +217,12 @@ impl Share {
 
     /// Sets whether a client waits for a command.
     pub fn set_busy(&self, client: ClientId, is_busy: bool) {
-        self.with(client, |outbox| outbox.set_busy(is_busy));
+        self.with(client, |outbox| outbox.set_busy(is_busy, Instant::now()));
+    }
+
+    /// Lets a client keep its place for the time of a STOP.
+    pub fn start_stop(&self, client: ClientId) {
+        self.with(client, |outbox| outbox.start_stop(Instant::now()));
     }
 
     /// Closes a client's connection after its lines.
@@ -224,27 +247,38 @@ impl Drop for Share {
 async fn accept(listener: Listener, token: Option<Token>, mut clients: Clients) {
     let token = token.map(Arc::new);
     let mut admitted = JoinSet::new();
-    let mut strangers = VecDeque::<AbortHandle>::new();
+    let mut strangers = VecDeque::<(Instant, AbortHandle)>::new();
     loop {
+        strangers.retain(|(_, stranger)| !stranger.is_finished());
+        let full_until = match strangers.front() {
+            Some((since, _)) if strangers.len() >= STRANGERS_MAX => Some(*since + GRACE),
+            _ => None,
+        };
+        let accepted = async {
+            if let Some(full_until) = full_until {
+                sleep_until(full_until.into()).await;
+            }
+            listener.accept().await
+        };
         let entered = tokio::select! {
-            (stream, peer) = listener.accept() => {
+            (stream, peer) = accepted => {
                 let Some(token) = token.clone() else {
                     if clients.enter(stream, peer).await.is_none() {
                         return;
                     }
                     continue;
                 };
-                strangers.retain(|stranger| !stranger.is_finished());
                 // The oldest makes room: the owner's programs send the token at once.
-                if strangers.len() == STRANGERS_MAX
-                    && let Some(oldest) = strangers.pop_front()
+                if strangers.len() >= STRANGERS_MAX
+                    && let Some((_, oldest)) = strangers.pop_front()
                 {
                     oldest.abort();
                 }
-                strangers.push_back(admitted.spawn(async move {
+                let stranger = admitted.spawn(async move {
                     let stream = client::admit(stream, &token).await?;
                     Some((stream, peer))
-                }));
+                });
+                strangers.push_back((Instant::now(), stranger));
                 continue;
             }
             Some(entered) = admitted.join_next() => entered,
@@ -269,7 +303,12 @@ impl Clients {
     async fn enter(&mut self, stream: Box<dyn Stream>, peer: String) -> Option<()> {
         self.newest += 1;
         let client = ClientId(self.newest);
-        let outbox = self.outboxes.add(client);
+        let outbox = loop {
+            match self.outboxes.add(client, Instant::now()) {
+                Ok(outbox) => break outbox,
+                Err(then) => sleep_until(then.into()).await,
+            }
+        };
         let connected = FromClient::Connected { client, peer };
         self.to_station.send(connected).await.ok()?;
         let (outboxes, to_station) = (self.outboxes.clone(), self.to_station.clone());
@@ -298,15 +337,21 @@ const READ_MAX: usize = LINE_MAX;
 mod tests {
     use super::*;
 
-    /// As many clients as there may be, each of which said hello.
-    fn full() -> (Outboxes, Vec<Arc<Outbox>>) {
+    fn add(outboxes: &Outboxes, client: u64, now: Instant) -> Arc<Outbox> {
+        let added = outboxes.add(ClientId(client), now);
+        added.expect("a place")
+    }
+
+    /// As many clients as there may be, each of which said hello, and a time when none is new.
+    fn full() -> (Outboxes, Vec<Arc<Outbox>>, Instant) {
         let outboxes = Outboxes::default();
-        let all = (1..=CLIENTS_MAX as u64).map(|n| outboxes.add(ClientId(n)));
+        let start = Instant::now();
+        let all = (1..=CLIENTS_MAX as u64).map(|n| add(&outboxes, n, start));
         let all: Vec<_> = all.collect();
         for outbox in &all {
-            outbox.end_raw();
+            outbox.end_raw(start);
         }
-        (outboxes, all)
+        (outboxes, all, start + GRACE)
     }
 
     fn numbers(outboxes: &Outboxes) -> Vec<u64> {
@@ -315,36 +360,70 @@ mod tests {
 
     #[test]
     fn the_client_that_has_been_idle_for_longest_makes_room() {
-        let (outboxes, all) = full();
-        all[0].touch();
-        all[1].set_busy(true);
-        outboxes.add(ClientId(17));
-        outboxes.add(ClientId(18));
+        let (outboxes, all, now) = full();
+        all[0].touch(now);
+        all[1].set_busy(true, now);
+        add(&outboxes, 17, now);
+        add(&outboxes, 18, now);
         let left: Vec<u64> = [1, 2].into_iter().chain(5..=18).collect();
         assert_eq!(numbers(&outboxes), left);
     }
 
     #[test]
+    fn a_new_client_keeps_its_place_for_a_moment() {
+        let outboxes = Outboxes::default();
+        let start = Instant::now();
+        let spacing = Duration::from_millis(1);
+        for n in 1..=CLIENTS_MAX as u32 {
+            let added = outboxes.add(ClientId(n.into()), start + n * spacing);
+            added.expect("there is room");
+        }
+        let mut now = start + CLIENTS_MAX as u32 * spacing;
+        for n in 1..=CLIENTS_MAX as u64 {
+            let next = ClientId(CLIENTS_MAX as u64 + n);
+            let then = outboxes.add(next, now).expect_err("all are new");
+            assert_eq!(then, start + n as u32 * spacing + GRACE);
+            outboxes.add(next, then).expect("the oldest makes room");
+            assert!(!numbers(&outboxes).contains(&n), "{n}");
+            now = then;
+        }
+    }
+
+    #[test]
+    fn a_client_gets_its_last_status_before_it_makes_room() {
+        let (outboxes, all, now) = full();
+        for outbox in &all {
+            outbox.set_busy(true, now);
+        }
+        all[0].set_busy(false, now);
+        let then = outboxes.add(ClientId(17), now).expect_err("it reads");
+        assert_eq!(then, now + GRACE);
+        add(&outboxes, 17, then);
+        assert!(!numbers(&outboxes).contains(&1));
+    }
+
+    #[test]
     fn a_client_that_reads_stays_before_one_that_only_said_hello() {
-        let (outboxes, _) = full();
-        let reader = outboxes.add(ClientId(17));
+        let (outboxes, _, mut now) = full();
+        let reader = add(&outboxes, 17, now);
         reader.add_raw(b"A");
-        reader.taken();
         for n in 18..18 + CLIENTS_MAX as u64 {
-            outboxes.add(ClientId(n)).end_raw();
-            reader.taken();
+            now += GRACE;
+            reader.taken(now);
+            add(&outboxes, n, now).end_raw(now);
         }
         assert!(numbers(&outboxes).contains(&17));
     }
 
     #[test]
     fn one_more_comes_in_when_all_wait_for_commands() {
-        let (outboxes, all) = full();
+        let (outboxes, all, mut now) = full();
         for outbox in &all {
-            outbox.set_busy(true);
+            outbox.set_busy(true, now);
         }
         for n in 17..30 {
-            outboxes.add(ClientId(n)).end_raw();
+            now += GRACE;
+            add(&outboxes, n, now).end_raw(now);
             let left: Vec<u64> = (1..=CLIENTS_MAX as u64).chain([n]).collect();
             assert_eq!(numbers(&outboxes), left);
         }

@@ -5,10 +5,12 @@ use std::time::Instant;
 
 use tokio::sync::Notify;
 
+use super::{GRACE, STOP_GRACE};
+
 /// Maximum unsent bytes of a client: four and a half minutes of the radio.
 pub(super) const UNREAD_MAX: usize = 64 * 1024;
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Outbox {
     state: Mutex<State>,
     /// Signals bytes to write, or the close.
@@ -26,20 +28,21 @@ pub(super) enum Cut {
     GaveWay,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct State {
     waiting: Vec<u8>,
     converses: bool,
     stage: Stage,
+    /// End of the time for which the client keeps its place.
+    keeps_until: Instant,
     /// The client waits for a command.
     is_busy: bool,
     /// Time of the client's latest line, or of the latest raw bytes that it took.
-    active_at: Option<Instant>,
+    active_at: Instant,
 }
 
-#[derive(Debug, Default, PartialEq, Eq)]
+#[derive(Debug, PartialEq, Eq)]
 enum Stage {
-    #[default]
     Open,
     /// The connection ends after the waiting bytes.
     Closing,
@@ -54,6 +57,31 @@ pub(super) enum Next {
 }
 
 impl Outbox {
+    pub(super) fn new(now: Instant) -> Self {
+        Self {
+            state: Mutex::new(State {
+                waiting: Vec::new(),
+                converses: false,
+                stage: Stage::Open,
+                keeps_until: now + GRACE,
+                is_busy: false,
+                active_at: now,
+            }),
+            filled: Notify::new(),
+            cut: Notify::new(),
+        }
+    }
+
+    /// Lets the client keep its place for the time of a STOP.
+    pub(super) fn start_stop(&self, now: Instant) {
+        self.lock().keeps_until = now + STOP_GRACE;
+    }
+
+    /// End of the time for which the client keeps its place.
+    pub(super) fn keeps_until(&self) -> Instant {
+        self.lock().keeps_until
+    }
+
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -84,9 +112,12 @@ impl Outbox {
     }
 
     /// Sends lines only from here on; ends a partial line of raw bytes.
-    pub(super) fn end_raw(&self) {
+    pub(super) fn end_raw(&self, now: Instant) {
         let mut state = self.lock();
         self.add(&mut state, b"\n");
+        if !state.converses {
+            state.keeps_until = now + GRACE;
+        }
         state.converses = true;
     }
 
@@ -108,26 +139,30 @@ impl Outbox {
     }
 
     /// Sets whether the client waits for a command.
-    pub(super) fn set_busy(&self, is_busy: bool) {
-        self.lock().is_busy = is_busy;
+    pub(super) fn set_busy(&self, is_busy: bool, now: Instant) {
+        let mut state = self.lock();
+        if state.is_busy && !is_busy {
+            state.keeps_until = now + GRACE;
+        }
+        state.is_busy = is_busy;
     }
 
-    /// Marks the client as active now.
-    pub(super) fn touch(&self) {
-        self.lock().active_at = Some(Instant::now());
+    /// Marks the client as active.
+    pub(super) fn touch(&self, now: Instant) {
+        self.lock().active_at = now;
     }
 
     /// The client took the bytes written to it. Only raw bytes count as activity: few JSON lines come unasked.
-    pub(super) fn taken(&self) {
+    pub(super) fn taken(&self, now: Instant) {
         if !self.converses() {
-            self.touch();
+            self.touch(now);
         }
     }
 
     /// Time of the client's latest activity; `None` if it must keep its place.
     pub(super) fn idle_since(&self) -> Option<Instant> {
         let state = self.lock();
-        state.active_at.filter(|_| !state.is_busy)
+        (!state.is_busy).then_some(state.active_at)
     }
 
     /// Waits for the next action.
@@ -166,9 +201,9 @@ mod tests {
 
     #[tokio::test]
     async fn raw_bytes_end_where_lines_begin() {
-        let outbox = Outbox::default();
+        let outbox = Outbox::new(Instant::now());
         outbox.add_raw(b"A12");
-        outbox.end_raw();
+        outbox.end_raw(Instant::now());
         outbox.add_raw(b"3456");
         outbox.add_line(b"{}\n");
         outbox.close();
@@ -179,7 +214,7 @@ mod tests {
 
     #[tokio::test]
     async fn what_waits_is_bounded() {
-        let outbox = Outbox::default();
+        let outbox = Outbox::new(Instant::now());
         for _ in 0..2 * UNREAD_MAX / 80 {
             outbox.add_raw(&[b'x'; 80]);
         }

@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{geteuid, umask};
+use socket2::{Domain, SockAddr, Socket, Type};
 
 use super::ShareError;
 use crate::io::unix_socket;
@@ -24,6 +25,9 @@ const LOCK_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Time for another program's socket to take a connection.
 const PROBE_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// Maximum connections that wait to be accepted; the system's default is a long wait in a crowd.
+const QUEUE: i32 = 16;
 
 const LISTENS: &str = "another program listens there already";
 
@@ -92,7 +96,11 @@ fn bind_private(path: &Path) -> io::Result<UnixListener> {
     static MASK: Mutex<()> = Mutex::new(());
     let _alone = MASK.lock().unwrap_or_else(PoisonError::into_inner);
     let before = umask(Mode::RWXG | Mode::RWXO | Mode::XUSR);
-    let bound = UnixListener::bind(path);
+    let bound = Socket::new(Domain::UNIX, Type::STREAM, None).and_then(|socket| {
+        socket.bind(&SockAddr::unix(path)?)?;
+        socket.listen(QUEUE)?;
+        Ok(socket.into())
+    });
     umask(before);
     bound
 }
@@ -271,8 +279,8 @@ mod tests {
 
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x.sock");
-        let address = socket2::SockAddr::unix(&path).expect("an address");
-        let new = || socket2::Socket::new(socket2::Domain::UNIX, socket2::Type::STREAM, None);
+        let address = SockAddr::unix(&path).expect("an address");
+        let new = || Socket::new(Domain::UNIX, Type::STREAM, None);
         let stopped = new().expect("a socket");
         stopped.bind(&address).expect("a new file");
         stopped.listen(0).expect("a listener");

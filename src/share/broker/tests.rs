@@ -45,6 +45,7 @@ impl Table {
                 Output::Close(ClientId(n)) => format!("{n} closed"),
                 Output::Busy(ClientId(n), true) => format!("{n} is busy"),
                 Output::Busy(ClientId(n), false) => format!("{n} is idle"),
+                Output::Stopping(ClientId(n)) => format!("{n} waits for a stop"),
                 Output::GiveUp(CommandId(n)) => format!("command {n} given up"),
                 Output::Warning(text) => text,
             })
@@ -73,6 +74,7 @@ fn each_is_told_the_steps_of_its_own_commands() {
         .expect("a wish");
     assert_eq!(table.outputs(), ["1 is busy"]);
     let second = table.hear(BEN, br#"{"id":4,"do":"stop"}"#).expect("a wish");
+    assert_eq!(table.outputs(), ["2 waits for a stop"]);
     let heard = Heard {
         bytes: 80,
         lines: 1,
