@@ -6,7 +6,7 @@
 use std::env;
 use std::fmt::{self, Write as _};
 use std::fs::{self, DirBuilder, OpenOptions};
-use std::io::{self, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +20,9 @@ const TOKEN_VARIABLE: &str = "GROUNDWAVE_TOKEN";
 
 /// Number of random bytes of a token.
 const TOKEN_BYTES: usize = 32;
+
+/// Maximum bytes that are read from a token's file.
+const TOKEN_FILE_MAX: u64 = 256;
 
 /// The socket of `--share` and `--via` without an address; `None` when the system has no home folder.
 #[must_use]
@@ -38,7 +41,7 @@ pub fn find_token(stream: &TcpStream) -> Option<String> {
     if own.ip() != peer.ip() && !peer.ip().is_loopback() {
         return None;
     }
-    let token = fs::read_to_string(token_path(peer.port())?).ok()?;
+    let token = read_token(&token_path(peer.port())?).ok()?;
     Some(token.trim().to_owned())
 }
 
@@ -143,7 +146,41 @@ fn make_private(folder: &Path) -> io::Result<()> {
     let mut builder = DirBuilder::new();
     #[cfg(unix)]
     std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.recursive(true).create(folder)
+    builder.recursive(true).create(folder)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
+        let found = fs::symlink_metadata(folder)?;
+        if !found.is_dir() || found.uid() != rustix::process::geteuid().as_raw() {
+            let name = folder.display();
+            return Err(io::Error::other(format!(
+                "{name} is a link or belongs to another user; remove it"
+            )));
+        }
+        if found.mode() & 0o077 != 0 {
+            fs::set_permissions(folder, fs::Permissions::from_mode(0o700))?;
+        }
+    }
+    Ok(())
+}
+
+/// Reads a regular file of a token's length: a link or a pipe may be another user's.
+fn read_token(path: &Path) -> io::Result<String> {
+    let mut options = OpenOptions::new();
+    options.read(true);
+    #[cfg(unix)]
+    {
+        use rustix::fs::OFlags;
+        let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits() as i32;
+        std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags);
+    }
+    let file = options.open(path)?;
+    if !file.metadata()?.is_file() {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
+    let mut token = String::new();
+    file.take(TOKEN_FILE_MAX).read_to_string(&mut token)?;
+    Ok(token)
 }
 
 #[cfg(test)]
@@ -168,6 +205,27 @@ mod tests {
             assert!(!token.is(wrong.as_bytes()), "{wrong}");
         }
         assert!(!format!("{token:?}").contains(&text));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn foreign_folders_and_pipes_are_not_trusted() {
+        use std::os::unix::fs::{PermissionsExt as _, symlink};
+        let folder = tempfile::tempdir().expect("a folder");
+        let own = folder.path().join("own");
+        fs::create_dir(&own).expect("a folder");
+        fs::set_permissions(&own, fs::Permissions::from_mode(0o777)).expect("open to all");
+        make_private(&own).expect("it becomes private");
+        let mode = fs::metadata(&own).expect("it exists").permissions().mode();
+        assert_eq!(mode & 0o777, 0o700);
+        let link = folder.path().join("link");
+        symlink(&own, &link).expect("a link");
+        make_private(&link).expect_err("links are not followed");
+        let pipe = own.join("4001.token");
+        let mode = rustix::fs::Mode::RWXU;
+        let kind = rustix::fs::FileType::Fifo;
+        rustix::fs::mknodat(rustix::fs::CWD, &pipe, kind, mode, 0).expect("a pipe");
+        read_token(&pipe).expect_err("a pipe is not waited for");
     }
 
     #[test]
