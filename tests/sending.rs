@@ -156,7 +156,7 @@ fn dry_run_and_send_refuse_the_same_words() {
         assert_eq!(without.status.code(), Some(2), "{wrong:?}");
         assert_eq!(with.stdout, b"", "{wrong:?}");
     }
-    let path = script("dry-script", "stop\n# a remark\n\nfly\n");
+    let path = script("dry-script", "\u{feff}stop\n# a remark\n\nfly\n");
     let path = path.to_str().unwrap();
     let (_, err) = expect(2, &["send", "--dry-run", "-f", path]);
     assert!(

@@ -84,7 +84,7 @@ impl Script {
         let name = name_of(path);
         let text = read_text(path)?;
         let mut lines = Vec::new();
-        for (number, line) in (1..).zip(text.lines()) {
+        for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
             let wrong = |message| usage(format!("{name}:{number}: {message}"));
             let words = shlex::split(line).ok_or_else(|| {
                 wrong("a quote is not closed; write an apostrophe as \"'\"".to_owned())
