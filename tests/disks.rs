@@ -316,16 +316,21 @@ fn files_that_are_taken_away_are_told_within_seconds() {
 
     let replaced = RawWriter::create(path("a.txt"), Existing::Refuse).unwrap();
     replaced.look();
-    assert_eq!(replaced.problem(), None);
+    assert_eq!(replaced.problem(Instant::now()), None);
     fs::rename(path("a.txt"), path("b.txt")).unwrap();
     fs::write(path("a.txt"), "somebody else's").unwrap();
     replaced.look();
     let deadline = Instant::now() + Duration::from_mins(1);
-    while replaced.problem().is_none() {
+    while replaced.problem(Instant::now()).is_none() {
         assert!(Instant::now() < deadline, "no problem");
         std::thread::yield_now();
     }
-    assert!(replaced.problem().unwrap().contains("moved or renamed"));
+    assert!(
+        replaced
+            .problem(Instant::now())
+            .unwrap()
+            .contains("moved or renamed")
+    );
     replaced.write(b"more");
     assert!(replaced.finish().is_err());
     assert_eq!(fs::read(path("b.txt")).unwrap(), b"more");
@@ -333,6 +338,6 @@ fn files_that_are_taken_away_are_told_within_seconds() {
     // A device has no content to lose.
     let device = RawWriter::create("/dev/null", Existing::Append).unwrap();
     device.look();
-    assert_eq!(device.problem(), None);
+    assert_eq!(device.problem(Instant::now()), None);
     device.finish().unwrap();
 }

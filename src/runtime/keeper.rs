@@ -476,7 +476,10 @@ impl Inner {
             self.look_at = now + LOOK_PERIOD;
         }
         let name = |path: &Path| path.display().to_string();
-        let tee_problem = self.tee.as_ref().and_then(|tee| tee.problem());
+        let tee_problem = self
+            .tee
+            .as_ref()
+            .and_then(|tee| tee.problem(Instant::now()));
         let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
         self.told.clone_from(&recorder_problem);
         Recording {
