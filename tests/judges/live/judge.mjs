@@ -21,7 +21,7 @@ const { FoxgloveClient } = protocol;
 const GROUNDWAVE = process.env.GROUNDWAVE ?? "target/debug/groundwave";
 const PATIENCE_MS = 40_000;
 const SERVICE = "/groundwave/send";
-const TOPICS = JSON.parse(readFileSync(new URL("../topics.json", import.meta.url)));
+const TOPICS = JSON.parse(readFileSync(new URL("topics.json", import.meta.url)));
 // The subprotocols that Lichtblick offers, in its order.
 const SUBPROTOCOLS = [FoxgloveClient.SUPPORTED_SUBPROTOCOL, "foxglove.sdk.v1"];
 

@@ -12,5 +12,5 @@ if ! cmp -s "$lock" "$environment/installed.json"; then
   (cd "$environment" && npm ci --ignore-scripts --no-audit --no-fund --silent)
   cp "$lock" "$environment/installed.json"
 fi
-cp tests/judges/live/judge.mjs "$environment"
+cp tests/judges/live/judge.mjs tests/judges/topics.json "$environment"
 GROUNDWAVE="${GROUNDWAVE:?names the program to judge}" node "$environment/judge.mjs"
