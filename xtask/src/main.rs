@@ -1,6 +1,7 @@
 //! Checks for developers and CI: `cargo xtask check` needs nothing but Rust, `cargo xtask ci` adds the microcontroller
 //! and the outside judges, `cargo xtask nightly` tries many other seeds. `cargo xtask STEP` runs one step.
 
+mod avr;
 mod licences;
 mod mutants;
 mod nightly;
@@ -27,7 +28,7 @@ const CHECK: &[Step] = &[
 ];
 
 const OUTSIDE: &[Step] = &[
-    ("avr", || bash("firmware/boards/check-avr.sh")),
+    ("avr", avr::check),
     ("reference", || {
         run(Command::new("python3").arg("protocol/reference/check.py"))
     }),
@@ -140,17 +141,16 @@ fn cargo(arguments: &[&str]) -> Result<(), String> {
     run(Command::new(cargo_path()).args(arguments))
 }
 
-fn bash(script: &str) -> Result<(), String> {
-    run(Command::new("bash").arg(script))
-}
-
 fn cargo_path() -> String {
     env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned())
 }
 
+/// Runs a command, in the workspace's root unless it says another folder.
 fn run(command: &mut Command) -> Result<(), String> {
+    if command.get_current_dir().is_none() {
+        command.current_dir(root());
+    }
     let status = command
-        .current_dir(root())
         .status()
         .map_err(|error| format!("cannot start {command:?}: {error}"))?;
     if status.success() {

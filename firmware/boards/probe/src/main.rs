@@ -4,6 +4,9 @@
 //! optimised away. It has no timers and no interrupts and cannot drive a robot.
 #![no_std]
 #![no_main]
+#![feature(asm_experimental_arch)]
+
+mod multiply;
 
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
