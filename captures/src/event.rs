@@ -8,9 +8,12 @@ use serde::{Deserialize, Serialize};
 
 /// The true state of a simulated robot's world, in the robot's frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Truth {
-    /// Walls and obstacles as segments, inches.
+    /// Walls, windows and edges of the floor as segments, inches.
     pub walls: Vec<[(f64, f64); 2]>,
+    /// Furniture and low objects as segments, inches.
+    pub furniture: Vec<[(f64, f64); 2]>,
     /// Round obstacles: centre and radius, inches.
     pub circles: Vec<((f64, f64), f64)>,
 }

@@ -5,7 +5,8 @@ use std::io::ErrorKind;
 use groundwave_protocol::BYTES_PER_S;
 use sr04_sim::serve::{Endpoint, ServeError, ServeOptions, Server, serve};
 use sr04_sim::{
-    ChannelSpec, Duplex, Modem, Outline, PATIENCE_BYTES, SimulationConfig, World, WorldError,
+    ChannelSpec, Duplex, Modem, Outline, OutlineKind, PATIENCE_BYTES, SimulationConfig, World,
+    WorldError,
 };
 
 use super::cli::Simulated;
@@ -143,16 +144,18 @@ pub(super) fn embed(link: &LinkSpec, radio: RadioKind) -> Result<(LinkSpec, Embe
     Ok((link_to(address), Some(server)))
 }
 
-/// The world's walls and circles for the map.
+/// The world's walls and furniture for the map.
 #[must_use]
 pub fn truth(outlines: &[Outline]) -> Truth {
     let mut truth = Truth::default();
     for outline in outlines {
         match *outline {
-            Outline::Segment { from, to, .. } => {
-                truth
-                    .walls
-                    .push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
+            Outline::Segment { from, to, kind } => {
+                let lines = match kind {
+                    OutlineKind::Wall | OutlineKind::Edge => &mut truth.walls,
+                    OutlineKind::Furniture | OutlineKind::Low => &mut truth.furniture,
+                };
+                lines.push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
             }
             Outline::Circle {
                 center, radius_in, ..
@@ -164,7 +167,7 @@ pub fn truth(outlines: &[Outline]) -> Truth {
     truth
 }
 
-/// The world's walls and circles as metadata for a recording, for the map in a replay.
+/// The world's walls and furniture as metadata for a recording, for the map in a replay.
 pub(super) fn truth_note(server: &Server) -> Option<(String, String)> {
     let truth = serde_json::to_string(&truth(server.outlines())).ok()?;
     Some((Session::TRUTH.to_owned(), truth))

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use groundwave_protocol::status_codes::{Bump, Drive, Infrared};
 use groundwave_protocol::telemetry::StateLine;
 
+use super::bounds::Bounds;
 use super::robot::{Reading, detects, touches};
 use super::trail::Trail;
 use crate::event::{Moment, Truth};
@@ -23,10 +24,7 @@ const GAP_AFTER: Moment = Moment::from_secs(2);
 /// A greater distance between two lines is a jump, inches.
 const JUMP_IN: f64 = 60.0;
 
-/// Step by which the known bounds grow, inches, so that the picture does not creep.
-const BOUNDS_STEP_IN: f64 = 24.0;
-
-/// Distance the followed robot may stray from the middle, inches.
+/// Distance the robot may stray from the middle at the operator's scale, inches.
 const FOLLOW_SLACK_IN: f64 = 24.0;
 
 /// The place of a contact or a detection.
@@ -35,6 +33,10 @@ pub(crate) struct Mark {
     pub(crate) x_in: f64,
     pub(crate) y_in: f64,
 }
+
+/// Floor shown around the robot, its route and its target, inches; more where rooms are known.
+const MARGIN_IN: f64 = 72.0;
+const ROOMS_MARGIN_IN: f64 = 108.0;
 
 /// A position and heading of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,61 +62,6 @@ impl Pose {
     }
 }
 
-/// A rectangle on the floor, inches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
-    pub(crate) min: (f64, f64),
-    pub(crate) max: (f64, f64),
-}
-
-impl Default for Bounds {
-    fn default() -> Self {
-        Self {
-            min: (-2.0 * BOUNDS_STEP_IN, -2.0 * BOUNDS_STEP_IN),
-            max: (2.0 * BOUNDS_STEP_IN, 2.0 * BOUNDS_STEP_IN),
-        }
-    }
-}
-
-impl Bounds {
-    pub(super) fn include(&mut self, x_in: f64, y_in: f64) {
-        let down = |value: f64| (value / BOUNDS_STEP_IN).floor() * BOUNDS_STEP_IN;
-        let up = |value: f64| (value / BOUNDS_STEP_IN).ceil() * BOUNDS_STEP_IN;
-        if x_in < self.min.0 {
-            self.min.0 = down(x_in);
-        }
-        if y_in < self.min.1 {
-            self.min.1 = down(y_in);
-        }
-        if x_in > self.max.0 {
-            self.max.0 = up(x_in);
-        }
-        if y_in > self.max.1 {
-            self.max.1 = up(y_in);
-        }
-    }
-
-    /// Width and height, inches.
-    pub(crate) fn extent(&self) -> (f64, f64) {
-        (self.max.0 - self.min.0, self.max.1 - self.min.1)
-    }
-
-    /// The smallest rectangle around both.
-    pub(super) const fn union(self, other: Self) -> Self {
-        Self {
-            min: (self.min.0.min(other.min.0), self.min.1.min(other.min.1)),
-            max: (self.max.0.max(other.max.0), self.max.1.max(other.max.1)),
-        }
-    }
-
-    pub(super) fn middle(&self) -> (f64, f64) {
-        (
-            f64::midpoint(self.min.0, self.max.0),
-            f64::midpoint(self.min.1, self.max.1),
-        )
-    }
-}
-
 /// The map's facts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chart {
@@ -124,8 +71,10 @@ pub(crate) struct Chart {
     pub(crate) truth: Truth,
     pub(crate) bounds: Bounds,
     pose: Option<Reading<Pose>>,
-    /// Middle of the picture while it follows the robot.
-    pub(super) followed: (f64, f64),
+    /// The part of the floor around the robot, its route and its target; `None` before a pose.
+    pub(super) followed: Option<Bounds>,
+    /// Near the robot: the middle of the picture at the operator's scale.
+    pub(super) near: (f64, f64),
     was_touching: bool,
 }
 
@@ -146,7 +95,7 @@ impl Chart {
             value: pose,
             at: now,
         });
-        self.follow(pose);
+        self.stay_near(pose);
         if detects(state.infrared) {
             for right_deg in infrared_directions(state.infrared) {
                 let (x_in, y_in) = pose.ahead(*right_deg, 2.0 * ROBOT_RADIUS_IN);
@@ -169,22 +118,46 @@ impl Chart {
         self.bumps.clear();
         self.infrareds.clear();
         self.pose = None;
+        self.followed = None;
         self.was_touching = false;
     }
 
-    fn follow(&mut self, pose: Pose) {
-        let (x_in, y_in) = self.followed;
+    /// Follows the robot and the points that it heads for.
+    pub(super) fn follow(&mut self, ahead: impl Iterator<Item = (f64, f64)>) {
+        let Some(pose) = self.pose() else {
+            return;
+        };
+        let mut needed = Bounds::at((pose.x_in, pose.y_in));
+        for (x_in, y_in) in ahead {
+            needed = needed.union(Bounds::at((x_in, y_in)));
+            self.bounds.include(x_in, y_in);
+        }
+        let margin_in = if self.truth.walls.is_empty() {
+            MARGIN_IN
+        } else {
+            ROOMS_MARGIN_IN
+        };
+        self.followed = Some(needed.followed_from(self.followed, margin_in));
+    }
+
+    fn stay_near(&mut self, pose: Pose) {
+        let (x_in, y_in) = self.near;
         let strayed_in = (pose.x_in - x_in).abs().max((pose.y_in - y_in).abs());
         if strayed_in > FOLLOW_SLACK_IN {
-            self.followed = (pose.x_in, pose.y_in);
+            self.near = (pose.x_in, pose.y_in);
         }
     }
 
     pub(super) fn take_truth(&mut self, truth: Truth) {
-        for &(x_in, y_in) in truth.walls.iter().flatten() {
-            self.bounds.include(x_in, y_in);
+        for point in truth.walls.iter().flatten() {
+            self.bounds = self.bounds.union(Bounds::at(*point));
         }
         self.truth = truth;
+    }
+
+    /// The rectangle around the simulator's walls, the robot's positions and its routes; `None` without walls.
+    pub(crate) fn plan(&self) -> Option<Bounds> {
+        (!self.truth.walls.is_empty()).then_some(self.bounds)
     }
 
     /// The latest reported pose.

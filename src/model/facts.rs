@@ -231,6 +231,7 @@ impl Facts {
             self.log.add(now, Level::Warning, Subject::Bump, text);
             self.counted.tally.bumps += 1;
         }
+        self.follow();
         if before.is_some_and(|before| before.mode != state.mode) {
             let text = format!("the robot reports mode {}", words::mode(state.mode));
             self.log.add(now, Level::Info, Subject::Behaviour, text);
@@ -262,6 +263,18 @@ impl Facts {
         }
     }
 
+    /// Keeps the robot, the route that it has yet to drive, and its target in the picture.
+    fn follow(&mut self) {
+        let active = self.ledger.active().filter(|active| !active.is_driven());
+        let route = active.map_or(&[][..], |active| &active.waypoints);
+        let pending = self.ledger.pending_route().unwrap_or_default();
+        let waypoints = route.iter().chain(pending);
+        let waypoints = waypoints.map(|at| (f64::from(at.x_in), f64::from(at.y_in)));
+        let target = self.robot.status.and_then(|status| status.value.target_in);
+        let target = target.map(|(x_in, y_in)| (f64::from(x_in), f64::from(y_in)));
+        self.chart.follow(waypoints.chain(target));
+    }
+
     fn take_link(&mut self, now: Moment, event: &LinkEvent) {
         let again = matches!(
             self.link.connection,
@@ -291,6 +304,7 @@ impl Facts {
         }
         let by = by.map(str::to_owned);
         self.ledger.add(now, id, request.clone(), by);
+        self.follow();
     }
 
     fn take_command_status(&mut self, now: Moment, id: CommandId, status: &CommandStatus) {

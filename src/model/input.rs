@@ -7,7 +7,6 @@ use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use super::alarms::Acknowledged;
 use super::draft::Edit;
 use super::keys::{Action, Context};
-use super::map::Focus;
 use super::news::Passing;
 use super::palette::Palette;
 use super::playback::NO_ROBOT;
@@ -220,7 +219,6 @@ impl Ui {
             | Action::Pan { .. }
             | Action::Zoom(_)
             | Action::Follow
-            | Action::ShowEverything
             | Action::ToggleTruth => self.act_on_map(facts, action),
             Action::Push { .. }
             | Action::Faster(_)
@@ -261,17 +259,8 @@ impl Ui {
                 let _ = map.draft.edit(Edit::Clear, None);
             }
             Action::Pan { east, north } => map.pan(&facts.chart, f64::from(east), f64::from(north)),
-            Action::Zoom(steps) => map.zoom_by(steps),
-            Action::Follow => {
-                map.focus = match map.focus {
-                    Focus::Robot => Focus::Everything,
-                    Focus::Everything | Focus::Point(..) => Focus::Robot,
-                };
-            }
-            Action::ShowEverything => {
-                map.focus = Focus::Everything;
-                map.zoom = 0;
-            }
+            Action::Zoom(steps) => map.zoom_by(&facts.chart, steps),
+            Action::Follow => map.toggle_follow(),
             Action::ToggleTruth => map.truth_hidden = !map.truth_hidden,
             _ => {}
         }

@@ -56,6 +56,14 @@ pub(crate) struct ActiveList {
     pub(crate) driven: Option<ListPlace>,
 }
 
+impl ActiveList {
+    /// Whether the robot has driven to every waypoint.
+    pub(super) fn is_driven(&self) -> bool {
+        self.driven
+            .is_some_and(|place| usize::from(place.driven) >= self.waypoints.len())
+    }
+}
+
 /// The latest commands.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ledger {

@@ -1,25 +1,31 @@
 //! The operator's view of the map: the part shown, the cursor and the draft of a route.
 
+use std::f64::consts::SQRT_2;
+
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, Waypoint};
 
-use super::chart::{Bounds, Chart, Pose};
+use super::bounds::Bounds;
+use super::chart::{Chart, Pose};
 use super::draft::{Draft, Edit};
 
 /// Distance that one press of an arrow moves the cursor, inches.
 const CURSOR_STEP_IN: i16 = 6;
 
-const ZOOM_MAX: i8 = 12;
+/// Least and greatest side of the floor shown by zooming, inches.
+const SIDE_IN: [f64; 2] = [72.0, 20_000.0];
 
-/// The object in the middle of the picture.
+/// The part of the floor in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Focus {
-    /// Everything known.
+    /// The robot, its route and its target.
     #[default]
+    Follow,
+    /// The robot, in the middle of a width and height chosen by zooming, inches.
+    Robot((f64, f64)),
+    /// Everything known.
     Everything,
-    /// The robot.
-    Robot,
-    /// This point.
-    Point(f64, f64),
+    /// A part of the floor chosen by the operator.
+    Floor(Bounds),
 }
 
 /// The operator's view of the map.
@@ -29,43 +35,68 @@ pub(crate) struct MapView {
     pub(crate) draft: Draft,
     pub(crate) cursor: Option<Waypoint>,
     pub(crate) truth_hidden: bool,
-    /// Steps in from the scale that shows everything.
-    pub(crate) zoom: i8,
     pub(crate) focus: Focus,
     /// Around every draft of the session.
     drafted: Option<Bounds>,
 }
 
 impl MapView {
-    /// The floor shown at zoom 0.
-    pub(crate) fn bounds(&self, chart: &Chart) -> Bounds {
-        self.drafted
-            .map_or(chart.bounds, |drafted| drafted.union(chart.bounds))
-    }
-
-    /// The middle of the picture, inches, before it makes room for the cursor.
-    pub(crate) fn middle(&self, chart: &Chart) -> (f64, f64) {
+    /// The part of the floor to show, before the picture makes room for the cursor.
+    pub(crate) fn shown(&self, chart: &Chart) -> Bounds {
         match self.focus {
-            Focus::Everything => self.bounds(chart).middle(),
-            Focus::Robot => chart.followed,
-            Focus::Point(x_in, y_in) => (x_in, y_in),
+            Focus::Follow => {
+                let draft = self.draft.waypoints().iter().map(|waypoint| {
+                    Bounds::at((f64::from(waypoint.x_in), f64::from(waypoint.y_in)))
+                });
+                let followed = chart.followed.unwrap_or(chart.bounds);
+                draft.fold(followed, Bounds::union)
+            }
+            Focus::Robot(extent) => Bounds::around(chart.near, extent),
+            Focus::Everything => self.everything(chart),
+            Focus::Floor(bounds) => bounds,
         }
     }
 
-    pub(super) fn zoom_by(&mut self, steps: i8) {
-        self.zoom = (self.zoom + steps).clamp(-4, ZOOM_MAX);
+    fn everything(&self, chart: &Chart) -> Bounds {
+        let drafted = self.drafted.unwrap_or(chart.bounds);
+        chart.bounds.union(drafted)
     }
 
-    /// Moves the picture by eighths of the known floor.
+    /// Follows the robot; shows everything if it follows already.
+    pub(super) fn toggle_follow(&mut self) {
+        self.focus = match self.focus {
+            Focus::Follow => Focus::Everything,
+            Focus::Robot(_) | Focus::Everything | Focus::Floor(_) => Focus::Follow,
+        };
+    }
+
+    /// Zooms in by steps. A followed robot stays in the picture.
+    pub(super) fn zoom_by(&mut self, chart: &Chart, steps: i8) {
+        let shown = self.shown(chart);
+        let (width_in, height_in) = shown.extent();
+        let [least, greatest] = SIDE_IN.map(|side_in| side_in / width_in.max(height_in));
+        let factor = SQRT_2.powi(-i32::from(steps)).max(least).min(greatest);
+        let extent = (width_in * factor, height_in * factor);
+        self.focus = match self.focus {
+            Focus::Follow | Focus::Robot(_) => Focus::Robot(extent),
+            Focus::Everything | Focus::Floor(_) => {
+                Focus::Floor(Bounds::around(shown.middle(), extent))
+            }
+        };
+    }
+
+    /// Moves the picture by eighths of itself.
     pub(super) fn pan(&mut self, chart: &Chart, east: f64, north: f64) {
-        let bounds = self.bounds(chart);
-        let (x_in, y_in) = self.middle(chart);
-        let (width_in, height_in) = bounds.extent();
-        let step_in = width_in.max(height_in) / 8.0 / 1.4_f64.powi(i32::from(self.zoom.max(0)));
-        self.focus = Focus::Point(
-            (x_in + east * step_in).clamp(bounds.min.0, bounds.max.0),
-            (y_in + north * step_in).clamp(bounds.min.1, bounds.max.1),
+        let shown = self.shown(chart);
+        let (x_in, y_in) = shown.middle();
+        let (width_in, height_in) = shown.extent();
+        let step_in = width_in.max(height_in) / 8.0;
+        let Bounds { min, max } = self.everything(chart);
+        let middle = (
+            (x_in + east * step_in).clamp(min.0, max.0),
+            (y_in + north * step_in).clamp(min.1, max.1),
         );
+        self.focus = Focus::Floor(Bounds::around(middle, (width_in, height_in)));
     }
 
     /// Moves the cursor, which starts at the last draft waypoint, else at the robot.

@@ -5,6 +5,7 @@
 
 pub(crate) mod age;
 pub(crate) mod alarms;
+pub(crate) mod bounds;
 pub(crate) mod chart;
 mod config;
 pub(crate) mod draft;

@@ -177,6 +177,7 @@ impl Ui {
 mod tests {
     use crossterm::event::KeyCode;
 
+    use super::super::map::Focus;
     use super::*;
     use crate::event::{Event, Level, Moment, Notice, NoticeCode};
     use crate::model::testing::{Scene, playback};
@@ -344,7 +345,12 @@ mod tests {
             ui.update(now.now, Event::Key(key.into()), &then, Change::default());
         }
         assert_eq!(ui.map.draft.waypoints(), draft);
-        assert_eq!((ui.map.zoom, ui.panel), (1, Panel::Above));
+        assert!(
+            matches!(ui.map.focus, Focus::Robot(_)),
+            "{:?}",
+            ui.map.focus
+        );
+        assert_eq!(ui.panel, Panel::Above);
         let Overlay::Text(entry) = &ui.overlay else {
             panic!("{:?}", ui.overlay);
         };

@@ -2,12 +2,12 @@
 
 use groundwave_protocol::Waypoint;
 
-use super::{Overlay, Panel, Ui};
+use super::{Facts, Overlay, Panel, Ui};
 use crate::event::{Gesture, Spot};
 
 impl Ui {
     /// Takes a gesture; ignored while an overlay is open.
-    pub(super) fn take_pointer(&mut self, on: Spot, gesture: Gesture) -> bool {
+    pub(super) fn take_pointer(&mut self, facts: &Facts, on: Spot, gesture: Gesture) -> bool {
         if self.overlay != Overlay::None {
             return false;
         }
@@ -34,7 +34,7 @@ impl Ui {
                 self.map.draft.select(-isize::from(steps));
                 self.show_selected();
             }
-            (Spot::Floor { .. }, Gesture::Wheel(steps)) => self.map.zoom_by(steps),
+            (Spot::Floor { .. }, Gesture::Wheel(steps)) => self.map.zoom_by(&facts.chart, steps),
             (Spot::Panel(place), gesture) => {
                 let Some(panel) = Panel::ALL.get(place).copied() else {
                     return false;

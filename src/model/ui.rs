@@ -132,7 +132,7 @@ impl Ui {
         match event {
             Event::Key(key) => effects.extend(self.take_key(facts, now, key)),
             Event::Paste(text) => changed = self.take_paste(&text),
-            Event::Pointer { on, gesture } => changed = self.take_pointer(on, gesture),
+            Event::Pointer { on, gesture } => changed = self.take_pointer(facts, on, gesture),
             Event::Resize { width, height } => {
                 changed = self.size != (width, height);
                 self.size = (width, height);

@@ -1,29 +1,19 @@
 //! The map: the robot, its trail, its route and its encounters.
 
-use groundwave_protocol::{WAYPOINT_LIMIT_IN, Waypoint};
+use groundwave_protocol::Waypoint;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::pointer::Mark;
+use super::projection::Projection;
 use super::raster::{Ink, Raster};
 use super::{Screen, fill, put, put_right, split_bottom, width_of};
-use crate::event::Spot;
-use crate::model::chart::{Chart, Pose, ROBOT_RADIUS_IN};
+use crate::model::chart::{Pose, ROBOT_RADIUS_IN};
 use crate::model::ghost::{Ghost, ghost};
-use crate::model::map::{Focus, MapView};
+use crate::model::map::Focus;
 use crate::model::robot::STATE_STALE;
-
-/// Scales in inches per dot; the map zooms in these steps.
-const SCALES_IN: [f64; 38] = [
-    0.25, 0.375, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0,
-    10.0, 12.0, 14.0, 16.0, 20.0, 24.0, 28.0, 32.0, 40.0, 48.0, 56.0, 64.0, 96.0, 128.0, 192.0,
-    256.0, 384.0, 512.0, 1024.0, 2048.0, 4096.0,
-];
-
-/// Finest scale that is chosen to show everything.
-const FIT_SCALE_MIN: usize = 4;
 
 /// Lengths of the scale bar, inches and label.
 const BARS: [(f64, &str); 11] = [
@@ -43,98 +33,13 @@ const BARS: [(f64, &str); 11] = [
 /// Width of a sonar beam, degrees; the two are side by side.
 const BEAM_DEG: f64 = 15.0;
 
-/// The transformation from floor to screen.
-pub(super) struct Projection {
-    middle: (f64, f64),
-    scale_in: f64,
-    area: Rect,
-}
-
-impl Projection {
-    fn of(chart: &Chart, map: &MapView, area: Rect) -> Self {
-        let fit = fitting(map.bounds(chart).extent(), area).max(FIT_SCALE_MIN);
-        let zoomed = fit
-            .saturating_add_signed(-2 * isize::from(map.zoom))
-            .min(SCALES_IN.len() - 1);
-        let mut projection = Self {
-            middle: map.middle(chart),
-            scale_in: SCALES_IN[zoomed],
-            area,
-        };
-        if let Some(cursor) = map.cursor {
-            projection.show(f64::from(cursor.x_in), f64::from(cursor.y_in));
-        }
-        projection
-    }
-
-    /// A view of a whole rectangle of the floor, given by two corners.
-    pub(super) fn over(low: (f64, f64), high: (f64, f64), area: Rect) -> Self {
-        let (width_in, height_in) = (high.0 - low.0, high.1 - low.1);
-        Self {
-            middle: (low.0 + width_in / 2.0, low.1 + height_in / 2.0),
-            scale_in: SCALES_IN[fitting((width_in, height_in), area)],
-            area,
-        }
-    }
-
-    /// Moves the middle just far enough to show a point.
-    fn show(&mut self, x_in: f64, y_in: f64) {
-        let reach =
-            |cells: u16, dots: f64| (f64::from(cells / 2) - 1.0).max(0.0) * dots * self.scale_in;
-        let (reach_x, reach_y) = (reach(self.area.width, 2.0), reach(self.area.height, 4.0));
-        self.middle.0 = self.middle.0.clamp(x_in - reach_x, x_in + reach_x);
-        self.middle.1 = self.middle.1.clamp(y_in - reach_y, y_in + reach_y);
-    }
-
-    /// The dot of a point on the floor, counted from the upper left.
-    pub(super) fn dot(&self, (x_in, y_in): (f64, f64)) -> (f64, f64) {
-        (
-            f64::from(self.area.width) + ((x_in - self.middle.0) / self.scale_in).round(),
-            2.0 * f64::from(self.area.height) - ((y_in - self.middle.1) / self.scale_in).round(),
-        )
-    }
-
-    /// The cell of a point on the floor; `None` off the screen.
-    fn cell(&self, point: (f64, f64)) -> Option<Rect> {
-        let (x, y) = self.dot(point);
-        let (column, row) = ((x / 2.0).floor(), (y / 4.0).floor());
-        let inside = (0.0..f64::from(self.area.width)).contains(&column)
-            && (0.0..f64::from(self.area.height)).contains(&row);
-        inside.then(|| Rect::new(self.area.x + column as u16, self.area.y + row as u16, 1, 1))
-    }
-
-    /// The point of the floor in the middle of a cell.
-    pub(super) fn floor(&self, column: u16, row: u16) -> Option<Spot> {
-        let across = 2.0 * f64::from(column.checked_sub(self.area.x)?) + 1.0;
-        let down = 4.0 * f64::from(row.checked_sub(self.area.y)?) + 2.0;
-        let x_in = self.middle.0 + (across - f64::from(self.area.width)) * self.scale_in;
-        let y_in = self.middle.1 + (2.0 * f64::from(self.area.height) - down) * self.scale_in;
-        let limit = f64::from(WAYPOINT_LIMIT_IN);
-        let is_near = x_in.abs() <= limit && y_in.abs() <= limit;
-        is_near.then(|| Spot::Floor {
-            x_in: x_in.round() as i16,
-            y_in: y_in.round() as i16,
-            reach_in: (4.0 * self.scale_in).ceil() as i16,
-        })
-    }
-}
-
-/// Index of the finest scale that shows an area, inches.
-fn fitting((width_in, height_in): (f64, f64), area: Rect) -> usize {
-    let (columns, rows) = (f64::from(area.width.max(1)), f64::from(area.height.max(1)));
-    let needed_in = (width_in / (2.0 * columns)).max(height_in / (4.0 * rows));
-    let fits = SCALES_IN.iter().position(|scale_in| *scale_in >= needed_in);
-    fits.unwrap_or(SCALES_IN.len() - 1)
-}
-
 impl Screen<'_> {
     pub(super) fn map(&self, buffer: &mut Buffer, area: Rect) {
         let chart = &self.facts.chart;
         let map = &self.ui.map;
         let focus = match map.focus {
-            Focus::Everything if map.zoom == 0 => "",
-            Focus::Robot => "follows",
-            Focus::Everything | Focus::Point(..) => "<show-everything>: all",
+            Focus::Follow => "<follow>: all",
+            Focus::Robot(_) | Focus::Everything | Focus::Floor(_) => "<follow>: follow",
         };
         let right = Span::styled(self.told(focus), self.theme.dim);
         let below = self.panel(buffer, area, &self.map_title(), Some(right));
@@ -166,11 +71,14 @@ impl Screen<'_> {
         let chart = &self.facts.chart;
         let dot = |point| projection.dot(point);
         if !self.ui.map.truth_hidden {
-            for [from, to] in &chart.truth.walls {
-                raster.line(dot(*from), dot(*to), 1, Ink::Wall);
+            for [from, to] in &chart.truth.furniture {
+                raster.line(dot(*from), dot(*to), 1, Ink::Furniture);
             }
             for (center, radius_in) in &chart.truth.circles {
-                circle(raster, projection, *center, *radius_in, Ink::Wall);
+                circle(raster, projection, *center, *radius_in, Ink::Furniture);
+            }
+            for [from, to] in &chart.truth.walls {
+                raster.line(dot(*from), dot(*to), 1, Ink::Wall);
             }
         }
         for place in chart.trail.older() {
@@ -232,7 +140,7 @@ impl Screen<'_> {
                 }
             }
         }
-        if projection.scale_in <= ROBOT_RADIUS_IN / 2.5 {
+        if projection.scale_in() <= ROBOT_RADIUS_IN / 2.5 {
             let center = (pose.x_in, pose.y_in);
             circle(raster, projection, center, ROBOT_RADIUS_IN, Ink::Robot);
             let nose = projection.dot(pose.ahead(0.0, 2.0 * ROBOT_RADIUS_IN));
@@ -303,13 +211,13 @@ impl Screen<'_> {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
         let chart = &self.facts.chart;
-        let room_in = f64::from(area.width) / 4.0 * 2.0 * projection.scale_in;
+        let room_in = f64::from(area.width) / 5.0 * 2.0 * projection.scale_in();
         let (length_in, name) = BARS
             .into_iter()
             .rev()
             .find(|(length_in, _)| *length_in <= room_in)
             .unwrap_or(BARS[0]);
-        let cells = (length_in / projection.scale_in / 2.0).round().max(2.0) as usize;
+        let cells = (length_in / projection.scale_in() / 2.0).round().max(2.0) as usize;
         let [left, middle, right] = glyphs.scale;
         let bar = format!("{left}{}{right} {name}", middle.repeat(cells - 2));
         let mut notes = Vec::new();
@@ -322,9 +230,8 @@ impl Screen<'_> {
         if !chart.infrareds.is_empty() && self.ui.map.cursor.is_none() {
             notes.push(format!("{} infrared", glyphs.infrared));
         }
-        let has_truth = !chart.truth.walls.is_empty() || !chart.truth.circles.is_empty();
-        if has_truth && !self.ui.map.truth_hidden {
-            notes.push("faint: simulator's truth".to_owned());
+        if chart.plan().is_some() && !self.ui.map.truth_hidden {
+            notes.push("walls: simulator's truth".to_owned());
         }
         if let Some(ghost) = self.ghost() {
             let words = format!(
@@ -370,7 +277,7 @@ fn circle(
     radius_in: f64,
     ink: Ink,
 ) {
-    let dots = (radius_in / projection.scale_in * 7.0).clamp(8.0, 200.0);
+    let dots = (radius_in / projection.scale_in() * 7.0).clamp(8.0, 200.0);
     for n in 0..dots as u32 {
         let (sin, cos) = (f64::from(n) / dots * std::f64::consts::TAU).sin_cos();
         let (x, y) = projection.dot((x_in + radius_in * sin, y_in + radius_in * cos));

@@ -51,6 +51,7 @@ mod overlay;
 mod palette;
 mod plots;
 mod pointer;
+mod projection;
 mod raster;
 mod raw;
 mod route;

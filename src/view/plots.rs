@@ -52,8 +52,8 @@ const PLOTS: [Plot; 5] = [
         high: 12,
         divisor: 1,
         traces: &[
-            ("", Trace::OrderLeft, Ink::Wall),
-            ("", Trace::OrderRight, Ink::Wall),
+            ("", Trace::OrderLeft, Ink::Furniture),
+            ("", Trace::OrderRight, Ink::Furniture),
             ("L", Trace::WheelLeft, Ink::Left),
             ("R", Trace::WheelRight, Ink::Right),
         ],
@@ -257,7 +257,7 @@ fn draw_trace(
 ) {
     let every = match ink {
         Ink::Right => 2,
-        Ink::Wall => 4,
+        Ink::Furniture => 4,
         _ => 1,
     };
     let mut last = None;

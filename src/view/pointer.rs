@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 
 use super::Screen;
-use super::map::Projection;
+use super::projection::Projection;
 use crate::event::{Moment, Spot};
 use crate::model::{Panel, Shown};
 

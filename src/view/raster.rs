@@ -11,8 +11,9 @@ use super::theme::Theme;
 pub(super) enum Ink {
     #[default]
     None,
-    Wall,
+    Furniture,
     Sonar,
+    Wall,
     OldTrail,
     Draft,
     Route,
@@ -27,6 +28,7 @@ impl Ink {
     pub(super) fn style(self, theme: &Theme) -> Style {
         match self {
             Self::None => theme.plain,
+            Self::Furniture => theme.furniture,
             Self::Wall => theme.wall,
             Self::Sonar => theme.sonar,
             Self::OldTrail => theme.old_trail,
@@ -40,7 +42,8 @@ impl Ink {
     pub(super) const fn ascii(self) -> char {
         match self {
             Self::None => ' ',
-            Self::Wall => ':',
+            Self::Furniture => ':',
+            Self::Wall => '#',
             Self::Sonar => '\'',
             Self::OldTrail => ',',
             Self::Draft => '~',

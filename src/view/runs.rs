@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::map::Projection;
+use super::projection::Projection;
 use super::raster::{Ink, Raster};
 use super::text::wrap;
 use super::{Screen, columns, put, split_bottom, split_top};

@@ -76,9 +76,8 @@ fn house() -> Truth {
             [(west, north), (west, south)],
             [(90.0, south), (90.0, -20.0)],
             [(90.0, 30.0), (90.0, north)],
-            [(-60.0, 100.0), (0.0, 100.0)],
-            [(0.0, 100.0), (0.0, north)],
         ],
+        furniture: vec![[(-60.0, 100.0), (0.0, 100.0)], [(0.0, 100.0), (0.0, north)]],
         circles: vec![((40.0, -60.0), 9.0), ((200.0, 60.0), 14.0)],
     }
 }
@@ -401,7 +400,7 @@ fn a_map_is_as_wide_as_it_is_high() {
     ];
     scene.event(Event::Truth(Truth {
         walls: corners.windows(2).map(|pair| [pair[0], pair[1]]).collect(),
-        circles: Vec::new(),
+        ..Truth::default()
     }));
     let buffer = buffer(&scene, 120, 40);
     let braille = |column, row| {

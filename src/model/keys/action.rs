@@ -31,7 +31,6 @@ pub(crate) enum Action {
     Pan { east: i8, north: i8 },
     Zoom(i8),
     Follow,
-    ShowEverything,
     ToggleTruth,
     ToggleRecording,
     NextPanel,

@@ -1,6 +1,7 @@
 //! Trail, marks and what the map follows.
 
 use super::*;
+use crate::model::bounds::Bounds;
 
 #[test]
 fn after_a_restart_the_map_starts_afresh() {
@@ -62,19 +63,81 @@ fn a_gap_in_the_telemetry_is_a_gap_in_the_trail() {
     assert_eq!(gaps.count(), 2, "where it starts and after the silence");
 }
 
+/// The part of the floor on the map.
+fn shown(scene: &Scene) -> Bounds {
+    scene.model.ui.map.shown(&scene.model.facts.chart)
+}
+
+fn is_shown(scene: &Scene, (x_in, y_in): (f64, f64)) -> bool {
+    let shown = shown(scene);
+    shown.union(Bounds::at((x_in, y_in))) == shown
+}
+
 #[test]
 fn the_map_follows_in_jumps() {
-    let mut scene = scene();
-    scene.type_text("f");
-    assert_eq!(scene.model.ui.map.focus, Focus::Robot);
-    let mut jumps = 0;
-    let mut middle = scene.model.ui.map.middle(&scene.model.facts.chart);
-    for _ in 0..60 {
-        scene.drive(1, 3.0, 0);
-        if scene.model.ui.map.middle(&scene.model.facts.chart) != middle {
-            middle = scene.model.ui.map.middle(&scene.model.facts.chart);
-            jumps += 1;
+    for (keys, least, most) in [("", 1, 3), ("+", 4, 8)] {
+        let mut scene = scene();
+        scene.hear();
+        scene.type_text(keys);
+        let mut jumps = 0;
+        let mut last = shown(&scene);
+        for _ in 0..60 {
+            scene.drive(1, 3.0, 0);
+            jumps += usize::from(shown(&scene) != last);
+            last = shown(&scene);
+            let pose = scene.model.facts.chart.pose().unwrap();
+            assert!(is_shown(&scene, (pose.x_in, pose.y_in)));
         }
+        assert!((least..=most).contains(&jumps), "{keys} {jumps}");
     }
-    assert!((4..=8).contains(&jumps), "{jumps}");
+}
+
+#[test]
+fn the_map_shows_the_route_until_it_is_driven_and_the_target() {
+    let mut scene = scene();
+    scene.hear();
+    let far = (600.0, -300.0);
+    assert!(!is_shown(&scene, far));
+    let digest = 0x1234;
+    let request = Request::Route(route(&[(600, -300)]));
+    let confirmed = CommandStatus::Confirmed {
+        digest: Some(digest),
+    };
+    scene.command(1, request, confirmed);
+    scene.hear();
+    assert!(is_shown(&scene, far), "to be driven");
+    scene.status.digest = digest;
+    scene.status.list = ListPlace {
+        driven: 1,
+        count: 1,
+    };
+    scene.hear_status();
+    scene.hear();
+    assert!(!is_shown(&scene, far), "driven");
+    scene.status.target_in = Some((600, -300));
+    scene.hear_status();
+    scene.hear();
+    assert!(is_shown(&scene, far), "the target");
+}
+
+#[test]
+fn one_key_follows_and_shows_everything_and_ends_a_look_elsewhere() {
+    let mut scene = scene();
+    scene.drive(300, 3.0, 0);
+    let focus = |scene: &Scene| scene.model.ui.map.focus;
+    assert_eq!(focus(&scene), Focus::Follow);
+    assert!(!is_shown(&scene, (0.0, 0.0)));
+    scene.type_text("f");
+    assert_eq!(focus(&scene), Focus::Everything);
+    assert!(is_shown(&scene, (0.0, 0.0)));
+    scene.type_text("H");
+    let chosen = shown(&scene);
+    scene.drive(100, 3.0, 0);
+    assert_eq!(shown(&scene), chosen, "the operator looks elsewhere");
+    scene.type_text("f");
+    assert_eq!(focus(&scene), Focus::Follow);
+    scene.type_text("+");
+    assert!(matches!(focus(&scene), Focus::Robot(_)));
+    scene.type_text("f");
+    assert_eq!(focus(&scene), Focus::Follow);
 }

@@ -111,11 +111,7 @@ const MORE: &[(&str, Make, &str)] = &[
         |config| typed(config, "ewwg"),
         "<route/route-step-left..> move all of it (<route/route-whole>: only one)",
     ),
-    (
-        "zoomed",
-        |config| typed(config, "+"),
-        "<show-everything>: all",
-    ),
+    ("zoomed", |config| typed(config, "+"), "<follow>: follow"),
     (
         "no draft yet",
         |config| typed(config, "S"),

@@ -287,15 +287,25 @@ impl Plan {
         solids
     }
 
-    /// The edges between floor and solid cells, joined into long lines, in plan coordinates.
+    /// The edges of walls on both sides, and of other solid cells towards the floor, joined into long lines, in plan
+    /// coordinates.
     pub(super) fn outlines(&self) -> Vec<Outline> {
         let mut outlines = Vec::new();
         let at = |row: usize, column: usize| Point {
             x_in: column as f64 * self.layout.cell_in,
             y_in: (self.layout.rows - row) as f64 * self.layout.cell_in,
         };
-        for row in 1..self.layout.rows {
-            let edge = |column| edge_kind(self.cell(row - 1, column), self.cell(row, column));
+        let cell = |row: Option<usize>, column: Option<usize>| match (row, column) {
+            (Some(row), Some(column)) if row < self.layout.rows && column < self.layout.columns => {
+                self.cell(row, column)
+            }
+            _ => Cell::Outside,
+        };
+        for row in 0..=self.layout.rows {
+            let edge = |column| {
+                let north = cell(row.checked_sub(1), Some(column));
+                edge_kind(north, cell(Some(row), Some(column)))
+            };
             runs(self.layout.columns, edge, |from, to, kind| {
                 outlines.push(Outline::Segment {
                     from: at(row, from),
@@ -304,8 +314,11 @@ impl Plan {
                 });
             });
         }
-        for column in 1..self.layout.columns {
-            let edge = |row| edge_kind(self.cell(row, column - 1), self.cell(row, column));
+        for column in 0..=self.layout.columns {
+            let edge = |row| {
+                let west = cell(Some(row), column.checked_sub(1));
+                edge_kind(west, cell(Some(row), Some(column)))
+            };
             runs(self.layout.rows, edge, |from, to, kind| {
                 outlines.push(Outline::Segment {
                     from: at(from, column),
@@ -339,7 +352,9 @@ fn runs(
 }
 
 fn edge_kind(one: Cell, other: Cell) -> Option<OutlineKind> {
+    let is_wall = |cell| matches!(cell, Cell::Solid(material) if OutlineKind::of(material) == OutlineKind::Wall);
     match (one, other) {
+        _ if is_wall(one) != is_wall(other) => Some(OutlineKind::Wall),
         (Cell::Floor, Cell::Solid(material)) | (Cell::Solid(material), Cell::Floor) => {
             Some(OutlineKind::of(material))
         }
