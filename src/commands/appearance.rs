@@ -3,8 +3,8 @@
 
 use std::env;
 
-use super::config::{self, Theme};
-use crate::model::{Colors, Config};
+use super::config::{self, MapSigns, Theme};
+use crate::model::{Colors, Config, Marker};
 
 /// The appearance by the configuration, else by `NO_COLOR`, `TERM`, `COLORFGBG` and the locale.
 pub(super) fn appearance(config: &config::Config) -> Config {
@@ -28,6 +28,12 @@ pub(super) fn appearance(config: &config::Config) -> Config {
         ascii: dashboard
             .ascii
             .unwrap_or_else(|| is_ascii(locale.as_deref())),
+        marker: match dashboard.map {
+            None | Some(MapSigns::Auto) if draws_octants(set) => Marker::Octant,
+            None | Some(MapSigns::Auto | MapSigns::Braille) => Marker::Braille,
+            Some(MapSigns::Octant) => Marker::Octant,
+            Some(MapSigns::Quadrant) => Marker::Quadrant,
+        },
         bell: dashboard.bell == Some(true),
         mouse: dashboard.mouse != Some(false),
         limits: config.limits.clone(),
@@ -55,6 +61,16 @@ fn is_monochrome(term: Option<&str>) -> bool {
             .any(|dec| term.starts_with(dec));
         is_dec || term == "dumb" || term.ends_with("-m") || term.ends_with("-mono")
     })
+}
+
+/// Whether the terminal is known to draw octants itself. Others that do (kitty, foot) do not tell their version.
+fn draws_octants(set: impl Fn(&'static str) -> Option<String>) -> bool {
+    match set("TERM_PROGRAM").as_deref() {
+        Some("ghostty") => true,
+        // Versions begin with the date; octants came in 2025.
+        Some("WezTerm") => set("TERM_PROGRAM_VERSION").is_some_and(|version| *version >= *"2025"),
+        _ => false,
+    }
 }
 
 /// Whether a locale lacks UTF-8. Systems other than Unix always have it.
@@ -95,6 +111,22 @@ mod tests {
             assert!(!is_monochrome(Some(term)), "{term}");
         }
         assert!(!is_monochrome(None));
+    }
+
+    #[test]
+    fn octants_are_for_terminals_that_draw_them() {
+        let known = |program: &'static str, version: &'static str| {
+            draws_octants(|name| match name {
+                "TERM_PROGRAM" => Some(program.to_owned()),
+                "TERM_PROGRAM_VERSION" => Some(version.to_owned()),
+                _ => None,
+            })
+        };
+        assert!(known("ghostty", "1.1.0"));
+        assert!(known("WezTerm", "20250608-074531-abcdef"));
+        assert!(!known("WezTerm", "20240203-110809-5046fc22"));
+        assert!(!known("tmux", "3.5a"));
+        assert!(!draws_octants(|_| None));
     }
 
     #[cfg(unix)]

@@ -77,6 +77,8 @@ pub struct Dashboard {
     pub theme: Option<Theme>,
     /// Only ASCII on the screen.
     pub ascii: Option<bool>,
+    /// Signs of maps and plots.
+    pub map: Option<MapSigns>,
     /// The bell rings for songs and alarms.
     pub bell: Option<bool>,
     /// The mouse selects and zooms.
@@ -93,6 +95,8 @@ pub struct Robot {
     pub theme: Option<Theme>,
     /// As in `[dashboard]`.
     pub ascii: Option<bool>,
+    /// As in `[dashboard]`.
+    pub map: Option<MapSigns>,
     /// As in `[dashboard]`.
     pub bell: Option<bool>,
     /// As in `[dashboard]`.
@@ -115,6 +119,20 @@ pub enum Theme {
     HighContrast,
     /// No colours.
     Mono,
+}
+
+/// Signs of maps and plots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MapSigns {
+    /// Octants in terminals that are known to draw them, else braille.
+    Auto,
+    /// Full eighths of a cell, of Unicode 16.
+    Octant,
+    /// Round dots.
+    Braille,
+    /// Full quarters of a cell.
+    Quadrant,
 }
 
 /// `[recording]`

@@ -12,6 +12,8 @@ pub struct Config {
     pub colors: Colors,
     /// Draw with ASCII only.
     pub ascii: bool,
+    /// The signs of maps and plots, unless only ASCII is drawn.
+    pub marker: Marker,
     /// How to see raw lines in another terminal, shown above the keys.
     pub raw_copy: Option<String>,
     /// The capture shown; `None` in a live session.
@@ -26,6 +28,18 @@ pub struct Config {
     pub limits: Limits,
     /// Time since 1970 at the start of the session; `None` shows no clock.
     pub unix: Option<Duration>,
+}
+
+/// Characters of 2 by 4 dots, or fewer, for maps and plots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Marker {
+    /// Round dots, which nearly every font has.
+    #[default]
+    Braille,
+    /// Full eighths of a cell, of Unicode 16.
+    Octant,
+    /// Full quarters of a cell.
+    Quadrant,
 }
 
 /// Colours of the screen.

@@ -3,8 +3,11 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
+use ratatui::symbols::braille::BRAILLE;
+use ratatui::symbols::pixel::{OCTANTS, QUADRANTS};
 
 use super::theme::Theme;
+use crate::model::Marker;
 
 /// The object of a dot; of several in a cell, the last in this list gives the colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -56,19 +59,13 @@ impl Ink {
     }
 }
 
-/// Bits of a braille character, `[row][column]`.
-const DOTS: [[u8; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
-
-/// First braille character.
-const BRAILLE: u32 = 0x2800;
-
 #[cfg(test)]
 thread_local! {
     /// Number of dots drawn so far, for tests of the cost of a frame.
     pub(super) static DRAWN: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
 }
 
-/// A picture of dots.
+/// A picture of dots; the bits of a cell are row by row.
 #[derive(Debug)]
 pub(super) struct Raster {
     columns: usize,
@@ -98,7 +95,7 @@ impl Raster {
         }
         let (x, y) = (x as usize, y as usize);
         if let Some((bits, owner)) = self.cells.get_mut(y / 4 * self.columns + x / 2) {
-            *bits |= DOTS[y % 4][x % 2];
+            *bits |= 1 << (y % 4 * 2 + x % 2);
             *owner = ink.max(*owner);
         }
     }
@@ -148,10 +145,11 @@ impl Raster {
                 continue;
             }
             if let Some(cell) = buffer.cell_mut(place) {
-                let symbol = if theme.glyphs.ascii {
-                    ink.ascii()
-                } else {
-                    char::from_u32(BRAILLE + u32::from(bits)).unwrap_or(' ')
+                let symbol = match theme.marker {
+                    _ if theme.glyphs.ascii => ink.ascii(),
+                    Marker::Octant => OCTANTS[usize::from(bits)],
+                    Marker::Braille => BRAILLE[usize::from(bits)],
+                    Marker::Quadrant => QUADRANTS[usize::from(quarters(bits))],
                 };
                 cell.set_char(symbol).set_style(ink.style(theme));
             }
@@ -159,9 +157,16 @@ impl Raster {
     }
 }
 
+/// The quarters of a cell that have dots.
+const fn quarters(bits: u8) -> u8 {
+    let (upper, lower) = (bits | bits >> 2, bits >> 4 | bits >> 6);
+    upper & 0b11 | (lower & 0b11) << 2
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Config;
 
     #[test]
     fn a_line_from_far_outside_to_far_outside_is_seen_in_between() {
@@ -170,6 +175,27 @@ mod tests {
         raster.line((-1e6, 3.5), (1e6, 3.5), 1, Ink::Wall);
         let lit = |cells: &[(u8, Ink)]| cells.iter().map(|(bits, _)| *bits).collect::<Vec<_>>();
         assert_eq!(lit(&raster.cells), [0xC0, 0xC0, 0xC0, 0xC0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn every_marker_draws_the_same_dots() {
+        let area = Rect::new(0, 0, 1, 1);
+        let mut raster = Raster::new(area);
+        raster.line((0.0, 0.0), (0.0, 3.0), 1, Ink::Trail);
+        raster.dot(1.0, 3.0, Ink::Trail);
+        for (marker, symbol) in [
+            (Marker::Braille, '⣇'),
+            (Marker::Octant, '\u{1CDC0}'),
+            (Marker::Quadrant, '▙'),
+        ] {
+            let config = Config {
+                marker,
+                ..Config::default()
+            };
+            let mut buffer = Buffer::empty(area);
+            raster.draw(&mut buffer, area, &Theme::of(&config));
+            assert_eq!(buffer[(0, 0)].symbol(), symbol.to_string());
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use ratatui::style::{Color, Modifier, Style};
 
-use crate::model::{Colors, Config};
+use crate::model::{Colors, Config, Marker};
 
 /// Styles by meaning.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +29,8 @@ pub(super) struct Theme {
     /// The selected item.
     pub(super) lit: Style,
     pub(super) glyphs: &'static Glyphs,
+    /// The signs of maps and plots, unless only ASCII is drawn.
+    pub(super) marker: Marker,
 }
 
 /// Shapes by meaning.
@@ -167,6 +169,7 @@ impl Theme {
         if config.ascii {
             theme.glyphs = &ASCII;
         }
+        theme.marker = config.marker;
         theme
     }
 }
@@ -196,6 +199,7 @@ fn colored(dim: Color, faint: Color, accent: Color) -> Theme {
         draft: plain.fg(Color::Magenta),
         lit: bold.add_modifier(Modifier::REVERSED),
         glyphs: &UNICODE,
+        marker: Marker::Braille,
     }
 }
 
@@ -226,6 +230,7 @@ fn high_contrast() -> Theme {
         draft: bold.fg(Color::Indexed(51)),
         lit: bold.add_modifier(Modifier::REVERSED),
         glyphs: &UNICODE,
+        marker: Marker::Braille,
     }
 }
 
@@ -255,5 +260,6 @@ fn mono() -> Theme {
         draft: plain,
         lit: bold.add_modifier(Modifier::REVERSED),
         glyphs: &UNICODE,
+        marker: Marker::Braille,
     }
 }

@@ -101,6 +101,7 @@ fn dashboard(robot: &Robot, all: &Dashboard) -> Dashboard {
     Dashboard {
         theme: robot.theme.or(all.theme),
         ascii: robot.ascii.or(all.ascii),
+        map: robot.map.or(all.map),
         bell: robot.bell.or(all.bell),
         mouse: robot.mouse.or(all.mouse),
     }
