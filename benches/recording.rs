@@ -147,10 +147,12 @@ fn feed(recorder: &mut Recorder, day: &[u8], days: u64, way: Way) {
         Way::AtOnce(bytes) => (bytes, false),
     };
     let period = Duration::from_secs(1) / 240 * bytes as u32;
+    let pace = recorder.pace();
     for (n, read) in (0_u32..).zip(day.chunks(bytes)) {
         let wall = Duration::from_secs(days * DAY_S) + period * n;
         let now = if is_live { wall } else { Duration::ZERO };
         recorder.handle_rx(now, UNIX_EPOCH + wall, read);
+        pace.wait();
     }
 }
 

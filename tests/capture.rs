@@ -43,7 +43,7 @@ fn feed(stream: &[u8], sizes: &[usize], raw: &RawWriter, recorder: &mut Recorder
         recorder.handle_rx(now, wall(now), read);
         for received in decoder.lines(read) {
             if let Received::Line(line, _) = received {
-                recorder.handle_line(now, &line);
+                recorder.handle_line(&line);
             }
         }
     }
@@ -63,7 +63,7 @@ fn raw_problem(raw: &RawWriter) -> String {
     let deadline = Instant::now() + Duration::from_mins(1);
     loop {
         assert!(Instant::now() < deadline, "no problem");
-        match raw.problem(Instant::now()) {
+        match raw.problem() {
             Some(problem) => break problem,
             None => std::thread::yield_now(),
         }
@@ -428,7 +428,7 @@ fn a_full_disk_is_remembered_to_the_end() {
     let problem = raw_problem(&raw);
     assert!(problem.contains("make room"), "{problem}");
     raw.write(b"more");
-    assert_eq!(raw.problem(Instant::now()), Some(problem.clone()));
+    assert_eq!(raw.problem(), Some(problem.clone()));
     assert_eq!(raw.bytes(), 0);
     assert_eq!(raw.finish().unwrap_err().to_string(), problem);
 

@@ -315,29 +315,25 @@ fn files_that_are_taken_away_are_told_within_seconds() {
     assert_eq!(recover(&path("there.mcap")).unwrap().rx_bytes, 6);
 
     let replaced = RawWriter::create(path("a.txt"), Existing::Refuse).unwrap();
-    replaced.look();
-    assert_eq!(replaced.problem(Instant::now()), None);
+    replaced.handle_timeout(Duration::ZERO);
+    assert_eq!(replaced.problem(), None);
     fs::rename(path("a.txt"), path("b.txt")).unwrap();
     fs::write(path("a.txt"), "somebody else's").unwrap();
-    replaced.look();
+    replaced.handle_timeout(SOON);
     let deadline = Instant::now() + Duration::from_mins(1);
-    while replaced.problem(Instant::now()).is_none() {
+    while replaced.problem().is_none() {
         assert!(Instant::now() < deadline, "no problem");
         std::thread::yield_now();
     }
-    assert!(
-        replaced
-            .problem(Instant::now())
-            .unwrap()
-            .contains("moved or renamed")
-    );
+    assert!(replaced.problem().unwrap().contains("moved or renamed"));
     replaced.write(b"more");
     assert!(replaced.finish().is_err());
     assert_eq!(fs::read(path("b.txt")).unwrap(), b"more");
 
     // A device has no content to lose.
     let device = RawWriter::create("/dev/null", Existing::Append).unwrap();
-    device.look();
-    assert_eq!(device.problem(Instant::now()), None);
+    device.handle_timeout(Duration::ZERO);
+    device.handle_timeout(SOON);
+    assert_eq!(device.problem(), None);
     device.finish().unwrap();
 }

@@ -9,6 +9,7 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use crate::programs::{GROUNDWAVE, expect, scratch};
 use crate::pty::OnTerminal;
+use crate::recordings::wait_until_written;
 use groundwave::capture::{Existing, Recorder, Session, index};
 
 /// A recording after a kill.
@@ -27,6 +28,7 @@ fn interrupted(folder: &Path, name: &str) {
         now += Duration::from_millis(137);
         recorder.handle_rx(now, UNIX_EPOCH + now, read);
     }
+    wait_until_written(&recorder);
     fs::copy(&live, folder.join(name)).unwrap();
     recorder.discard();
 }

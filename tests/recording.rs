@@ -94,14 +94,11 @@ fn what_was_remembered_comes_first_with_its_times() {
     };
     let mut recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();
     let remembered = stream[..1600].chunks(80).zip(0..).map(|(line, n)| {
-        let raw = RawBytes {
-            stream_offset: 0,
-            data: line.to_vec(),
-        };
+        let raw = RawBytes::unplaced(line);
         let at_ns = (START_S - 600 + n) * 1_000_000_000;
         (at_ns, Observation::Received(raw))
     });
-    recorder.handle_backlog(Duration::ZERO, &remembered.collect::<Vec<_>>());
+    recorder.handle_backlog(&remembered.collect::<Vec<_>>());
     recorder.handle_rx(Duration::ZERO, wall(Duration::ZERO), &stream[1600..]);
     recorder.finish().unwrap();
     assert_eq!(concatenated(&path), stream);

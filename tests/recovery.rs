@@ -5,7 +5,8 @@ use std::fs;
 use std::time::Duration;
 
 use crate::recordings::{
-    chunks, concatenated, feed, finished, killed, messages, received, session, wall,
+    chunks, concatenated, feed, finished, killed, messages, received, session, wait_until_written,
+    wall,
 };
 use crate::streams::Rng;
 use groundwave::capture::files::{find_interrupted, set_aside};
@@ -331,6 +332,7 @@ fn each_event_is_saved_once() {
         // Read by another thread a moment earlier.
         recorder.handle_event(now, wall(now) - Duration::from_millis(5), &said);
     }
+    wait_until_written(&recorder);
     let unfinished = fs::read(&live).unwrap();
     recorder.finish().unwrap();
     let whole = messages(&live);

@@ -185,6 +185,27 @@ pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     name.into()
 }
 
+/// Waits until the content is on the disk. Pipes and devices have none.
+///
+/// # Errors
+/// The operating system's.
+pub(crate) fn sync(file: &File) -> io::Result<()> {
+    let Err(error) = file.sync_data() else {
+        return Ok(());
+    };
+    let has_no_disk = matches!(
+        error.kind(),
+        io::ErrorKind::InvalidInput
+            | io::ErrorKind::Unsupported
+            | io::ErrorKind::ReadOnlyFilesystem
+    );
+    let is_file = file.metadata().is_ok_and(|about| about.is_file());
+    if has_no_disk && !is_file {
+        return Ok(());
+    }
+    Err(error)
+}
+
 /// Waits until a rename in the folder of this file is on the disk.
 pub(crate) fn sync_folder(path: &Path) {
     // Not every system supports syncing a folder.

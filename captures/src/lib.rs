@@ -57,12 +57,13 @@ mod uplink_event;
 pub mod verify;
 pub mod when;
 pub mod words;
+mod write_queue;
 
 pub use error::{CaptureError, Existing, Fate};
 pub use observations::Observation;
 pub use pieces::Piece;
 pub use raw::RawWriter;
-pub use recorder::Recorder;
+pub use recorder::{Pace, Recorder};
 pub use rotation::Rotation;
 pub use session::Session;
 pub use session_writer::{SessionWriter, TopicWriter};

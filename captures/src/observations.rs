@@ -25,6 +25,15 @@ pub enum Observation {
 }
 
 impl RawBytes {
+    /// Bytes whose place in the stream is not known yet.
+    #[must_use]
+    pub fn unplaced(bytes: &[u8]) -> Self {
+        Self {
+            stream_offset: 0,
+            data: bytes.to_vec(),
+        }
+    }
+
     /// The bytes after the first `have` of the stream, and the number of bytes missing before them; `None` when all are
     /// known.
     pub(crate) fn after(&self, have: u64) -> Option<(u64, &[u8])> {

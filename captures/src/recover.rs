@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufReader, BufWriter};
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use ::mcap::io::MessageReader;
 use ::mcap::records::Metadata;
@@ -49,27 +50,32 @@ pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
         return Err(CaptureError::UnderWay(path.to_owned()));
     };
     if unfinished::is_unfinished(path) {
-        return finish(path);
+        return finish(path, &AtomicU64::default());
     }
     let (survey, channels) = read(path, Channels::new(), |_| Ok(()))?;
     if survey.damage.is_empty()
         && !survey.has_bad_end
-        && let Some(messages) = count_if_whole(path)
+        && let Some(messages) = count_if_whole(path, &AtomicU64::default())
     {
         return Ok(survey.report(path, Outcome::Whole, messages));
     }
-    rewrite(path, channels)
+    rewrite(path, channels, &AtomicU64::default())
 }
 
-/// Finishes a recording that the caller has locked.
+/// Finishes a recording that the caller has locked; counts its steps in `progress`.
 ///
 /// # Errors
 /// As [`recover`].
-pub(super) fn finish(path: &Path) -> Result<Recovery, CaptureError> {
-    rewrite(path, Channels::new())
+pub(super) fn finish(path: &Path, progress: &AtomicU64) -> Result<Recovery, CaptureError> {
+    rewrite(path, Channels::new(), progress)
 }
 
-fn rewrite(path: &Path, channels: Channels) -> Result<Recovery, CaptureError> {
+fn rewrite(
+    path: &Path,
+    channels: Channels,
+    progress: &AtomicU64,
+) -> Result<Recovery, CaptureError> {
+    let step = || progress.fetch_add(1, Ordering::Relaxed);
     let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let temporary = Temporary::create(path)?;
     let failed = |error| temporary.failed(error);
@@ -77,9 +83,12 @@ fn rewrite(path: &Path, channels: Channels) -> Result<Recovery, CaptureError> {
     let chunk_bytes = (bytes / CHUNKS).clamp(CHUNK_BYTES_MIN, CHUNK_BYTES);
     let output = BufWriter::with_capacity(BUFFER_BYTES, &temporary.file);
     let mut writer = SessionWriter::with_chunks(output, chunk_bytes).map_err(failed)?;
-    let (survey, _) = read(path, channels, |item| match item {
-        Item::Table(table) if table.name == TABLE => Ok(()),
-        item => writer.handle_item(item).map_err(failed),
+    let (survey, _) = read(path, channels, |item| {
+        step();
+        match item {
+            Item::Table(table) if table.name == TABLE => Ok(()),
+            item => writer.handle_item(item).map_err(failed),
+        }
     })?;
     if survey.is_compressed_by_others() {
         return Err(CaptureError::Compression(path.clone()));
@@ -92,10 +101,13 @@ fn rewrite(path: &Path, channels: Channels) -> Result<Recovery, CaptureError> {
         writer.write_metadata(&survey.table()).map_err(failed)?;
     }
     writer.finish().map_err(failed)?;
-    let Some(messages) = count_if_whole(&temporary.path) else {
+    let Some(messages) = count_if_whole(&temporary.path, progress) else {
         return Err(CaptureError::NotConfirmed(path.clone()));
     };
-    let (copy, _) = read(&temporary.path, Channels::new(), |_| Ok(()))?;
+    let (copy, _) = read(&temporary.path, Channels::new(), |_| {
+        step();
+        Ok(())
+    })?;
     if (copy.rx_end, copy.tx_end) != (survey.rx_end, survey.tx_end) {
         return Err(CaptureError::NotConfirmed(path.clone()));
     }
@@ -255,8 +267,8 @@ impl Survey {
 }
 
 /// Number of messages of a file whose checksums are all right, index included, as the `mcap` crate alone finds; `None`
-/// of a damaged one.
-fn count_if_whole(path: &Path) -> Option<u64> {
+/// of a damaged one. Counts its steps in `progress`.
+fn count_if_whole(path: &Path, progress: &AtomicU64) -> Option<u64> {
     let file = File::open(path).ok()?;
     let options = LinearReaderOptions::default()
         .with_prevalidate_chunk_crcs(true)
@@ -264,5 +276,8 @@ fn count_if_whole(path: &Path) -> Option<u64> {
         .with_validate_summary_section_crc(true)
         .with_record_length_limit(RECORD_BYTES_MAX);
     let mut reader = MessageReader::new_with_options(BufReader::new(file), options);
-    reader.try_fold(0, |count, message| message.ok().map(|_| count + 1))
+    reader.try_fold(0, |count, message| {
+        progress.fetch_add(1, Ordering::Relaxed);
+        message.ok().map(|_| count + 1)
+    })
 }

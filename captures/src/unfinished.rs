@@ -16,7 +16,7 @@ use ::mcap::{MAGIC, McapResult, WriteOptions, Writer};
 use prost::Message as _;
 
 use super::files;
-use super::messages::RawBytes;
+use super::observations::Observation;
 use super::record::{HEAD_BYTES, parse};
 use super::session::{Session, since_1970_ns};
 use super::session_writer::io_error;
@@ -108,40 +108,23 @@ impl UnfinishedWriter {
         self.bytes.load(Ordering::Relaxed)
     }
 
-    /// Writes bytes received, read at `at_ns` since 1970.
+    /// Writes an observation of `at_ns` since 1970. Bytes get their place in the stream.
     ///
     /// # Errors
     /// The operating system's.
-    pub(crate) fn received(&mut self, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
-        let offset = self.rx_offset;
-        self.rx_offset += bytes.len() as u64;
-        self.raw(Topic::RawRx, at_ns, offset, bytes)
-    }
-
-    /// Writes bytes sent at `at_ns` since 1970.
-    ///
-    /// # Errors
-    /// The operating system's.
-    pub(crate) fn sent(&mut self, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
-        let offset = self.tx_offset;
-        self.tx_offset += bytes.len() as u64;
-        self.raw(Topic::RawTx, at_ns, offset, bytes)
-    }
-
-    /// Writes a station event.
-    ///
-    /// # Errors
-    /// The operating system's.
-    pub(crate) fn event(&mut self, at_ns: u64, event: &StationEvent) -> io::Result<()> {
-        self.message(Topic::Station, at_ns, &event.encode_to_vec())
-    }
-
-    fn raw(&mut self, topic: Topic, at_ns: u64, offset: u64, bytes: &[u8]) -> io::Result<()> {
-        let raw = RawBytes {
-            stream_offset: offset,
-            data: bytes.to_vec(),
+    pub(crate) fn observation(&mut self, at_ns: u64, observation: Observation) -> io::Result<()> {
+        let (topic, mut raw, offset) = match observation {
+            Observation::Received(raw) => (Topic::RawRx, raw, &mut self.rx_offset),
+            Observation::Sent(raw) => (Topic::RawTx, raw, &mut self.tx_offset),
+            Observation::Event(event) => return self.event(at_ns, &event),
         };
+        raw.stream_offset = *offset;
+        *offset += raw.data.len() as u64;
         self.message(topic, at_ns, &raw.encode_to_vec())
+    }
+
+    fn event(&mut self, at_ns: u64, event: &StationEvent) -> io::Result<()> {
+        self.message(Topic::Station, at_ns, &event.encode_to_vec())
     }
 
     /// Writes a message after its checksum.

@@ -1,12 +1,14 @@
 //! The recording manager: writes the raw text and the recording of a session before bytes are decoded.
 
+mod begin;
 mod history;
 mod options;
+mod recovery;
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use groundwave_protocol::telemetry::Line;
@@ -15,25 +17,27 @@ use super::driver::{EventSink, SentSink};
 use crate::capture::messages::RawBytes;
 use crate::capture::session::since_1970_ns;
 use crate::capture::topics::StationEvent;
-use crate::capture::{
-    CaptureError, Existing, Observation, RawWriter, Recorder, Session, files, name, recover,
-};
+use crate::capture::{CaptureError, Observation, Pace, RawWriter, Recorder, files, name};
 use crate::event::{Event, Level, Moment, Recording};
 use crate::io::link::Sink;
 use crate::recorded;
+use begin::{begin, begin_unnamed};
 use history::History;
 pub use options::{KeepOptions, REMEMBERED};
 
-/// Maximum numbered names of recordings begun in one second.
-const NAMES_MAX: u32 = 100;
-
-/// Period of the check that the raw text still has its name.
-const LOOK_PERIOD: Duration = Duration::from_secs(8);
+/// Limits how long leaving waits for recordings that are begun, ended or recovered on threads.
+const LEAVE_PATIENCE: Duration = Duration::from_mins(1);
 
 /// The raw text, and the recorder behind a lock: the reader thread writes received bytes, the event loop sent bytes and
-/// events.
+/// events. No call under the lock waits for a disk.
 #[derive(Clone)]
-pub struct Keeper(Arc<Mutex<Inner>>);
+pub struct Keeper(Arc<Shared>);
+
+struct Shared {
+    inner: Mutex<Inner>,
+    /// A thread has ended.
+    idle: Condvar,
+}
 
 struct Inner {
     tee: Option<Arc<RawWriter>>,
@@ -43,14 +47,12 @@ struct Inner {
     options: KeepOptions,
     started: Instant,
     started_wall: SystemTime,
-    /// When the raw text is checked again.
-    look_at: Moment,
     /// Another thread is beginning a recording.
     is_beginning: bool,
     /// The recorder's problem that was reported last.
     told: Option<String>,
-    /// Threads that begin, end or recover a recording.
-    threads: Vec<JoinHandle<()>>,
+    /// Number of threads that begin, end or recover a recording.
+    threads: usize,
     /// Their reports.
     notices: VecDeque<(Level, String)>,
     /// Files that are complete.
@@ -99,20 +101,21 @@ impl Keeper {
                 return Err(error);
             }
         };
-        let keeper = Self(Arc::new(Mutex::new(Inner {
+        let inner = Mutex::new(Inner {
             tee: tee.map(Arc::new),
             recorder,
             history: History::new(options.remembered),
             options: options.clone(),
             started,
             started_wall,
-            look_at: LOOK_PERIOD,
             is_beginning: false,
             told: None,
-            threads: Vec::new(),
+            threads: 0,
             notices: VecDeque::new(),
             finished: Vec::new(),
-        })));
+        });
+        let idle = Condvar::new();
+        let keeper = Self(Arc::new(Shared { inner, idle }));
         if let Some(path) = &options.mcap {
             keeper.recover_beside(path);
         }
@@ -120,7 +123,7 @@ impl Keeper {
     }
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The sink for received bytes, for the link's reader thread.
@@ -129,8 +132,11 @@ impl Keeper {
         let keeper = self.clone();
         let tee = self.lock().tee.clone();
         Box::new(move |at, bytes| {
-            keeper.lock().handle_rx(at, bytes);
-            // Last and without the lock, because a stalled file may delay it.
+            let pace = keeper.lock().handle_rx(at, bytes);
+            // Last and without the lock, because a stalled file may delay both.
+            if let Some(pace) = pace {
+                pace.wait();
+            }
             if let Some(tee) = &tee {
                 tee.write(bytes);
             }
@@ -150,7 +156,7 @@ impl Keeper {
         let keeper = self.clone();
         Box::new(move |at, event| {
             if let Event::Line { line, .. } = event {
-                keeper.lock().handle_line(at, line);
+                keeper.lock().handle_line(line);
             } else if let Some(event) = recorded::to_recorded(event) {
                 keeper.lock().handle_event(at, &event);
             }
@@ -207,7 +213,7 @@ impl Keeper {
     #[must_use]
     pub fn is_busy(&self) -> bool {
         let inner = self.lock();
-        !inner.notices.is_empty() || inner.threads.iter().any(|thread| !thread.is_finished())
+        !inner.notices.is_empty() || inner.threads > 0
     }
 
     /// Finishes the recording; returns the bytes in the files.
@@ -225,23 +231,22 @@ impl Keeper {
             self.list(path, tee.finish())
         });
         let recorded = recorder.map_or(Ok(0), |recorder| {
-            let path = recorder.path().to_owned();
+            let path = recorder.path();
             self.list(path, recorder.finish())
         });
-        loop {
-            let threads = std::mem::take(&mut self.lock().threads);
-            if threads.is_empty() {
-                break;
-            }
-            for thread in threads {
-                // A thread that panicked has no report.
-                let _ = thread.join();
-            }
+        let waited = (self.0.idle)
+            .wait_timeout_while(self.lock(), LEAVE_PATIENCE, |inner| inner.threads > 0);
+        let (mut inner, waited) = waited.unwrap_or_else(PoisonError::into_inner);
+        if waited.timed_out() {
+            let text =
+                "left before an interrupted recording was recovered; the next start tries again";
+            inner.notices.push_back((Level::Warning, text.to_owned()));
         }
-        let begun = self.lock().recorder.take();
+        let begun = inner.recorder.take();
+        drop(inner);
         if let Some(recorder) = begun {
             // A thread began this recording a moment ago.
-            let path = recorder.path().to_owned();
+            let path = recorder.path();
             self.list(path, recorder.finish())?;
         }
         Ok(recorded? + teed?)
@@ -270,12 +275,13 @@ impl Keeper {
     /// Runs `work` on a new thread; returns whether the thread could be started.
     fn spawn(&self, inner: &mut Inner, work: impl FnOnce(&Self) + Send + 'static) -> bool {
         let keeper = self.clone();
-        let thread = thread::Builder::new()
-            .name("keeper".into())
-            .spawn(move || work(&keeper));
+        let thread = thread::Builder::new().name("keeper".into()).spawn(move || {
+            let running = Running(keeper);
+            work(&running.0);
+        });
         match thread {
-            Ok(thread) => {
-                inner.threads.push(thread);
+            Ok(_) => {
+                inner.threads += 1;
                 true
             }
             Err(error) => {
@@ -288,7 +294,7 @@ impl Keeper {
 
     /// Finishes a recording and forgets its history; when it failed, keeps the history and returns its path.
     fn end_now(&self, recorder: Recorder, history: History) -> Option<PathBuf> {
-        let path = recorder.path().to_owned();
+        let path = recorder.path();
         let ended = self.list(path.clone(), recorder.finish());
         let mut inner = self.lock();
         let told = inner.told.take();
@@ -323,9 +329,8 @@ impl Keeper {
         inner.is_beginning = false;
         match begun {
             Ok(mut recorder) => {
-                let path = recorder.path().to_owned();
-                let (now, _) = inner.times(Instant::now());
-                recorder.handle_backlog(now, inner.history.observations());
+                let path = recorder.path();
+                recorder.handle_backlog(inner.history.observations());
                 inner.recorder = Some(recorder);
                 let text = format!("recording to {}", path.display());
                 inner.notices.push_back((Level::Info, text));
@@ -338,44 +343,16 @@ impl Keeper {
             Err(error) => inner.notices.push_back((Level::Alarm, error.to_string())),
         }
     }
-
-    /// Recovers interrupted recordings in the folder of a recording.
-    fn recover_beside(&self, path: &Path) {
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        let mut inner = self.lock();
-        self.spawn(&mut inner, move |keeper| {
-            let mut failed = Vec::new();
-            for path in files::find_interrupted(&folder) {
-                let notice = match recover::recover(&path) {
-                    Ok(recovery) => (recovery.level(), recovery.headline()),
-                    // Another program has begun to recover it.
-                    Err(CaptureError::UnderWay(_)) => continue,
-                    Err(error) => {
-                        failed.push((path, error));
-                        continue;
-                    }
-                };
-                keeper.lock().notices.push_back(notice);
-            }
-            if let Some(text) = hopeless(&failed) {
-                keeper.lock().notices.push_back((Level::Warning, text));
-            }
-        });
-    }
 }
 
-/// One line about the recordings that could not be recovered. Every start reports them; the line says how to prevent
-/// that.
-fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
-    let (path, error) = failed.first()?;
-    let name = path.display();
-    Some(match failed.len() {
-        1 => format!("an interrupted recording cannot be recovered: {error}; move or delete it"),
-        count => format!(
-            "{count} interrupted recordings cannot be recovered, {name} first: {error}; `groundwave recover FOLDER` says \
-             why; move or delete them"
-        ),
-    })
+/// Counts a thread as ended when dropped, even by a panic.
+struct Running(Keeper);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.0.lock().threads -= 1;
+        self.0.0.idle.notify_all();
+    }
 }
 
 /// Finishes a recording when dropped, even by a panic.
@@ -388,67 +365,36 @@ impl Drop for FinishOnDrop {
     }
 }
 
-/// Begins a recording; an interrupted one with its name is renamed.
-fn begin(options: &KeepOptions, path: &Path, start: SystemTime) -> Result<Recorder, CaptureError> {
-    // Only raw text can be appended to.
-    let existing = match options.existing {
-        Existing::Append => Existing::Refuse,
-        other => other,
-    };
-    let session = Session {
-        link: options.link.clone(),
-        start,
-        notes: options.notes.clone(),
-        configuration: options.configuration.clone(),
-    };
-    files::refuse_own_name(path)?;
-    files::set_aside(path)?;
-    Recorder::start_rotating(path, existing, &session, options.rotation)
-}
-
-/// Begins a recording under an automatic name, with a number if another began in the same second.
-fn begin_unnamed(
-    options: &KeepOptions,
-    path: &Path,
-    start: SystemTime,
-) -> Result<Recorder, CaptureError> {
-    for number in 1..NAMES_MAX {
-        match begin(options, &name::another(path, number), start) {
-            Err(CaptureError::Exists { .. } | CaptureError::InUse(_)) => {}
-            begun => return begun,
-        }
-    }
-    begin(options, &name::another(path, NAMES_MAX), start)
-}
-
 impl Inner {
     fn times(&self, at: Instant) -> (Moment, SystemTime) {
         let now = at.saturating_duration_since(self.started);
         (now, self.started_wall + now)
     }
 
-    fn handle_rx(&mut self, at: Instant, bytes: &[u8]) {
+    /// Takes bytes of the radio; returns the handle with which the reader waits for the file.
+    fn handle_rx(&mut self, at: Instant, bytes: &[u8]) -> Option<Pace> {
         let (now, wall) = self.times(at);
-        self.history
-            .push(since_1970_ns(wall), Observation::Received(raw(bytes)));
-        if let Some(recorder) = &mut self.recorder {
-            recorder.handle_rx(now, wall, bytes);
-        }
+        let observation = Observation::Received(RawBytes::unplaced(bytes));
+        self.history.push(since_1970_ns(wall), observation);
+        let recorder = self.recorder.as_mut()?;
+        recorder.handle_rx(now, wall, bytes);
+        Some(recorder.pace())
     }
 
     fn handle_tx(&mut self, at: Instant, bytes: &[u8]) {
         let (now, wall) = self.times(at);
-        self.history
-            .push(since_1970_ns(wall), Observation::Sent(raw(bytes)));
+        self.history.push(
+            since_1970_ns(wall),
+            Observation::Sent(RawBytes::unplaced(bytes)),
+        );
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_tx(now, wall, bytes);
         }
     }
 
-    fn handle_line(&mut self, at: Instant, line: &Line) {
-        let (now, _) = self.times(at);
+    fn handle_line(&mut self, line: &Line) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.handle_line(now, line);
+            recorder.handle_line(line);
         }
     }
 
@@ -469,22 +415,16 @@ impl Inner {
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_timeout(now);
         }
-        if let Some(tee) = &self.tee
-            && now >= self.look_at
-        {
-            tee.look();
-            self.look_at = now + LOOK_PERIOD;
+        if let Some(tee) = &self.tee {
+            tee.handle_timeout(now);
         }
         let name = |path: &Path| path.display().to_string();
-        let tee_problem = self
-            .tee
-            .as_ref()
-            .and_then(|tee| tee.problem(Instant::now()));
+        let tee_problem = self.tee.as_ref().and_then(|tee| tee.problem());
         let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
         self.told.clone_from(&recorder_problem);
         Recording {
             tee: self.tee.as_ref().map(|tee| name(tee.path())),
-            mcap: self.recorder.as_ref().map(|recorder| name(recorder.path())),
+            mcap: (self.recorder.as_ref()).map(|recorder| name(&recorder.path())),
             bytes: match (&self.recorder, &self.tee) {
                 (Some(recorder), _) => recorder.bytes(),
                 (None, Some(tee)) => tee.bytes(),
@@ -492,14 +432,6 @@ impl Inner {
             },
             problem: tee_problem.or(recorder_problem),
         }
-    }
-}
-
-/// Bytes whose offset in the stream is not known yet.
-fn raw(bytes: &[u8]) -> RawBytes {
-    RawBytes {
-        stream_offset: 0,
-        data: bytes.to_vec(),
     }
 }
 

@@ -64,11 +64,19 @@ pub fn killed(folder: &Path, stream: &[u8]) -> PathBuf {
     let live = folder.join("live.mcap");
     let mut recorder = Recorder::start(&live, Existing::Refuse, &session()).unwrap();
     feed(&mut recorder, stream);
+    wait_until_written(&recorder);
     let killed = folder.join("killed.mcap");
     fs::copy(&live, &killed).unwrap();
     recorder.discard();
     assert!(!live.exists(), "something is left of a discarded recording");
     killed
+}
+
+/// Waits for the recorder's thread.
+pub fn wait_until_written(recorder: &Recorder) {
+    while recorder.unwritten_bytes() > 0 {
+        std::thread::yield_now();
+    }
 }
 
 /// Offset and length of every intact chunk, found by the `mcap` crate.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::capture::Capture;
+use crate::capture::{Capture, Existing, Rotation, Session};
 use std::fs;
 
 /// A recording manager whose first recording goes into `folder`.
@@ -11,10 +11,7 @@ fn keeper(folder: &Path, started: Instant) -> Keeper {
     fs::create_dir(folder.join("first")).unwrap();
     let keeper = Keeper::open(&options, started).unwrap();
     // No thread may look for interrupted recordings while the folder is removed.
-    let threads = std::mem::take(&mut keeper.lock().threads);
-    for thread in threads {
-        thread.join().unwrap();
-    }
+    wait_until("the folder was searched", || !keeper.is_busy());
     keeper
 }
 
@@ -214,4 +211,39 @@ fn a_stalled_raw_text_delays_neither_the_recording_nor_the_event_loop() {
     let error = keeper.finish().unwrap_err().to_string();
     assert!(error.contains("stopped"), "{error}");
     assert_eq!(received(&folder.path().join("a.mcap")), line);
+}
+
+/// STOP and drawing need the sinks and the status, which go on while the disk hangs.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_hangs_delays_neither_the_link_nor_the_event_loop() {
+    let (reader, pipe) = std::io::pipe().unwrap();
+    let session = Session {
+        link: "sim".to_owned(),
+        start: UNIX_EPOCH,
+        notes: [].into(),
+        configuration: String::new(),
+    };
+    let started = Instant::now();
+    let keeper = Keeper::open(&KeepOptions::default(), started).unwrap();
+    let recorder = Recorder::on(
+        fs::File::from(std::os::fd::OwnedFd::from(pipe)),
+        Path::new("pipe.mcap"),
+        Existing::Refuse,
+        &session,
+        Rotation::default(),
+    );
+    keeper.lock().recorder = Some(recorder.unwrap());
+    let line = "a line of the robot\n".repeat(200);
+    let (mut sink, mut sent) = (keeper.sink(), keeper.sent_sink());
+    for second in 0..200 {
+        let now = started + Duration::from_secs(second);
+        sink(now, line.as_bytes());
+        sent(now, b"stop\n");
+        assert_eq!(keeper.status().mcap.as_deref(), Some("pipe.mcap"));
+    }
+    let unwritten = keeper.lock().recorder.as_ref().unwrap().unwritten_bytes();
+    assert!(unwritten > 500_000, "the disk has not hung: {unwritten}");
+    drop(reader);
+    assert!(keeper.finish().is_err());
 }

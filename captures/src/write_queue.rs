@@ -1,0 +1,535 @@
+//! Writes a file on a thread of its own, so that a stalled disk or pipe stalls nothing else.
+
+use std::io;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use super::CaptureError;
+use super::event::Moment;
+
+/// Maximum memory of the queue, bytes. A queue that nobody paces may take twice as much.
+const WAITING_MAX: u64 = 1 << 24;
+
+/// Memory of a queued item without its bytes.
+const ITEM_BYTES: u64 = 128;
+
+/// Bytes that a reader may be ahead of the file. A killed program loses no more.
+const AHEAD_MAX: u64 = 4096;
+
+/// How long a reader that is ahead waits before it runs on.
+const AHEAD_PATIENCE: Duration = Duration::from_millis(100);
+
+/// How long a reader with a full queue, or the end of a session, waits for a file that accepts nothing.
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+
+/// How long a file may accept nothing before it is reported.
+pub(super) const STALL_PERIOD: Duration = Duration::from_secs(30);
+
+/// Period of looks. With a slow disk, a power cut costs the last 10 s at most.
+const LOOK_PERIOD: Duration = Duration::from_secs(8);
+
+/// Carries out what is queued.
+pub(super) trait FileWorker: Send + 'static {
+    /// A part of the file's content.
+    type Item: Send + 'static;
+
+    /// Passes an item to the operating system.
+    fn write(&mut self, item: Self::Item) -> Result<(), CaptureError>;
+
+    /// Checks that the file still has its name; called every eight seconds and on request.
+    fn look(&mut self) -> Result<(), CaptureError>;
+
+    /// Finishes the file.
+    fn finish(self) -> Result<(), CaptureError>;
+
+    /// Closes the file as it is, as after a failed write.
+    fn leave(self);
+}
+
+/// The queue of a file and its thread.
+#[derive(Debug)]
+pub(super) struct WriteQueue<T> {
+    /// The name in errors of this queue.
+    path: PathBuf,
+    shared: Arc<Shared<T>>,
+    progress: Arc<AtomicU64>,
+}
+
+impl<T: Send + 'static> WriteQueue<T> {
+    /// Starts the thread. `progress` counts the steps of the worker's finishing, so that the end of a session waits for a
+    /// slow disk and not for one that hangs.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub(super) fn start(
+        path: PathBuf,
+        worker: impl FileWorker<Item = T>,
+        progress: Arc<AtomicU64>,
+    ) -> io::Result<Self> {
+        let shared = Arc::new(Shared::default());
+        let of_thread = Arc::clone(&shared);
+        thread::Builder::new()
+            .name("file writer".into())
+            .spawn(move || run(worker, &of_thread))?;
+        Ok(Self {
+            path,
+            shared,
+            progress,
+        })
+    }
+
+    /// Queues an item of so many bytes. Never waits; gives the file up when the queue is full. After that and after an error
+    /// items are only counted, so that the file stays an exact beginning of the stream.
+    pub(super) fn push(&self, item: T, bytes: u64) {
+        let mut state = self.shared.lock();
+        if state.phase != Phase::Writing {
+            return;
+        }
+        state.is_given_up |= state.is_open() && state.memory() > 2 * WAITING_MAX;
+        self.shared.queue(&mut state, Queued::Item(item, bytes));
+        state.taken += bytes;
+    }
+
+    /// A handle for [`Pace::wait`].
+    pub(super) fn pace(&self) -> Pace<T> {
+        Pace(Arc::clone(&self.shared))
+    }
+
+    /// Requests a look if the last one was eight seconds ago, and notes a file that makes no progress.
+    pub(super) fn handle_timeout(&self, now: Moment) {
+        let mut state = self.shared.lock();
+        if now >= *state.look_at.get_or_insert(now + LOOK_PERIOD) {
+            state.look_at = Some(now + LOOK_PERIOD);
+            self.shared.queue(&mut state, Queued::Look);
+        }
+        state.seen_at = now;
+        if state.written != state.seen || state.unwritten() == 0 {
+            state.seen = state.written;
+            state.seen_since = None;
+        } else {
+            state.seen_since.get_or_insert(now);
+        }
+    }
+
+    /// Requests a look after the items queued so far.
+    pub(super) fn look(&self) {
+        let mut state = self.shared.lock();
+        self.shared.queue(&mut state, Queued::Look);
+    }
+
+    /// Bytes queued and not written, also those of items that were only counted.
+    pub(super) fn unwritten(&self) -> u64 {
+        self.shared.lock().unwritten()
+    }
+
+    /// Bytes written.
+    pub(super) fn written(&self) -> u64 {
+        self.shared.lock().written
+    }
+
+    /// Whether the file is given up, cannot be written or has lost its name.
+    pub(super) fn has_failed(&self) -> bool {
+        let state = self.shared.lock();
+        state.is_given_up || state.problem.is_some()
+    }
+
+    /// Reason why writing ended, the file is lost, or [`Self::handle_timeout`] found no progress for 30 s.
+    pub(super) fn problem(&self) -> Option<String> {
+        let state = self.shared.lock();
+        if let Some(problem) = &state.problem {
+            Some(problem.to_string())
+        } else if state.is_given_up {
+            Some(self.timed_out("the file accepts no bytes").to_string())
+        } else {
+            let stalled = || CaptureError::Stalled(self.path.clone()).to_string();
+            state.is_stalled().then(stalled)
+        }
+    }
+
+    /// Writes what is queued and finishes the file; returns the number of bytes written. Waits while there is progress, and
+    /// `patience` without; three times that long once every byte is written.
+    ///
+    /// # Errors
+    /// The first error since the start, or a file that makes no progress; its thread goes on.
+    pub(super) fn finish_within(&self, patience: Duration) -> Result<u64, CaptureError> {
+        self.end(Phase::Finishing);
+        let mut state = self.shared.lock();
+        let mut seen = None;
+        while state.phase != Phase::Ended && seen != Some(self.progress_of(&state)) {
+            seen = Some(self.progress_of(&state));
+            // A sync of a slow disk has no steps.
+            let patience = match state.unwritten() {
+                0 => patience * 3,
+                _ => patience,
+            };
+            state = self.shared.wait_while(state, patience, |state| {
+                state.phase != Phase::Ended && seen == Some(self.progress_of(state))
+            });
+        }
+        if let Some(problem) = state.problem.take() {
+            return Err(problem);
+        }
+        match state.unwritten() {
+            0 if state.phase != Phase::Ended => {
+                Err(self.timed_out("the disk does not confirm the last bytes"))
+            }
+            0 => Ok(state.written),
+            bytes => Err(self.timed_out(&format!(
+                "the file accepts no bytes, and {bytes} bytes are not in it"
+            ))),
+        }
+    }
+
+    fn progress_of(&self, state: &State<T>) -> (u64, u64) {
+        (state.written, self.progress.load(Ordering::Relaxed))
+    }
+
+    /// Closes the file as it is and waits until that is done, unless it hangs.
+    pub(super) fn leave(&self) {
+        self.end(Phase::Leaving);
+        let state = self.shared.lock();
+        let ended = (self.shared).wait_while(state, PATIENCE, |state| state.phase != Phase::Ended);
+        drop(ended);
+    }
+
+    /// Whether the file was finished or left.
+    pub(super) fn is_ending(&self) -> bool {
+        self.shared.lock().phase != Phase::Writing
+    }
+
+    fn end(&self, phase: Phase) {
+        let mut state = self.shared.lock();
+        if state.phase == Phase::Writing {
+            state.phase = phase;
+            self.shared.changed.notify_all();
+        }
+    }
+
+    fn timed_out(&self, text: &str) -> CaptureError {
+        CaptureError::Write {
+            path: self.path.clone(),
+            error: io::Error::new(io::ErrorKind::TimedOut, text),
+        }
+    }
+}
+
+/// Paces the reader that fills a queue.
+pub(super) struct Pace<T>(Arc<Shared<T>>);
+
+impl<T> Pace<T> {
+    /// Waits until the file has almost everything; a file that takes longer than 100 ms is waited for again when it has
+    /// caught up. With a full queue, waits for room, and gives the file up when it accepts nothing for 5 s.
+    pub(super) fn wait(&self) {
+        let state = self.0.lock();
+        if !state.is_late && state.unwritten() <= AHEAD_MAX {
+            return;
+        }
+        let is_ahead =
+            |state: &State<T>| state.is_live() && !state.is_late && state.unwritten() > AHEAD_MAX;
+        let mut state = self.0.wait_while(state, AHEAD_PATIENCE, is_ahead);
+        state.is_late |= is_ahead(&state);
+        let is_full = |state: &State<T>| state.is_live() && state.memory() > WAITING_MAX;
+        let mut state = self.0.wait_while(state, PATIENCE, is_full);
+        state.is_given_up |= is_full(&state);
+    }
+}
+
+/// The state and the condition that it changed.
+#[derive(Debug)]
+struct Shared<T> {
+    state: Mutex<State<T>>,
+    changed: Condvar,
+}
+
+impl<T> Default for Shared<T> {
+    fn default() -> Self {
+        Self {
+            state: Mutex::new(State {
+                waiting: Vec::new(),
+                taken: 0,
+                written: 0,
+                look_at: None,
+                seen: 0,
+                seen_since: None,
+                seen_at: Moment::ZERO,
+                phase: Phase::Writing,
+                is_late: false,
+                is_idle: false,
+                waiters: 0,
+                is_given_up: false,
+                problem: None,
+            }),
+            changed: Condvar::new(),
+        }
+    }
+}
+
+impl<T> Shared<T> {
+    fn lock(&self) -> MutexGuard<'_, State<T>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn queue(&self, state: &mut State<T>, queued: Queued<T>) {
+        if state.is_open() {
+            state.waiting.push(queued);
+        }
+        // Each notification is a call of the system.
+        if state.is_idle {
+            self.changed.notify_all();
+        }
+    }
+
+    fn wait_while<'a>(
+        &'a self,
+        mut state: MutexGuard<'a, State<T>>,
+        patience: Duration,
+        mut waits: impl FnMut(&State<T>) -> bool,
+    ) -> MutexGuard<'a, State<T>> {
+        state.waiters += 1;
+        let waited = (self.changed).wait_timeout_while(state, patience, |state| waits(state));
+        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        state.waiters -= 1;
+        state
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Writing,
+    /// No more items are queued, and the file is finished.
+    Finishing,
+    /// No more items are queued, and the file is closed as it is.
+    Leaving,
+    /// The thread has ended.
+    Ended,
+}
+
+#[derive(Debug)]
+enum Queued<T> {
+    /// An item and its bytes.
+    Item(T, u64),
+    /// A request to look, after the items before it.
+    Look,
+}
+
+#[derive(Debug)]
+struct State<T> {
+    waiting: Vec<Queued<T>>,
+    /// Bytes of all items, also of those that came after the end of writing.
+    taken: u64,
+    written: u64,
+    look_at: Option<Moment>,
+    /// Bytes written at the last timeout.
+    seen: u64,
+    /// The timeout since which they are no more, though others wait.
+    seen_since: Option<Moment>,
+    /// The last timeout.
+    seen_at: Moment,
+    phase: Phase,
+    /// The file kept a reader waiting and has not caught up since.
+    is_late: bool,
+    /// The thread sleeps.
+    is_idle: bool,
+    /// Number of threads that wait for the thread.
+    waiters: u32,
+    /// The file accepted no bytes for too long.
+    is_given_up: bool,
+    /// Writing failed, or the file was removed or renamed.
+    problem: Option<CaptureError>,
+}
+
+impl<T> State<T> {
+    /// Whether items still go to the file.
+    const fn is_open(&self) -> bool {
+        !self.has_write_error() && !self.is_given_up
+    }
+
+    const fn has_write_error(&self) -> bool {
+        matches!(self.problem, Some(CaptureError::Write { .. }))
+    }
+
+    /// Keeps the first problem, and a failed write in any case.
+    fn set_problem(&mut self, problem: CaptureError) {
+        if !self.has_write_error() {
+            self.problem = Some(problem);
+        }
+    }
+
+    fn is_stalled(&self) -> bool {
+        let since = self.seen_since;
+        since.is_some_and(|since| self.seen_at.saturating_sub(since) >= STALL_PERIOD)
+    }
+
+    fn is_live(&self) -> bool {
+        self.is_open() && self.phase == Phase::Writing
+    }
+
+    const fn unwritten(&self) -> u64 {
+        self.taken - self.written
+    }
+
+    const fn memory(&self) -> u64 {
+        self.unwritten() + self.waiting.len() as u64 * ITEM_BYTES
+    }
+}
+
+/// The thread: writes until the file is to end. Holds the lock only between calls of the system.
+fn run<W: FileWorker>(mut worker: W, shared: &Shared<W::Item>) {
+    let mut has_failed = false;
+    let phase = loop {
+        let mut state = shared.lock();
+        state.is_idle = true;
+        let waited = shared.changed.wait_while(state, |state| {
+            state.waiting.is_empty() && state.phase == Phase::Writing
+        });
+        let mut state = waited.unwrap_or_else(PoisonError::into_inner);
+        state.is_idle = false;
+        let waiting = std::mem::take(&mut state.waiting);
+        let phase = state.phase;
+        drop(state);
+        for queued in waiting {
+            if has_failed {
+                break;
+            }
+            let (result, bytes) = match queued {
+                Queued::Item(item, bytes) => (worker.write(item), bytes),
+                Queued::Look => (worker.look(), 0),
+            };
+            let mut state = shared.lock();
+            match result {
+                Ok(()) => {
+                    state.written += bytes;
+                    state.is_late &= state.unwritten() > 0;
+                }
+                Err(error) => state.set_problem(error),
+            }
+            has_failed = state.has_write_error();
+            if state.waiters > 0 {
+                shared.changed.notify_all();
+            }
+        }
+        if phase != Phase::Writing {
+            break phase;
+        }
+    };
+    if has_failed || phase == Phase::Leaving {
+        worker.leave();
+    } else if let Err(error) = worker.finish() {
+        shared.lock().set_problem(error);
+    }
+    shared.lock().phase = Phase::Ended;
+    shared.changed.notify_all();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    /// Writes one item for each permission, and says what it does.
+    struct Gated {
+        permissions: Receiver<()>,
+        deeds: Sender<String>,
+    }
+
+    impl FileWorker for Gated {
+        type Item = &'static str;
+
+        fn write(&mut self, item: &'static str) -> Result<(), CaptureError> {
+            self.permissions.recv().unwrap();
+            self.deeds.send(item.to_owned()).unwrap();
+            Ok(())
+        }
+
+        fn look(&mut self) -> Result<(), CaptureError> {
+            self.write("look")
+        }
+
+        fn finish(mut self) -> Result<(), CaptureError> {
+            self.write("finish")
+        }
+
+        fn leave(mut self) {
+            let _ = self.write("leave");
+        }
+    }
+
+    fn gated() -> (WriteQueue<&'static str>, Sender<()>, Receiver<String>) {
+        let (permit, permissions) = channel();
+        let (deeds, done) = channel();
+        let worker = Gated { permissions, deeds };
+        let queue = WriteQueue::start("a.txt".into(), worker, Arc::default()).unwrap();
+        (queue, permit, done)
+    }
+
+    #[test]
+    fn items_looks_and_the_end_come_in_order() {
+        let (queue, permit, done) = gated();
+        queue.push("one", 3);
+        queue.look();
+        queue.push("two", 3);
+        for _ in 0..4 {
+            permit.send(()).unwrap();
+        }
+        assert_eq!(queue.finish_within(PATIENCE).unwrap(), 6);
+        let done: Vec<String> = done.iter().collect();
+        assert_eq!(done, ["one", "look", "two", "finish"]);
+    }
+
+    /// A file is given up with a full queue; the items after that are counted and not written.
+    #[test]
+    fn a_full_queue_ends_the_file_at_an_exact_place() {
+        let (queue, permit, done) = gated();
+        queue.push("first", 2 * WAITING_MAX + 1);
+        assert_eq!(queue.problem(), None);
+        queue.push("second", 7);
+        let problem = queue.problem().unwrap();
+        assert!(problem.contains("accepts no bytes"), "{problem}");
+        let error = queue.finish_within(Duration::ZERO).unwrap_err();
+        assert!(
+            error.to_string().contains("33554440 bytes are not in it"),
+            "{error}"
+        );
+        permit.send(()).unwrap();
+        permit.send(()).unwrap();
+        let done: Vec<String> = done.iter().take(2).collect();
+        assert_eq!(done, ["first", "finish"]);
+    }
+
+    /// The reader waits once for a file that hangs, and again only when the file has caught up.
+    #[test]
+    fn a_reader_is_delayed_once() {
+        let (queue, permit, done) = gated();
+        queue.push("much", AHEAD_MAX + 1);
+        let is_late = || queue.shared.lock().is_late;
+        queue.pace().wait();
+        assert!(is_late());
+        queue.push("more", 1);
+        permit.send(()).unwrap();
+        permit.send(()).unwrap();
+        assert_eq!(done.iter().take(2).collect::<Vec<_>>(), ["much", "more"]);
+        while queue.unwritten() > 0 {
+            thread::yield_now();
+        }
+        assert!(!is_late());
+    }
+
+    #[test]
+    fn a_disk_that_hangs_after_the_last_byte_is_told() {
+        let (queue, permit, done) = gated();
+        queue.push("all", 3);
+        permit.send(()).unwrap();
+        assert_eq!(done.recv().unwrap(), "all");
+        let error = loop {
+            let error = queue.finish_within(Duration::ZERO).unwrap_err().to_string();
+            if !error.contains("3 bytes") {
+                break error;
+            }
+        };
+        assert!(error.contains("does not confirm"), "{error}");
+        permit.send(()).unwrap();
+    }
+}
