@@ -112,6 +112,7 @@ impl Facts {
             // Drawn with the next line.
             Event::Statistics(statistics) => {
                 self.link.take_statistics(**statistics);
+                self.plots.take_statistics(now, statistics, &self.link);
                 is_shown = false;
             }
             Event::Link(link) => self.take_link(now, link),

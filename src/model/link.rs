@@ -230,6 +230,14 @@ impl Link {
         (received + lost > 0).then(|| lost as f64 / (received + lost) as f64)
     }
 
+    /// Damaged lines over the window.
+    pub(crate) fn damaged(&self, now: Moment) -> u64 {
+        let damaged = |c: &Counters| c.crc_rejected + c.shape_rejected + c.field_rejected;
+        let then = self.window_start(self.clock(now));
+        let then = then.map_or(0, |(_, then)| damaged(then));
+        damaged(&self.counters).saturating_sub(then)
+    }
+
     fn window_start(&self, now: Moment) -> Option<&(Moment, Counters)> {
         self.totals
             .iter()

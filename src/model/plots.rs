@@ -5,6 +5,7 @@ use groundwave_protocol::telemetry::{StateLine, StatusLine};
 use super::link::Link;
 use super::robot::{STATE_STALE, STATUS_STALE, ordered_wheels_in_s};
 use crate::event::Moment;
+use crate::statistics::Statistics;
 
 /// Stretches in a window.
 const STRETCHES: usize = 120;
@@ -16,6 +17,20 @@ pub(crate) const WINDOWS: [(&str, Moment); 4] = [
     ("2 h", Moment::from_hours(2)),
     ("24 h", Moment::from_hours(24)),
 ];
+
+/// The newest part of a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Span {
+    window: usize,
+    halvings: u32,
+}
+
+impl Span {
+    /// Its length.
+    pub(crate) fn length(self) -> Moment {
+        WINDOWS[self.window].1 / 2_u32.pow(self.halvings)
+    }
+}
 
 /// A quantity that can be plotted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,9 +51,17 @@ pub(crate) enum Trace {
     Battery,
     /// Lines lost over 20 s, per cent.
     Loss,
+    /// Damaged lines over 20 s.
+    Damaged,
+    /// Airtime over 20 s, per cent.
+    AirDown,
+    AirUp,
 }
 
-const TRACES: usize = Trace::Loss as usize + 1;
+const TRACES: usize = Trace::AirUp as usize + 1;
+
+/// Most halvings of the shortest window while the session is shorter.
+const HALVINGS: u32 = 2;
 
 /// Least and greatest figure of a stretch; empty when the least is greater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,6 +180,8 @@ impl Series {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plots {
     series: [Series; TRACES],
+    /// The first figure of the session.
+    since: Option<Moment>,
 }
 
 impl Plots {
@@ -179,27 +204,61 @@ impl Plots {
         ];
         for (trace, value) in figures {
             if let Some(value) = value {
-                self.series[trace as usize].push(now, value, STATE_STALE);
+                self.push(trace, now, value, STATE_STALE);
             }
+        }
+    }
+
+    pub(super) fn take_statistics(&mut self, now: Moment, statistics: &Statistics, link: &Link) {
+        let damaged = i16::try_from(link.damaged(now)).unwrap_or(i16::MAX);
+        self.push(Trace::Damaged, now, damaged, STATE_STALE);
+        for (trace, pct) in [
+            (Trace::AirDown, statistics.airtime_down_pct),
+            (Trace::AirUp, statistics.airtime_up_pct),
+        ] {
+            self.push(trace, now, pct.round() as i16, STATE_STALE);
         }
     }
 
     pub(super) fn take_status(&mut self, now: Moment, status: &StatusLine) {
         let value = i16::try_from(status.battery_dv).unwrap_or(i16::MAX);
-        self.series[Trace::Battery as usize].push(now, value, STATUS_STALE);
+        self.push(Trace::Battery, now, value, STATUS_STALE);
     }
 
-    /// A figure over a window of [`WINDOWS`] until `now`, in `columns` columns, oldest first: least and greatest
-    /// value of each, `None` without a value.
+    fn push(&mut self, trace: Trace, now: Moment, value: i16, joined: Moment) {
+        self.since.get_or_insert(now);
+        self.series[trace as usize].push(now, value, joined);
+    }
+
+    /// The time span to show of a window of [`WINDOWS`]: a half or a quarter of the shortest while the session is no longer.
+    pub(crate) fn span(&self, window: usize, now: Moment) -> Span {
+        let (_, whole) = WINDOWS[window];
+        let age = self.since.map_or(whole, |since| now.saturating_sub(since));
+        let fits = |halvings: &u32| window == 0 && age <= whole / 2_u32.pow(*halvings);
+        Span {
+            window,
+            halvings: (0..=HALVINGS).rev().find(fits).unwrap_or_default(),
+        }
+    }
+
+    /// Forgets the downlink's airtime, which depends on how the bytes arrive.
+    #[cfg(test)]
+    pub(crate) fn forget_airtime(&mut self) {
+        self.series[Trace::AirDown as usize] = Series::default();
+    }
+
+    /// A figure over a time span until `now`, in `columns` columns, oldest first: least and greatest value of each,
+    /// `None` without a value.
     pub(crate) fn columns(
         &self,
         trace: Trace,
-        window: usize,
+        span: Span,
         now: Moment,
         columns: usize,
     ) -> Vec<Option<(i16, i16)>> {
-        let ring = &self.series[trace as usize].rings[window];
-        let back = |column: usize| (columns - column) * STRETCHES / columns.max(1);
+        let ring = &self.series[trace as usize].rings[span.window];
+        let stretches = STRETCHES >> span.halvings;
+        let back = |column: usize| (columns - column) * stretches / columns.max(1);
         (0..columns)
             .map(|column| {
                 let mut all = NOTHING;
@@ -229,6 +288,13 @@ impl Plots {
 mod tests {
     use super::*;
 
+    const fn whole(window: usize) -> Span {
+        Span {
+            window,
+            halvings: 0,
+        }
+    }
+
     const J: Moment = Moment::from_secs(2);
 
     #[test]
@@ -239,13 +305,16 @@ mod tests {
             plots.series[0].push(at, [5, -3, 7][n as usize % 3], J);
         }
         let now = Moment::from_millis(179 * 333);
-        let columns = plots.columns(Trace::WheelLeft, 0, now, 20);
+        let columns = plots.columns(Trace::WheelLeft, whole(0), now, 20);
         assert!(
             columns[1..].iter().all(|column| *column == Some((-3, 7))),
             "{columns:?}"
         );
-        assert_eq!(plots.columns(Trace::WheelLeft, 0, now, 300).len(), 300);
-        assert_eq!(plots.columns(Trace::WheelLeft, 0, now, 0), []);
+        assert_eq!(
+            plots.columns(Trace::WheelLeft, whole(0), now, 300).len(),
+            300
+        );
+        assert_eq!(plots.columns(Trace::WheelLeft, whole(0), now, 0), []);
     }
 
     #[test]
@@ -254,7 +323,7 @@ mod tests {
         for s in [0_u64, 2, 4, 6, 30, 32] {
             plots.series[0].push(Moment::from_secs(s), s as i16, STATUS_STALE);
         }
-        let columns = plots.columns(Trace::WheelLeft, 0, Moment::from_secs(40), 120);
+        let columns = plots.columns(Trace::WheelLeft, whole(0), Moment::from_secs(40), 120);
         let known: Vec<usize> = (0..120)
             .filter(|&column| columns[column].is_some())
             .collect();
@@ -279,7 +348,25 @@ mod tests {
         let minute = plots.size();
         push(&mut plots, 60, 86_400);
         assert_eq!(plots.size(), minute);
-        let day = plots.columns(Trace::Loss, 3, Moment::from_secs(86_399), 100);
+        let day = plots.columns(Trace::Loss, whole(3), Moment::from_secs(86_399), 100);
         assert!(day.iter().all(|column| *column == Some((0, 99))));
+    }
+
+    #[test]
+    fn a_young_session_fills_the_picture() {
+        let mut plots = Plots::default();
+        assert_eq!(plots.span(0, J), whole(0), "nothing is known");
+        let mut lengths_s = Vec::new();
+        for s in 100..200 {
+            let now = Moment::from_secs(s);
+            plots.push(Trace::Loss, now, 7, J);
+            let span = plots.span(0, now);
+            lengths_s.push(span.length().as_secs());
+            let columns = plots.columns(Trace::Loss, span, now, 40);
+            let empty = columns.iter().filter(|column| column.is_none()).count();
+            assert!(s < 108 || empty <= 20, "{empty} of 40 after {} s", s - 100);
+        }
+        lengths_s.dedup();
+        assert_eq!(lengths_s, [15, 30, 60]);
     }
 }

@@ -50,11 +50,20 @@ impl Screen<'_> {
         let right_columns = (area.width * 2 / 5).clamp(46, 72);
         let (map, right) = split_right(upper, right_columns);
         self.map(buffer, map);
+        // Where the right side is high, the link has its place there, with plots.
+        let is_link_above = is_wide
+            && self.ui.editor.is_none()
+            && right.height >= ladder::ROWS + sensors::ROWS + link::ROWS_PLOTS;
         if let Some(editor) = &self.ui.editor {
             self.route(buffer, right, editor);
         } else {
-            let (ladder, sensors) = split_top(right, ladder::ROWS);
+            let (ladder, mut sensors) = split_top(right, ladder::ROWS);
             self.ladder(buffer, ladder);
+            if is_link_above {
+                let link;
+                (sensors, link) = split_top(sensors, sensors::ROWS);
+                self.draw_panel(buffer, link, Panel::Link);
+            }
             match self.ui.panel {
                 panel @ (Panel::Above | Panel::Plots | Panel::Alarms) if !is_wide => {
                     self.draw_panel(buffer, sensors, panel);
@@ -66,7 +75,9 @@ impl Screen<'_> {
         self.draw_panel(buffer, commands, Panel::Commands);
         let link_rows = self.link_height(log.width);
         let link_rows_min = link_rows.min(link::ROWS_MIN);
-        if log.height >= link_rows_min + LOG_ROWS_MIN {
+        if is_link_above {
+            self.draw_panel(buffer, log, Panel::Log);
+        } else if log.height >= link_rows_min + LOG_ROWS_MIN {
             let beside_log = log.height.saturating_sub(LOG_ROWS).max(link_rows_min);
             let (log, link) = split_bottom(log, link_rows.min(beside_log));
             self.draw_panel(buffer, log, Panel::Log);

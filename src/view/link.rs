@@ -6,14 +6,18 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::Screen;
+use super::plots::OF_LINK;
 use super::text::First;
+use super::{Screen, split_top};
 use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
 use crate::statistics::{Confirmation, Rejected, Resync, Statistics};
 
 /// Minimum height of the panel beside others, rows.
 pub(super) const ROWS_MIN: u16 = 5;
+
+/// Minimum height with plots under the figures, rows.
+pub(super) const ROWS_PLOTS: u16 = 11;
 
 const TITLE: &str = "link: totals; airtime over 20 s";
 
@@ -35,7 +39,9 @@ impl Screen<'_> {
         let note = self.staleness(age, SILENT_AFTER);
         let note = note.map(|note| Span::styled(note, self.theme.warning));
         let lines: Vec<_> = self.link_rows(area.width).into_iter().map(line).collect();
-        self.pages(buffer, area, (Panel::Link, TITLE), note, &lines, First::Top);
+        let (rows, below) = split_top(area, 1 + lines.len() as u16);
+        self.pages(buffer, rows, (Panel::Link, TITLE), note, &lines, First::Top);
+        self.plots_below(buffer, below, &OF_LINK);
     }
 
     /// Height that the panel would fill, with its title.

@@ -10,9 +10,9 @@ use ratatui::text::{Line, Span};
 use super::raster::{Ink, Raster};
 use super::{Screen, put, put_right, split_right, split_top};
 use crate::event::Moment;
-use crate::model::Panel;
-use crate::model::plots::{Trace, WINDOWS};
+use crate::model::plots::{self, Trace};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
+use crate::model::{Limits, Panel};
 
 /// Width of names and figures at the left, columns.
 const LABEL_COLUMNS: u16 = 15;
@@ -20,19 +20,14 @@ const LABEL_COLUMNS: u16 = 15;
 /// Minimum height of a plot, rows.
 const ROWS_MIN: u16 = 3;
 
-const ROWS_MAX: u16 = 9;
-
 /// Width of the trace letters at the right, columns.
 const LETTER_COLUMNS: u16 = 2;
 
 /// Minimum width for close time labels, columns.
 const CLOSE_LABELS_WIDTH: u16 = 44;
 
-/// Seconds between time labels for each window: wide, and close.
-const LABELS_EVERY_S: [[u64; 2]; WINDOWS.len()] =
-    [[30, 15], [300, 120], [3600, 1800], [43_200, 21_600]];
-
-struct Plot {
+/// A plot of one quantity, or of a pair.
+pub(super) struct Plot {
     name: &'static str,
     unit: &'static str,
     /// Lower end, and the smallest upper end.
@@ -41,62 +36,114 @@ struct Plot {
     /// Divisor of the shown figures.
     divisor: i16,
     traces: &'static [(&'static str, Trace, Ink)],
+    /// Limits of the alarms, drawn as faint lines; twice the same if there is one.
+    limits: Option<fn(&Limits) -> [i16; 2]>,
 }
 
 /// Traces from bottom to top: ordered under measured, left under right.
-const PLOTS: [Plot; 5] = [
-    Plot {
-        name: "wheels",
-        unit: "in/s",
-        low: -12,
-        high: 12,
-        divisor: 1,
-        traces: &[
-            ("", Trace::OrderLeft, Ink::Furniture),
-            ("", Trace::OrderRight, Ink::Furniture),
-            ("L", Trace::WheelLeft, Ink::Left),
-            ("R", Trace::WheelRight, Ink::Right),
-        ],
-    },
-    Plot {
-        name: "sonar",
-        unit: "in",
-        low: 0,
-        high: 60,
-        divisor: 1,
-        traces: &[
-            ("L", Trace::SonarLeft, Ink::Left),
-            ("R", Trace::SonarRight, Ink::Right),
-        ],
-    },
-    Plot {
-        name: "darkness",
-        unit: "%",
-        low: 0,
-        high: 100,
-        divisor: 1,
-        traces: &[
-            ("L", Trace::DarkLeft, Ink::Left),
-            ("R", Trace::DarkRight, Ink::Right),
-        ],
-    },
-    Plot {
-        name: "battery",
-        unit: "V",
-        low: 105,
-        high: 138,
-        divisor: 10,
-        traces: &[("", Trace::Battery, Ink::Trail)],
-    },
-    Plot {
-        name: "loss",
-        unit: "%",
-        low: 0,
-        high: 20,
-        divisor: 1,
-        traces: &[("", Trace::Loss, Ink::Trail)],
-    },
-];
+const WHEELS: Plot = Plot {
+    name: "wheels",
+    unit: "in/s",
+    low: -12,
+    high: 12,
+    divisor: 1,
+    traces: &[
+        ("", Trace::OrderLeft, Ink::Furniture),
+        ("", Trace::OrderRight, Ink::Furniture),
+        ("L", Trace::WheelLeft, Ink::Left),
+        ("R", Trace::WheelRight, Ink::Right),
+    ],
+    limits: None,
+};
+
+const SONAR: Plot = Plot {
+    name: "sonar",
+    unit: "in",
+    low: 0,
+    high: 60,
+    divisor: 1,
+    traces: &[
+        ("L", Trace::SonarLeft, Ink::Left),
+        ("R", Trace::SonarRight, Ink::Right),
+    ],
+    limits: None,
+};
+
+const DARKNESS: Plot = Plot {
+    name: "darkness",
+    unit: "%",
+    low: 0,
+    high: 100,
+    divisor: 1,
+    traces: &[
+        ("L", Trace::DarkLeft, Ink::Left),
+        ("R", Trace::DarkRight, Ink::Right),
+    ],
+    limits: None,
+};
+
+const BATTERY: Plot = Plot {
+    name: "battery",
+    unit: "V",
+    low: 105,
+    high: 138,
+    divisor: 10,
+    traces: &[("", Trace::Battery, Ink::Trail)],
+    limits: Some(|limits| [limits.battery_critical_dv, limits.battery_low_dv].map(whole)),
+};
+
+const LOSS: Plot = Plot {
+    name: "loss",
+    unit: "%",
+    low: 0,
+    high: 20,
+    divisor: 1,
+    traces: &[("", Trace::Loss, Ink::Trail)],
+    limits: Some(|limits| [i16::from(limits.loss_pct); 2]),
+};
+
+const DAMAGED: Plot = Plot {
+    name: "damaged",
+    unit: "/ 20 s",
+    low: 0,
+    high: 10,
+    divisor: 1,
+    traces: &[("", Trace::Damaged, Ink::Trail)],
+    limits: None,
+};
+
+const AIR_DOWN: Plot = Plot {
+    name: "air down",
+    unit: "%",
+    low: 0,
+    high: 100,
+    divisor: 1,
+    traces: &[("", Trace::AirDown, Ink::Trail)],
+    limits: None,
+};
+
+const AIR_UP: Plot = Plot {
+    name: "air up",
+    unit: "%",
+    low: 0,
+    high: 100,
+    divisor: 1,
+    traces: &[("", Trace::AirUp, Ink::Trail)],
+    limits: None,
+};
+
+/// The plots of the panel.
+const PLOTS: [&Plot; 5] = [&WHEELS, &SONAR, &DARKNESS, &BATTERY, &LOSS];
+
+/// Under the sensors, the most telling first.
+pub(super) const OF_SENSORS: [&Plot; 4] = [&SONAR, &WHEELS, &BATTERY, &DARKNESS];
+
+/// Under the link's figures, the most telling first.
+pub(super) const OF_LINK: [&Plot; 4] = [&LOSS, &DAMAGED, &AIR_DOWN, &AIR_UP];
+
+fn whole(value: u16) -> i16 {
+    i16::try_from(value).unwrap_or(i16::MAX)
+}
 
 impl Screen<'_> {
     pub(super) fn plots(&self, buffer: &mut Buffer, area: Rect) {
@@ -109,14 +156,29 @@ impl Screen<'_> {
         } else {
             String::new()
         };
-        let (window, _) = WINDOWS[self.ui.plot_window];
+        let window = length_words(self.plot_span().length());
         let note = self.told(&format!("<next-plot-window>: {window}{turn}"));
         let note = Span::styled(note, self.theme.dim);
         let title = self.titled(Panel::Plots, "plots");
-        let mut below = self.panel(buffer, area, &title, Some(note));
-        let rows = (room / together).min(ROWS_MAX);
+        let below = self.panel(buffer, area, &title, Some(note));
         let shown = PLOTS.iter().skip(page * usize::from(together));
-        for plot in shown.take(usize::from(together)) {
+        let shown: Vec<_> = shown.take(usize::from(together)).copied().collect();
+        self.plots_with_axis(buffer, below, &shown, together);
+    }
+
+    /// Draws as many plots as there is room for, with their time axis; nothing if there is none.
+    pub(super) fn plots_below(&self, buffer: &mut Buffer, area: Rect, plots: &[&Plot]) {
+        let together = (area.height.saturating_sub(1) / ROWS_MIN).min(plots.len() as u16);
+        if together > 0 {
+            let shown = &plots[..usize::from(together)];
+            self.plots_with_axis(buffer, area, shown, together);
+        }
+    }
+
+    fn plots_with_axis(&self, buffer: &mut Buffer, area: Rect, plots: &[&Plot], together: u16) {
+        let rows = area.height.saturating_sub(1) / together;
+        let mut below = area;
+        for plot in plots {
             let (here, rest) = split_top(below, rows);
             self.plot(buffer, here, plot);
             below = rest;
@@ -127,20 +189,20 @@ impl Screen<'_> {
         self.time_labels(buffer, axis);
     }
 
+    /// The time that the plots show.
+    fn plot_span(&self) -> plots::Span {
+        self.facts.plots.span(self.ui.plot_window, self.now)
+    }
+
     fn plot(&self, buffer: &mut Buffer, area: Rect, plot: &Plot) {
         let (label, picture) = split_picture(area);
         let dots = usize::from(picture.width) * 2;
         let plots = &self.facts.plots;
+        let span = self.plot_span();
         let traces: Vec<_> = plot
             .traces
             .iter()
-            .map(|&(letter, trace, ink)| {
-                (
-                    letter,
-                    plots.columns(trace, self.ui.plot_window, self.now, dots),
-                    ink,
-                )
-            })
+            .map(|&(letter, trace, ink)| (letter, plots.columns(trace, span, self.now, dots), ink))
             .collect();
         let seen = || traces.iter().flat_map(|(_, columns, _)| columns).flatten();
         let high = seen().map(|&(_, greatest)| greatest).max();
@@ -153,6 +215,11 @@ impl Screen<'_> {
             (height - share / (f64::from(high) - f64::from(low)).max(1.0) * height).round()
         };
         let mut raster = Raster::new(picture);
+        let limits = plot.limits.map(|limits| limits(&self.ui.config.limits));
+        for limit in limits.into_iter().flatten() {
+            let y = y(limit);
+            raster.line((0.0, y), (dots as f64, y), 6, Ink::Furniture);
+        }
         let mut letters = vec![String::new(); usize::from(picture.height)];
         for (letter, columns, ink) in &traces {
             draw_trace(&mut raster, columns, *ink, y);
@@ -214,16 +281,25 @@ impl Screen<'_> {
         }
         put(buffer, area, 1, &Line::styled(words, style));
         let range = format!("{} to {}", figure(low), figure(high));
+        if let Some(limits) = plot.limits
+            && area.height > ROWS_MIN
+        {
+            let [limit, other] = limits(&self.ui.config.limits);
+            let words = if limit == other {
+                format!("limit {}", figure(limit))
+            } else {
+                format!("low {}, {}", figure(other), figure(limit))
+            };
+            put(buffer, area, 2, &Line::styled(words, theme.dim));
+        }
         let last = area.height.saturating_sub(1).max(2);
         put(buffer, area, last, &Line::styled(range, theme.dim));
     }
 
     /// Draws the time axis.
     fn time_labels(&self, buffer: &mut Buffer, area: Rect) {
-        let chosen = self.ui.plot_window;
-        let (_, window) = WINDOWS[chosen];
-        let is_close = usize::from(area.width >= CLOSE_LABELS_WIDTH);
-        let every = Moment::from_secs(LABELS_EVERY_S[chosen][is_close]);
+        let window = self.plot_span().length();
+        let every = label_step(window, area.width >= CLOSE_LABELS_WIDTH);
         let mut ago = window;
         while ago > Moment::ZERO {
             let share = 1.0 - ago.as_secs_f64() / window.as_secs_f64();
@@ -274,6 +350,18 @@ fn draw_trace(
         }
         last = column.map(|(least, _)| least);
     }
+}
+
+/// Time between two labels of an axis: a part of it in whole seconds, or minutes beyond one.
+fn label_step(window: Moment, is_close: bool) -> Moment {
+    let s = window.as_secs();
+    let is_round = |parts: &u64| {
+        let step_s = s / parts;
+        s.is_multiple_of(*parts) && (step_s < 60 || step_s.is_multiple_of(60))
+    };
+    let parts = if is_close { [4, 5] } else { [2, 3] };
+    let parts = parts.into_iter().find(is_round).unwrap_or(1);
+    Moment::from_secs(s / parts)
 }
 
 /// A duration in its natural unit.

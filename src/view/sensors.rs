@@ -6,8 +6,9 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::Screen;
+use super::plots::OF_SENSORS;
 use super::text::First;
+use super::{Screen, split_top};
 use crate::event::Moment;
 use crate::model::robot::{
     COUNTERS_STALE, STATE_STALE, STATUS_STALE, detects, ordered_wheels_in_s, touches,
@@ -56,14 +57,10 @@ impl Screen<'_> {
             let words = format!("{} old: {which}", self.theme.glyphs.stale);
             Span::styled(words, self.theme.warning)
         });
-        self.pages(
-            buffer,
-            area,
-            (Panel::Sensors, "sensors"),
-            note,
-            &lines,
-            First::Top,
-        );
+        let (rows, below) = split_top(area, 1 + lines.len() as u16);
+        let title = (Panel::Sensors, "sensors");
+        self.pages(buffer, rows, title, note, &lines, First::Top);
+        self.plots_below(buffer, below, &OF_SENSORS);
     }
 
     fn sensor_rows(&self, width: u16) -> Vec<Row<'_>> {

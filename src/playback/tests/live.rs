@@ -206,11 +206,13 @@ fn screen(facts: &Facts, now: Moment) -> String {
     terminal.backend().to_string()
 }
 
-/// The facts as text, without the last digits of the airtime: it counts bytes as they come, and a recording has
+/// The facts as text, without the plotted airtime and the last digits of the newest: it counts bytes as they come, and a recording has
 /// only the time of the line they end in.
 fn known(facts: &Facts) -> String {
     const AIRTIME: &str = "airtime_down_pct: ";
-    let told = told(facts);
+    let mut facts = facts.clone();
+    facts.plots.forget_airtime();
+    let told = told(&facts);
     let mut known = String::new();
     let mut rest = &*told;
     while let Some((before, after)) = rest.split_once(AIRTIME) {
