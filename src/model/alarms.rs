@@ -6,7 +6,7 @@ use super::age;
 use crate::event::Moment;
 pub(super) use rules::Inputs;
 pub use rules::Limits;
-pub(crate) use rules::{RULES, Rule, Source};
+pub(crate) use rules::{PRESSED_S, RULES, Rule, Source};
 use rules::{RULES_COUNT, SECONDS, Sight};
 
 /// An alarm that was raised and is active, or not acknowledged.

@@ -220,6 +220,12 @@ impl Motors {
             .or_else(|| self.samples.share(place))
     }
 
+    /// A holder's share of each step of the last minute, 0 to 1, oldest first, by the lines received.
+    pub(crate) fn recent(&self, holder: Holder) -> Vec<f64> {
+        let place = holder.place();
+        place.map_or_else(Vec::new, |place| self.samples.steps(place))
+    }
+
     /// Whether the holder changes too often.
     pub(crate) fn thrashes(&self, now: Moment) -> bool {
         self.changes.len() == THRASH_CHANGES
@@ -257,6 +263,17 @@ impl Tally {
         for (total, won) in self.totals.iter_mut().zip(won) {
             *total += won;
         }
+    }
+
+    fn steps(&self, place: usize) -> Vec<f64> {
+        let starts = self.marks.iter().map(|(_, totals)| totals);
+        let ends = starts.clone().skip(1).chain([&self.totals]);
+        let share = |(start, end): (&[u64; HOLDERS], &[u64; HOLDERS])| {
+            let won = |place: usize| end[place].saturating_sub(start[place]);
+            let all: u64 = (0..HOLDERS).map(won).sum();
+            won(place) as f64 / all.max(1) as f64
+        };
+        starts.zip(ends).map(share).collect()
     }
 
     fn share(&self, place: usize) -> Option<f64> {

@@ -34,6 +34,36 @@ pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment)
     }
 }
 
+/// The readings that a layer acts on.
+pub(crate) fn reads(layer: Layer, state: &StateLine, robot: &Robot) -> String {
+    let dark = |percent: Option<u8>| percent.map_or("none".to_owned(), |v| format!("{v} %"));
+    match layer {
+        Layer::User if state.mode == Mode::User => by_hand(state),
+        Layer::User => "nobody drives by hand".to_owned(),
+        Layer::Bumpers => match bump(state.bump) {
+            "free" => "no contact".to_owned(),
+            touched => touched.to_owned(),
+        },
+        Layer::Rotation => "turns on request".to_owned(),
+        Layer::Infrared => words::infrared(state.infrared).to_owned(),
+        Layer::Sonar => {
+            let (left, right) = (range(state.sonar_left_in), range(state.sonar_right_in));
+            format!("{left} left, {right} right")
+        }
+        Layer::Photo => {
+            let (left, right) = (dark(state.photo_left_pct), dark(state.photo_right_pct));
+            format!("dark {left} left, {right} right")
+        }
+        Layer::Motion => format!("arm {}", arm(state.arm)),
+        Layer::DeadReckoning => match robot.status.map(|status| status.value) {
+            Some(status) if status.target_in.is_none() && status.list.count == 0 => {
+                "no route, no target".to_owned()
+            }
+            _ => route(robot),
+        },
+    }
+}
+
 fn by_hand(state: &StateLine) -> String {
     match (state.velocity_in_s, state.rotation_in_s) {
         (0, 0) => "by hand, standing".to_owned(),

@@ -13,7 +13,7 @@ use crate::model::age;
 use crate::model::keys::{Action, Context};
 use crate::model::motors::{self, Holder};
 use crate::model::robot::{COUNTERS_STALE, STATE_STALE};
-use crate::model::{why, words};
+use crate::model::{Large, why, words};
 
 /// Height of the panel: title, three rows of text, eight layers and prowl.
 pub(super) const ROWS: u16 = 1 + WORDS_ROWS + 9;
@@ -52,9 +52,13 @@ impl Screen<'_> {
         }
         let layers = Layer::ALL.map(|layer| self.rung(layer));
         let key_columns = layers.iter().map(|rung| columns(&rung.key)).max();
+        let mut taken = Vec::new();
         for (row, mut rung) in (0..).zip(layers.into_iter().chain([self.prowl_rung()])) {
             rung.key = format!("{:1$}", rung.key, key_columns.unwrap_or_default());
-            self.draw_rung(buffer, rungs, row, &rung);
+            taken.push(self.draw_rung(buffer, rungs, row, &rung));
+        }
+        if self.ui.enlarged == Some(Large::Ladder) {
+            self.reasons(buffer, rungs, &taken);
         }
     }
 
@@ -228,7 +232,8 @@ impl Screen<'_> {
         }
     }
 
-    fn draw_rung(&self, buffer: &mut Buffer, area: Rect, row: u16, rung: &Rung) {
+    /// Draws a rung; returns the columns of its text at the left.
+    fn draw_rung(&self, buffer: &mut Buffer, area: Rect, row: u16, rung: &Rung) -> usize {
         let theme = &self.theme;
         let line = Line::from(vec![
             Span::styled(format!("{} ", rung.key), theme.dim),
@@ -238,18 +243,19 @@ impl Screen<'_> {
             ),
         ]);
         put(buffer, area, row, &line);
+        let left = width_of(&line.spans);
         self.draw_since(buffer, area, row, &line, rung);
         let old = if self.are_shares_stale() {
             theme.glyphs.stale
         } else {
             ""
         };
-        let taken = width_of(&line.spans) + " 100 %".len() + old.chars().count();
+        let taken = left + " 100 %".len() + old.chars().count();
         let Some(share) = rung
             .share
             .filter(|share| *share > 0.0 && taken <= usize::from(area.width))
         else {
-            return;
+            return left;
         };
         let mut spans = Vec::new();
         if area.width >= BARS_WIDTH {
@@ -258,6 +264,7 @@ impl Screen<'_> {
         let figures = format!("{old}{:>1$.0} %", share * 100.0, 4 - old.chars().count());
         spans.push(Span::styled(figures, rung.style));
         put_right(buffer, area, row, &Line::from(spans));
+        left
     }
 
     /// Draws the time of the latest change if there is room between text and share.

@@ -10,6 +10,7 @@ use super::pointer::Mark;
 use super::projection::Projection;
 use super::raster::{Ink, Raster};
 use super::{Screen, fill, put, put_right, split_bottom, width_of};
+use crate::model::Large;
 use crate::model::chart::{Pose, ROBOT_RADIUS_IN};
 use crate::model::ghost::{Ghost, ghost};
 use crate::model::map::Focus;
@@ -30,6 +31,12 @@ const BARS: [(f64, &str); 11] = [
     (12000.0, "1000 ft"),
 ];
 
+/// Least distance of two coordinates, columns.
+const AXIS_COLUMNS: u16 = 12;
+
+/// Most coordinates along an edge.
+const AXIS_LABELS_MAX: u32 = 64;
+
 /// Width of a sonar beam, degrees; the two are side by side.
 const BEAM_DEG: f64 = 15.0;
 
@@ -48,6 +55,9 @@ impl Screen<'_> {
         let mut raster = Raster::new(picture);
         self.lines(&projection, &mut raster);
         raster.draw(buffer, picture, &self.theme);
+        if self.ui.enlarged == Some(Large::Map) {
+            self.axes(&projection, buffer, picture);
+        }
         self.marks(&projection, buffer);
         self.legend(&projection, buffer, legend);
         self.claim(picture, Mark::Map(projection));
@@ -148,6 +158,38 @@ impl Screen<'_> {
         }
     }
 
+    /// Draws the coordinates, inches, at the left and lower edge.
+    fn axes(&self, projection: &Projection, buffer: &mut Buffer, area: Rect) {
+        let label = |buffer: &mut Buffer, at: Rect, value: f64| {
+            let text = Line::styled(format!("{value:.0}"), self.theme.dim);
+            let width = text.width() as u16;
+            if at.x + width <= area.right() {
+                put(buffer, Rect { width, ..at }, 0, &text);
+            }
+        };
+        let least_in = f64::from(AXIS_COLUMNS) * 2.0 * projection.scale_in();
+        let step_in = BARS.iter().find(|(length_in, _)| *length_in >= least_in);
+        let step_in = step_in.map_or(least_in, |(length_in, _)| *length_in);
+        let (west_in, south_in) = projection.corner();
+        let steps = |from_in: f64| {
+            (0..AXIS_LABELS_MAX).map(move |n| {
+                (from_in / step_in)
+                    .ceil()
+                    .mul_add(step_in, f64::from(n) * step_in)
+            })
+        };
+        for x_in in steps(west_in) {
+            if let Some(cell) = projection.cell((x_in, south_in)) {
+                label(buffer, cell, x_in);
+            }
+        }
+        for y_in in steps(south_in) {
+            if let Some(cell) = projection.cell((west_in, y_in)) {
+                label(buffer, cell, y_in);
+            }
+        }
+    }
+
     /// Draws marks of one cell, the more important over the less.
     fn marks(&self, projection: &Projection, buffer: &mut Buffer) {
         let theme = &self.theme;
@@ -176,6 +218,21 @@ impl Screen<'_> {
         let pending = facts.ledger.pending_route().unwrap_or_default();
         for waypoint in self.ui.map.draft.waypoints().iter().chain(pending) {
             mark(place(*waypoint), glyphs.draft, theme.draft);
+        }
+        if self.ui.enlarged == Some(Large::Map) {
+            let route = facts
+                .ledger
+                .active()
+                .map_or(&[][..], |active| &active.waypoints);
+            for (n, waypoint) in (1..).zip(route) {
+                let (x_in, y_in) = place(*waypoint);
+                // The number has the cell to the right.
+                mark(
+                    (x_in + 2.0 * projection.scale_in(), y_in),
+                    &number(n),
+                    theme.route,
+                );
+            }
         }
         for hit in &facts.chart.bumps {
             mark((hit.x_in, hit.y_in), glyphs.bump, theme.holder);
@@ -249,6 +306,12 @@ impl Screen<'_> {
         put(buffer, area, 0, &bar);
         put_right(buffer, area, 0, &legend);
     }
+}
+
+/// The number of a waypoint in one cell; letters from the tenth.
+fn number(n: u32) -> String {
+    let digit = char::from_digit(n, 36).unwrap_or('+');
+    digit.to_string()
 }
 
 fn place(waypoint: Waypoint) -> (f64, f64) {

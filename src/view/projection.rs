@@ -49,6 +49,15 @@ impl Projection {
         self.scale_in
     }
 
+    /// The point of the floor in the lower left cell.
+    pub(super) fn corner(&self) -> (f64, f64) {
+        let (width, height) = (f64::from(self.area.width), f64::from(self.area.height));
+        (
+            self.middle.0 - (width - 1.0) * self.scale_in,
+            self.middle.1 - (2.0 * height - 2.0) * self.scale_in,
+        )
+    }
+
     /// Moves the middle so that as little as possible outside the known floor is shown.
     fn stay_inside(&mut self, known: &Bounds) {
         let half = |cells: u16, dots: f64| f64::from(cells) * dots / 2.0 * self.scale_in;

@@ -10,6 +10,7 @@ use super::plots::OF_SENSORS;
 use super::text::First;
 use super::{Screen, split_top};
 use crate::event::Moment;
+use crate::model::alarms::PRESSED_S;
 use crate::model::robot::{
     COUNTERS_STALE, STATE_STALE, STATUS_STALE, detects, ordered_wheels_in_s, touches,
 };
@@ -20,6 +21,9 @@ pub(super) const ROWS: u16 = 11;
 
 /// Index of the battery's row among those of line A.
 const BATTERY_PLACE: usize = 5;
+
+/// Where the alarms' limits end on a wide screen, columns.
+const LIMITS_COLUMNS: usize = 100;
 
 /// Width of a row's name, columns.
 const NAME_COLUMNS: usize = 9;
@@ -81,7 +85,14 @@ impl Screen<'_> {
         spans.extend(row.spans);
         let width = usize::from(width);
         let Some(stale) = stale else {
-            return self.cut(Line::from(spans), width);
+            let line = self.cut(Line::from(spans), width);
+            return match self.alarm_limit(row.name) {
+                Some(limit) if self.ui.enlarged.is_some() => {
+                    let limit = Span::styled(limit, self.theme.dim);
+                    self.with_right(line, limit, width.min(LIMITS_COLUMNS))
+                }
+                _ => line,
+            };
         };
         for span in &mut spans {
             span.style = self.theme.dim;
@@ -91,6 +102,25 @@ impl Screen<'_> {
             Span::styled(stale, self.theme.dim),
             width,
         )
+    }
+
+    /// The limit at which a row's figure raises an alarm.
+    fn alarm_limit(&self, name: &str) -> Option<String> {
+        let limits = &self.ui.config.limits;
+        let volts = |dv: u16| format!("{}.{}", dv / 10, dv % 10);
+        let limit = match name {
+            "bumper" => format!("jammed after {PRESSED_S} s"),
+            "wheels" => format!("stalled after {} s", limits.stalled_s),
+            "battery" => format!(
+                "{} V low, {} V critical",
+                volts(limits.battery_low_dv),
+                volts(limits.battery_critical_dv)
+            ),
+            "drive" => format!("fallen after {} s without floor", limits.fallen_s),
+            "robot" => format!("silent after {} s", limits.silent_s),
+            _ => return None,
+        };
+        Some(format!("alarm: {limit}"))
     }
 
     fn state_rows(&self, width: u16) -> Vec<Row<'_>> {

@@ -121,7 +121,7 @@ pub(crate) struct Rule {
 pub(super) const SECONDS: &str = "s";
 
 /// Time that the bumper is pressed before it counts as jammed, s.
-const PRESSED_S: u16 = 5;
+pub(crate) const PRESSED_S: u16 = 5;
 
 pub(super) const RULES_COUNT: usize = 11;
 

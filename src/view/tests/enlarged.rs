@@ -1,6 +1,8 @@
 //! Enlarged panels.
 
+use super::link::measured;
 use super::*;
+use crate::model::{Large, Panel};
 
 #[test]
 fn every_panel_is_one_key_away_and_can_be_enlarged() {
@@ -47,6 +49,53 @@ fn the_map_and_the_ladder_can_be_enlarged_too() {
     scene.type_text("zz");
     scene.press(&[KeyCode::F(6)]);
     assert!(screen(&scene, 80, 24).contains("── F6 log"));
+}
+
+/// An enlarged panel shows more than the same in a larger frame.
+#[test]
+fn enlarging_shows_more() {
+    let four = [(80, 24), (100, 30), (120, 40), (200, 60)];
+    let mut scene = measured(demo());
+    scene.status.digest = commanded(&mut scene);
+    scene.status.list = ListPlace {
+        driven: 0,
+        count: 2,
+    };
+    scene.hear_status();
+    let expect = |scene: &Scene, facts: &[&str], what: &str| {
+        let mut pictures = String::new();
+        for (width, height) in four {
+            let shown = screen(scene, width, height);
+            for fact in facts {
+                row(&shown, fact);
+            }
+            pictures += &shown;
+        }
+        insta::assert_snapshot!(what, pictures);
+    };
+    scene.model.ui.enlarged = Some(Large::Panel);
+    let limits = [
+        "alarm: 11.6 V low, 11.2 V critical",
+        "alarm: stalled after 2 s",
+        "sonar in",
+        "now|",
+    ];
+    expect(&scene, &limits, "large_sensors");
+    scene.model.ui.panel = Panel::Link;
+    let history = ["loss %", "damaged / 20 s", "air down %", "now|"];
+    expect(&scene, &history, "large_link");
+    scene.model.ui.enlarged = Some(Large::Map);
+    // Coordinates along the edges, and the waypoints' numbers.
+    expect(&scene, &[" 120 ", "◆1", "◆2"], "large_map");
+    scene.model.ui.enlarged = Some(Large::Ladder);
+    let reasons = [
+        "right bumper",
+        "no echo left",
+        "nobody drives by hand",
+        "before, newest first",
+        "00:15 ✖ right bumper hit at",
+    ];
+    expect(&scene, &reasons, "large_ladder");
 }
 
 const PANELS: [(u8, &str); 7] = [
