@@ -12,6 +12,8 @@ use serde::{Deserialize, Serialize};
 pub struct Truth {
     /// Walls, windows and edges of the floor as segments, inches.
     pub walls: Vec<[(f64, f64); 2]>,
+    /// The same walls filled, as rectangles along the axes: two opposite corners, inches.
+    pub blocks: Vec<[(f64, f64); 2]>,
     /// Furniture and low objects as segments, inches.
     pub furniture: Vec<[(f64, f64); 2]>,
     /// Round obstacles: centre and radius, inches.

@@ -157,6 +157,11 @@ pub fn truth(outlines: &[Outline]) -> Truth {
                 };
                 lines.push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
             }
+            Outline::Block { from, to } => {
+                truth
+                    .blocks
+                    .push([(from.x_in, from.y_in), (to.x_in, to.y_in)]);
+            }
             Outline::Circle {
                 center, radius_in, ..
             } => {

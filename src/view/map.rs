@@ -87,6 +87,9 @@ impl Screen<'_> {
             for (center, radius_in) in &chart.truth.circles {
                 circle(raster, projection, *center, *radius_in, Ink::Furniture);
             }
+            for [from, to] in &chart.truth.blocks {
+                raster.block(dot(*from), dot(*to), Ink::Wall);
+            }
             for [from, to] in &chart.truth.walls {
                 raster.line(dot(*from), dot(*to), 1, Ink::Wall);
             }

@@ -94,10 +94,7 @@ impl Raster {
             return;
         }
         let (x, y) = (x as usize, y as usize);
-        if let Some((bits, owner)) = self.cells.get_mut(y / 4 * self.columns + x / 2) {
-            *bits |= 1 << (y % 4 * 2 + x % 2);
-            *owner = ink.max(*owner);
-        }
+        self.set(y / 4 * self.columns + x / 2, 1 << (y % 4 * 2 + x % 2), ink);
     }
 
     /// Draws a line of dots; `every` is their spacing.
@@ -115,6 +112,39 @@ impl Raster {
         for step in (0..=steps as usize).step_by(every.max(1)) {
             let part = step as f64 / steps;
             self.dot(from.0 + dx * part, from.1 + dy * part, ink);
+        }
+    }
+
+    /// Fills a rectangle between two opposite corners.
+    pub(super) fn block(&mut self, from: (f64, f64), to: (f64, f64), ink: Ink) {
+        let span = |a: f64, b: f64, end: f64| {
+            let (low, high) = (a.min(b).max(0.0), a.max(b).min(end - 1.0));
+            (low <= high).then_some((low as usize, high as usize))
+        };
+        let across = span(from.0, to.0, self.width);
+        let down = span(from.1, to.1, self.height);
+        let (Some((left, right)), Some((top, bottom))) = (across, down) else {
+            return;
+        };
+        for row in top / 4..=bottom / 4 {
+            let (first, last) = (top.max(4 * row) % 4, bottom.min(4 * row + 3) % 4);
+            let rows = 0xFF_u8 << (2 * first) & 0xFF >> (6 - 2 * last);
+            for column in left / 2..=right / 2 {
+                let both = (left <= 2 * column, right > 2 * column);
+                let columns = match both {
+                    (true, true) => 0xFF,
+                    (true, false) => 0x55,
+                    (false, _) => 0xAA,
+                };
+                self.set(row * self.columns + column, rows & columns, ink);
+            }
+        }
+    }
+
+    fn set(&mut self, cell: usize, dots: u8, ink: Ink) {
+        if let Some((bits, owner)) = self.cells.get_mut(cell) {
+            *bits |= dots;
+            *owner = ink.max(*owner);
         }
     }
 
@@ -165,6 +195,8 @@ const fn quarters(bits: u8) -> u8 {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::model::Config;
 
@@ -175,6 +207,25 @@ mod tests {
         raster.line((-1e6, 3.5), (1e6, 3.5), 1, Ink::Wall);
         let lit = |cells: &[(u8, Ink)]| cells.iter().map(|(bits, _)| *bits).collect::<Vec<_>>();
         assert_eq!(lit(&raster.cells), [0xC0, 0xC0, 0xC0, 0xC0, 0, 0, 0, 0]);
+    }
+
+    proptest! {
+        /// Filling a rectangle sets the dots that its rows of lines set.
+        #[test]
+        fn a_block_is_its_lines(
+            a in (-9..20_i32, -9..20_i32), b in (-9..20_i32, -9..20_i32)
+        ) {
+            let area = Rect::new(0, 0, 5, 3);
+            let (mut block, mut lines) = (Raster::new(area), Raster::new(area));
+            let point = |(x, y): (i32, i32)| (f64::from(x), f64::from(y));
+            block.block(point(a), point(b), Ink::Wall);
+            for y in a.1.min(b.1)..=a.1.max(b.1) {
+                for x in a.0.min(b.0)..=a.0.max(b.0) {
+                    lines.dot(f64::from(x), f64::from(y), Ink::Wall);
+                }
+            }
+            prop_assert_eq!(block.cells, lines.cells);
+        }
     }
 
     #[test]

@@ -149,7 +149,7 @@ fn plan_is_north_up_and_the_start_is_the_origin() {
                 && (to.x_in + 9.0).abs() < 1e-6
                 && (from.y_in - to.y_in).abs() > 47.9
         }
-        Outline::Circle { .. } => false,
+        Outline::Block { .. } | Outline::Circle { .. } => false,
     });
     assert!(north, "{:?}", world.outlines());
 }
@@ -171,6 +171,38 @@ fn drop_encloses_the_floor_and_its_edge_is_outlined() {
         )
     });
     assert_eq!(edges.count(), 1);
+}
+
+/// The map fills walls: every point inside one is in a block, and no other point is.
+#[test]
+fn walls_are_filled_and_furniture_is_not() {
+    let world = World::parse(
+        "t",
+        "name = \"t\"\ncell_in = 6\nplan = '''\n#########\n#.....#w#\n#..^....#\n#.......#\n#=======#\n'''\n",
+    )
+    .unwrap();
+    let outlines = world.outlines();
+    let is_filled = |x_in: f64, y_in: f64| {
+        outlines.iter().any(|outline| match outline {
+            Outline::Block { from, to } => {
+                let within = |a: f64, b: f64, at: f64| at > a.min(b) && at < a.max(b);
+                within(from.x_in, to.x_in, x_in) && within(from.y_in, to.y_in, y_in)
+            }
+            _ => false,
+        })
+    };
+    // Cells around the start, which is the origin.
+    let cells = [
+        (0, 0, false),
+        (3, 1, true),
+        (4, 1, false),
+        (0, 2, true),
+        (0, -2, true),
+    ];
+    for (column, row, filled) in cells {
+        let (x_in, y_in) = (f64::from(column) * 6.0, f64::from(row) * 6.0);
+        assert_eq!(is_filled(x_in, y_in), filled, "{column} {row}");
+    }
 }
 
 #[test]

@@ -282,7 +282,7 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
             Event::RouteLoaded { path: "r.txt".to_owned(), route: Ok(route) }
         }),
         1 => any::<[f64; 5]>().prop_map(|[a, b, c, d, radius_in]| {
-            Event::Truth(Truth { walls: vec![[(a, b), (c, d)]], furniture: vec![[(b, c), (d, a)]], circles: vec![((c, b), radius_in)] })
+            Event::Truth(Truth { walls: vec![[(a, b), (c, d)]], blocks: vec![[(a, c), (b, d)]], furniture: vec![[(b, c), (d, a)]], circles: vec![((c, b), radius_in)] })
         }),
         1 => any::<String>().prop_map(|text| Event::Notice(Notice::new(NoticeCode::Other, Level::Alarm, text))),
         8 => any_key().prop_map(Event::Key),

@@ -140,6 +140,7 @@ impl World {
             .collect();
         let plan_solids = obstacles.len();
         let mut outlines = plan.outlines();
+        outlines.extend(plan.walls());
         let mut overheads = Vec::new();
         let mut snags = Vec::new();
         for entry in &entries.clutter {

@@ -35,7 +35,7 @@ impl OutlineKind {
     }
 }
 
-/// A line or circle of the world's true outlines.
+/// A line, wall or circle of the world's true outlines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
     /// A straight edge.
@@ -46,6 +46,13 @@ pub enum Outline {
         to: Point,
         /// Kind of object.
         kind: OutlineKind,
+    },
+    /// A wall of the plan, filled; its sides run along the axes.
+    Block {
+        /// One corner.
+        from: Point,
+        /// The opposite corner.
+        to: Point,
     },
     /// A round object.
     Circle {
@@ -103,6 +110,10 @@ impl Outline {
                 from: turn(from),
                 to: turn(to),
                 kind,
+            },
+            Self::Block { from, to } => Self::Block {
+                from: turn(from),
+                to: turn(to),
             },
             Self::Circle {
                 center,

@@ -287,6 +287,22 @@ impl Plan {
         solids
     }
 
+    /// The walls, filled.
+    pub(super) fn walls(&self) -> impl Iterator<Item = Outline> {
+        let walls = self.solids().into_iter();
+        let walls = walls.filter(|(_, material)| OutlineKind::of(*material) == OutlineKind::Wall);
+        walls.filter_map(|(solid, _)| match solid {
+            Solid::Block { place, cuboid } => {
+                let half = cuboid.half_extents;
+                Some(Outline::Block {
+                    from: place.transform_point(Vec2::new(-half.x, -half.y)).into(),
+                    to: place.transform_point(Vec2::new(half.x, half.y)).into(),
+                })
+            }
+            Solid::Round { .. } => None,
+        })
+    }
+
     /// The edges of walls on both sides, and of other solid cells towards the floor, joined into long lines, in plan
     /// coordinates.
     pub(super) fn outlines(&self) -> Vec<Outline> {

@@ -96,7 +96,7 @@ impl Drawing {
             .iter()
             .filter_map(|outline| match outline {
                 Outline::Segment { from, .. } => Some(*from),
-                Outline::Circle { .. } => None,
+                Outline::Block { .. } | Outline::Circle { .. } => None,
             })
             .map(|corner| {
                 let (x, y) = self.place(corner);
