@@ -377,9 +377,9 @@ fn a_clock_set_back_leaves_the_times_in_order() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.mcap");
     let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
-    for (second, byte) in [(100, b"a\n"), (130, b"b\n"), (50, b"c\n"), (131, b"d\n")] {
+    for second in [100, 130, 50, 131] {
         let now = Duration::from_secs(second);
-        recorder.handle_rx(now, wall(now), byte);
+        recorder.handle_rx(now, wall(now), b"a damaged line\n");
     }
     recorder.finish().unwrap();
     let mut capture = Capture::open(&path).unwrap();

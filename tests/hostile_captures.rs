@@ -302,7 +302,7 @@ fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
             recording(&vec![record(op::SCHEMA, &[]); 20_000 * factor]),
         ),
         ("no line", vec![b'x'; 2 * mib]),
-        ("only line feeds", vec![b'\n'; mib / 8]),
+        ("only line feeds", vec![b'\n'; mib]),
         (
             "a line, then none",
             [lines.clone(), vec![b'x'; 2 * mib], lines.clone()].concat(),

@@ -90,7 +90,7 @@ fn raw_bytes_are_the_stream_and_telemetry_is_every_line() {
     let mut concatenated = Vec::new();
     for raw in decoded::<RawBytes>(&kept, Topic::RawRx) {
         assert_eq!(raw.stream_offset, concatenated.len() as u64);
-        assert!(raw.data.len() <= 80);
+        assert!(raw.data.len() < 160);
         concatenated.extend(raw.data);
     }
     assert_eq!(concatenated, stream);
@@ -100,6 +100,48 @@ fn raw_bytes_are_the_stream_and_telemetry_is_every_line() {
     for pair in kept.windows(2) {
         assert!(pair[0].log_time_ns <= pair[1].log_time_ns);
     }
+}
+
+/// Lines too short to be intact share messages, so a flood of line feeds stays small.
+#[test]
+fn a_flood_of_short_lines_makes_few_messages() {
+    for (line, flood) in [("\n", 80), ("x\r\n", 81), ("twelve bytes\n", 91)] {
+        let stream = line.repeat(10_000).into_bytes();
+        for size in [1, 33, 4096] {
+            let raw = decoded::<RawBytes>(&derive(&stream, &[size]), Topic::RawRx);
+            // A read that comes late ends a message.
+            let most = stream.len().div_ceil(flood) + stream.len() / 4096;
+            assert!(raw.len() <= most, "{line:?} by {size}: {}", raw.len());
+            let all: Vec<u8> = raw.into_iter().flat_map(|raw| raw.data).collect();
+            assert!(all == stream, "{line:?} by {size}");
+        }
+    }
+}
+
+/// A short line keeps its time, unless others follow at once.
+#[test]
+fn a_lone_line_feed_keeps_its_time() {
+    let mut deriver = Deriver::new();
+    let mut kept = Vec::new();
+    for (at_ns, bytes) in [
+        (0, &b"\n"[..]),
+        (LINE_NS / 2, b"\r\n"),
+        (9 * LINE_NS, b"x\n"),
+    ] {
+        deriver
+            .handle_rx(START_NS + at_ns, bytes, keep(&mut kept))
+            .unwrap();
+    }
+    let line = &streams::clean(1)[..80];
+    deriver
+        .handle_rx(START_NS + 20 * LINE_NS, line, keep(&mut kept))
+        .unwrap();
+    let raw = of(&kept, Topic::RawRx);
+    let times = raw.iter().map(|message| message.log_time_ns - START_NS);
+    assert_eq!(
+        times.collect::<Vec<_>>(),
+        [LINE_NS / 2, 9 * LINE_NS, 20 * LINE_NS]
+    );
 }
 
 /// Messages have the canonical protobuf form, like those of derived encoders: fields in the order of their tags,

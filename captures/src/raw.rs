@@ -44,7 +44,7 @@ impl RawWriter {
     /// written, so that the file stays an exact beginning of the stream; [`Self::problem`] and [`Self::finish`] return the
     /// error.
     pub fn write(&self, bytes: &[u8]) {
-        self.queue.push(bytes.to_vec(), bytes.len() as u64);
+        self.queue.push(bytes.to_vec(), bytes.len() as u64, None);
         self.queue.pace().wait();
     }
 

@@ -131,7 +131,6 @@ impl Recorder {
         if !bytes.is_empty() {
             let observation = Observation::Received(RawBytes::unplaced(bytes));
             self.push(Some(now), since_1970_ns(wall), observation);
-            self.handle_timeout(now);
         }
     }
 
@@ -147,7 +146,6 @@ impl Recorder {
         if !bytes.is_empty() {
             let observation = Observation::Sent(RawBytes::unplaced(bytes));
             self.push(Some(now), since_1970_ns(wall), observation);
-            self.handle_timeout(now);
         }
     }
 
@@ -158,7 +156,6 @@ impl Recorder {
         if event.is_urgent() {
             self.queue.look();
         }
-        self.handle_timeout(now);
     }
 
     /// Records observations from before the recording began, oldest first, with their times in nanoseconds since 1970. To be
@@ -186,13 +183,20 @@ impl Recorder {
             at_ns: self.last_ns,
             observation,
         };
-        self.queue.push(entry, bytes as u64);
+        self.queue.push(entry, bytes as u64, now);
+        if let Some(now) = now {
+            self.note_stall(now);
+        }
     }
 
     /// Syncs if the last sync was eight seconds ago, checks that the file still has its name, and notes a disk that writes
     /// nothing. Call it about once a second, also while nothing is received.
     pub fn handle_timeout(&mut self, now: Moment) {
         self.queue.handle_timeout(now);
+        self.note_stall(now);
+    }
+
+    fn note_stall(&mut self, now: Moment) {
         if self.shared.is_sync_due.load(Ordering::Acquire) {
             let since = *self.stalled_since.get_or_insert(now);
             self.is_stalled = now.saturating_sub(since) >= STALL_PERIOD;

@@ -28,6 +28,9 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 /// How long a file may accept nothing before it is reported.
 pub(super) const STALL_PERIOD: Duration = Duration::from_secs(30);
 
+/// Bytes after which a thread that waits for a full queue hears of the progress.
+const NOTIFY_BYTES: u64 = 1 << 16;
+
 /// Period of looks. With a slow disk, a power cut costs the last 10 s at most.
 const LOOK_PERIOD: Duration = Duration::from_secs(8);
 
@@ -81,16 +84,20 @@ impl<T: Send + 'static> WriteQueue<T> {
         })
     }
 
-    /// Queues an item of so many bytes. Never waits; gives the file up when the queue is full. After that and after an error
+    /// Queues an item of so many bytes, and does [`Self::handle_timeout`] if there is a time. Never waits; gives the file up when the queue is full. After that and after an error
     /// items are only counted, so that the file stays an exact beginning of the stream.
-    pub(super) fn push(&self, item: T, bytes: u64) {
+    pub(super) fn push(&self, item: T, bytes: u64, now: Option<Moment>) {
         let mut state = self.shared.lock();
         if state.phase != Phase::Writing {
             return;
         }
-        state.is_given_up |= state.is_open() && state.memory() > 2 * WAITING_MAX;
+        let is_over = self.shared.memory(&state) > 2 * WAITING_MAX;
+        state.is_given_up |= is_over && state.is_open();
         self.shared.queue(&mut state, Queued::Item(item, bytes));
         state.taken += bytes;
+        if let Some(now) = now {
+            self.shared.handle_timeout(&mut state, now);
+        }
     }
 
     /// A handle for [`Pace::wait`].
@@ -100,18 +107,7 @@ impl<T: Send + 'static> WriteQueue<T> {
 
     /// Requests a look if the last one was eight seconds ago, and notes a file that makes no progress.
     pub(super) fn handle_timeout(&self, now: Moment) {
-        let mut state = self.shared.lock();
-        if now >= *state.look_at.get_or_insert(now + LOOK_PERIOD) {
-            state.look_at = Some(now + LOOK_PERIOD);
-            self.shared.queue(&mut state, Queued::Look);
-        }
-        state.seen_at = now;
-        if state.written != state.seen || state.unwritten() == 0 {
-            state.seen = state.written;
-            state.seen_since = None;
-        } else {
-            state.seen_since.get_or_insert(now);
-        }
+        self.shared.handle_timeout(&mut self.shared.lock(), now);
     }
 
     /// Requests a look after the items queued so far.
@@ -122,12 +118,12 @@ impl<T: Send + 'static> WriteQueue<T> {
 
     /// Bytes queued and not written, also those of items that were only counted.
     pub(super) fn unwritten(&self) -> u64 {
-        self.shared.lock().unwritten()
+        self.shared.unwritten(&self.shared.lock())
     }
 
     /// Bytes written.
     pub(super) fn written(&self) -> u64 {
-        self.shared.lock().written
+        self.shared.written.load(Ordering::SeqCst)
     }
 
     /// Whether the file is given up, cannot be written or has lost its name.
@@ -158,33 +154,33 @@ impl<T: Send + 'static> WriteQueue<T> {
         self.end(Phase::Finishing);
         let mut state = self.shared.lock();
         let mut seen = None;
-        while state.phase != Phase::Ended && seen != Some(self.progress_of(&state)) {
-            seen = Some(self.progress_of(&state));
+        while state.phase != Phase::Ended && seen != Some(self.progress()) {
+            seen = Some(self.progress());
             // A sync of a slow disk has no steps.
-            let patience = match state.unwritten() {
+            let patience = match self.shared.unwritten(&state) {
                 0 => patience * 3,
                 _ => patience,
             };
             state = self.shared.wait_while(state, patience, |state| {
-                state.phase != Phase::Ended && seen == Some(self.progress_of(state))
+                state.phase != Phase::Ended && seen == Some(self.progress())
             });
         }
         if let Some(problem) = state.problem.take() {
             return Err(problem);
         }
-        match state.unwritten() {
+        match self.shared.unwritten(&state) {
             0 if state.phase != Phase::Ended => {
                 Err(self.timed_out("the disk does not confirm the last bytes"))
             }
-            0 => Ok(state.written),
+            0 => Ok(self.written()),
             bytes => Err(self.timed_out(&format!(
                 "the file accepts no bytes, and {bytes} bytes are not in it"
             ))),
         }
     }
 
-    fn progress_of(&self, state: &State<T>) -> (u64, u64) {
-        (state.written, self.progress.load(Ordering::Relaxed))
+    fn progress(&self) -> (u64, u64) {
+        (self.written(), self.progress.load(Ordering::Relaxed))
     }
 
     /// Closes the file as it is and waits until that is done, unless it hangs.
@@ -223,23 +219,30 @@ impl<T> Pace<T> {
     /// Waits until the file has almost everything; a file that takes longer than 100 ms is waited for again when it has
     /// caught up. With a full queue, waits for room, and gives the file up when it accepts nothing for 5 s.
     pub(super) fn wait(&self) {
-        let state = self.0.lock();
-        if !state.is_late && state.unwritten() <= AHEAD_MAX {
-            return;
+        let shared = &*self.0;
+        let mut state = shared.lock();
+        let unwritten = shared.unwritten(&state);
+        state.is_late &= unwritten > 0;
+        if unwritten > AHEAD_MAX && !state.is_late {
+            let is_ahead = |state: &State<T>| state.is_live() && shared.unwritten(state) > 0;
+            state = shared.wait_while(state, AHEAD_PATIENCE, is_ahead);
+            state.is_late = is_ahead(&state);
         }
-        let is_ahead =
-            |state: &State<T>| state.is_live() && !state.is_late && state.unwritten() > AHEAD_MAX;
-        let mut state = self.0.wait_while(state, AHEAD_PATIENCE, is_ahead);
-        state.is_late |= is_ahead(&state);
-        let is_full = |state: &State<T>| state.is_live() && state.memory() > WAITING_MAX;
-        let mut state = self.0.wait_while(state, PATIENCE, is_full);
-        state.is_given_up |= is_full(&state);
+        let is_full = |state: &State<T>| state.is_live() && shared.memory(state) > WAITING_MAX;
+        if is_full(&state) {
+            state = shared.wait_while(state, PATIENCE, is_full);
+            state.is_given_up |= is_full(&state);
+        }
     }
 }
 
 /// The state and the condition that it changed.
 #[derive(Debug)]
 struct Shared<T> {
+    /// Bytes written. Not in the state, because taking the lock for each item costs more than writing it.
+    written: AtomicU64,
+    /// Number of threads that wait for the thread.
+    waiters: AtomicU64,
     state: Mutex<State<T>>,
     changed: Condvar,
 }
@@ -247,10 +250,11 @@ struct Shared<T> {
 impl<T> Default for Shared<T> {
     fn default() -> Self {
         Self {
+            written: AtomicU64::default(),
+            waiters: AtomicU64::default(),
             state: Mutex::new(State {
                 waiting: Vec::new(),
                 taken: 0,
-                written: 0,
                 look_at: None,
                 seen: 0,
                 seen_since: None,
@@ -258,7 +262,6 @@ impl<T> Default for Shared<T> {
                 phase: Phase::Writing,
                 is_late: false,
                 is_idle: false,
-                waiters: 0,
                 is_given_up: false,
                 problem: None,
             }),
@@ -282,16 +285,48 @@ impl<T> Shared<T> {
         }
     }
 
+    fn notify_waiters(&self) {
+        if self.waiters.load(Ordering::SeqCst) > 0 {
+            // The lock, so that no thread is between its check and its sleep.
+            drop(self.lock());
+            self.changed.notify_all();
+        }
+    }
+
+    fn handle_timeout(&self, state: &mut State<T>, now: Moment) {
+        if now >= *state.look_at.get_or_insert(now + LOOK_PERIOD) {
+            state.look_at = Some(now + LOOK_PERIOD);
+            self.queue(state, Queued::Look);
+        }
+        let written = self.written.load(Ordering::SeqCst);
+        state.seen_at = now;
+        if written != state.seen || written == state.taken {
+            state.seen = written;
+            state.seen_since = None;
+        } else {
+            state.seen_since.get_or_insert(now);
+        }
+    }
+
+    /// Bytes of all items that are not written.
+    fn unwritten(&self, state: &State<T>) -> u64 {
+        state.taken - self.written.load(Ordering::SeqCst)
+    }
+
+    fn memory(&self, state: &State<T>) -> u64 {
+        self.unwritten(state) + state.waiting.len() as u64 * ITEM_BYTES
+    }
+
     fn wait_while<'a>(
         &'a self,
-        mut state: MutexGuard<'a, State<T>>,
+        state: MutexGuard<'a, State<T>>,
         patience: Duration,
         mut waits: impl FnMut(&State<T>) -> bool,
     ) -> MutexGuard<'a, State<T>> {
-        state.waiters += 1;
+        self.waiters.fetch_add(1, Ordering::SeqCst);
         let waited = (self.changed).wait_timeout_while(state, patience, |state| waits(state));
-        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        state.waiters -= 1;
+        let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        self.waiters.fetch_sub(1, Ordering::SeqCst);
         state
     }
 }
@@ -320,7 +355,6 @@ struct State<T> {
     waiting: Vec<Queued<T>>,
     /// Bytes of all items, also of those that came after the end of writing.
     taken: u64,
-    written: u64,
     look_at: Option<Moment>,
     /// Bytes written at the last timeout.
     seen: u64,
@@ -333,8 +367,6 @@ struct State<T> {
     is_late: bool,
     /// The thread sleeps.
     is_idle: bool,
-    /// Number of threads that wait for the thread.
-    waiters: u32,
     /// The file accepted no bytes for too long.
     is_given_up: bool,
     /// Writing failed, or the file was removed or renamed.
@@ -366,14 +398,6 @@ impl<T> State<T> {
     fn is_live(&self) -> bool {
         self.is_open() && self.phase == Phase::Writing
     }
-
-    const fn unwritten(&self) -> u64 {
-        self.taken - self.written
-    }
-
-    const fn memory(&self) -> u64 {
-        self.unwritten() + self.waiting.len() as u64 * ITEM_BYTES
-    }
 }
 
 /// The thread: writes until the file is to end. Holds the lock only between calls of the system.
@@ -390,6 +414,7 @@ fn run<W: FileWorker>(mut worker: W, shared: &Shared<W::Item>) {
         let waiting = std::mem::take(&mut state.waiting);
         let phase = state.phase;
         drop(state);
+        let mut silent = 0;
         for queued in waiting {
             if has_failed {
                 break;
@@ -398,19 +423,23 @@ fn run<W: FileWorker>(mut worker: W, shared: &Shared<W::Item>) {
                 Queued::Item(item, bytes) => (worker.write(item), bytes),
                 Queued::Look => (worker.look(), 0),
             };
-            let mut state = shared.lock();
             match result {
                 Ok(()) => {
-                    state.written += bytes;
-                    state.is_late &= state.unwritten() > 0;
+                    shared.written.fetch_add(bytes, Ordering::SeqCst);
+                    silent += bytes;
+                    if silent >= NOTIFY_BYTES {
+                        shared.notify_waiters();
+                        silent = 0;
+                    }
                 }
-                Err(error) => state.set_problem(error),
-            }
-            has_failed = state.has_write_error();
-            if state.waiters > 0 {
-                shared.changed.notify_all();
+                Err(error) => {
+                    let mut state = shared.lock();
+                    state.set_problem(error);
+                    has_failed = state.has_write_error();
+                }
             }
         }
+        shared.notify_waiters();
         if phase != Phase::Writing {
             break phase;
         }
@@ -468,9 +497,9 @@ mod tests {
     #[test]
     fn items_looks_and_the_end_come_in_order() {
         let (queue, permit, done) = gated();
-        queue.push("one", 3);
+        queue.push("one", 3, None);
         queue.look();
-        queue.push("two", 3);
+        queue.push("two", 3, None);
         for _ in 0..4 {
             permit.send(()).unwrap();
         }
@@ -483,9 +512,9 @@ mod tests {
     #[test]
     fn a_full_queue_ends_the_file_at_an_exact_place() {
         let (queue, permit, done) = gated();
-        queue.push("first", 2 * WAITING_MAX + 1);
+        queue.push("first", 2 * WAITING_MAX + 1, None);
         assert_eq!(queue.problem(), None);
-        queue.push("second", 7);
+        queue.push("second", 7, None);
         let problem = queue.problem().unwrap();
         assert!(problem.contains("accepts no bytes"), "{problem}");
         let error = queue.finish_within(Duration::ZERO).unwrap_err();
@@ -503,24 +532,25 @@ mod tests {
     #[test]
     fn a_reader_is_delayed_once() {
         let (queue, permit, done) = gated();
-        queue.push("much", AHEAD_MAX + 1);
+        queue.push("much", AHEAD_MAX + 1, None);
         let is_late = || queue.shared.lock().is_late;
         queue.pace().wait();
         assert!(is_late());
-        queue.push("more", 1);
+        queue.push("more", 1, None);
         permit.send(()).unwrap();
         permit.send(()).unwrap();
         assert_eq!(done.iter().take(2).collect::<Vec<_>>(), ["much", "more"]);
         while queue.unwritten() > 0 {
             thread::yield_now();
         }
+        queue.pace().wait();
         assert!(!is_late());
     }
 
     #[test]
     fn a_disk_that_hangs_after_the_last_byte_is_told() {
         let (queue, permit, done) = gated();
-        queue.push("all", 3);
+        queue.push("all", 3, None);
         permit.send(()).unwrap();
         assert_eq!(done.recv().unwrap(), "all");
         let error = loop {

@@ -3,10 +3,12 @@
 use std::collections::VecDeque;
 
 use foxglove::messages::log::Level;
-use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::status_codes::Drive;
-use groundwave_protocol::telemetry::{Ack, Body, FirmwareVersion, StateLine, StatusLine};
+use groundwave_protocol::telemetry::{
+    ACK_LINE_BYTES, Ack, Body, FirmwareVersion, StateLine, StatusLine,
+};
+use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use super::encoder::Encoder;
 use super::geometry::Place;
@@ -19,6 +21,9 @@ use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
 use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
 use crate::words::outcome_words;
+
+/// How long the first of joined short lines waits for the others, nanoseconds: the time of a line on the radio.
+const JOINED_NS_MAX: u64 = LINE_BYTES as u64 * 1_000_000_000 / BYTES_PER_S as u64;
 
 /// Maximum commands under way whose words are kept; the oldest are dropped.
 const COMMANDS_MAX: usize = 64;
@@ -33,15 +38,22 @@ const COMMANDS_MAX: usize = 64;
 /// hold events of the station, whose clock differs; there, publish time equals log time, so both orders of their
 /// messages agree.
 ///
-/// `/raw/rx` gets one message per line feed, or per 80 bytes without one, however the bytes arrive. [`Self::finish`]
-/// writes the rest.
+/// `/raw/rx` gets one message per line feed, or per 80 bytes without one, however the bytes arrive. Lines too short to be
+/// intact are joined to the bytes after them, up to about 80 bytes and a third of a second, because a flood of line feeds
+/// would need 40 bytes of recording for each. [`Self::finish`] writes the rest.
 #[derive(Debug, Default)]
 pub struct Deriver {
     now_ns: u64,
     rx_offset: u64,
     tx_offset: u64,
-    /// Received bytes of an unfinished line.
+    /// Received bytes of short lines and of an unfinished line.
     pending: Vec<u8>,
+    /// Time of the first of these.
+    pending_ns: u64,
+    /// Bytes of the unfinished line.
+    line_bytes: usize,
+    /// Its first 80 bytes are written.
+    is_continued: bool,
     decoder: Decoder,
     lines: Lines,
     clock: RobotClock,
@@ -157,21 +169,32 @@ impl Deriver {
         mut bytes: &[u8],
         mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
+        if self.line_bytes == 0 && at_ns.saturating_sub(self.pending_ns) > JOINED_NS_MAX {
+            self.give_pending(&mut take)?;
+        }
         self.now_ns = self.now_ns.max(at_ns);
         while !bytes.is_empty() {
-            let reach = bytes.len().min(LINE_BYTES - self.pending.len());
+            let reach = bytes.len().min(LINE_BYTES - self.line_bytes);
             let line_feed = line_feed(&bytes[..reach]);
             let run = line_feed.map_or(reach, |at| at + 1);
             let (head, rest) = bytes.split_at(run);
             bytes = rest;
-            let is_whole = line_feed.is_some() || self.pending.len() + run == LINE_BYTES;
+            let line_bytes = self.line_bytes + run;
+            let is_line = line_feed.is_some() || line_bytes == LINE_BYTES;
+            self.line_bytes = if is_line { 0 } else { line_bytes };
+            let is_short = line_bytes < ACK_LINE_BYTES && !self.is_continued;
+            let is_whole = is_line && !(is_short && self.pending.len() + run < LINE_BYTES);
+            self.is_continued = line_feed.is_none() && (is_line || self.is_continued);
             if self.pending.is_empty() && is_whole {
                 self.give_received(head, &mut take)?;
-            } else {
-                self.pending.extend_from_slice(head);
-                if is_whole {
-                    self.give_pending(&mut take)?;
-                }
+                continue;
+            }
+            if self.pending.is_empty() {
+                self.pending_ns = self.now_ns;
+            }
+            self.pending.extend_from_slice(head);
+            if is_whole {
+                self.give_pending(&mut take)?;
             }
         }
         Ok(())
@@ -277,6 +300,7 @@ impl Deriver {
         if self.pending.is_empty() {
             return Ok(());
         }
+        self.line_bytes = 0;
         let mut pending = std::mem::take(&mut self.pending);
         let result = self.give_received(&pending, take);
         pending.clear();
