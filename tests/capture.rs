@@ -426,7 +426,10 @@ fn a_full_disk_is_remembered_to_the_end() {
     let raw = RawWriter::create("/dev/full", Existing::Overwrite).unwrap();
     raw.write(b"bytes");
     let problem = raw_problem(&raw);
-    assert!(problem.contains("make room"), "{problem}");
+    assert!(
+        problem.contains("nothing was written; make room"),
+        "{problem}"
+    );
     raw.write(b"more");
     assert_eq!(raw.problem(), Some(problem.clone()));
     assert_eq!(raw.bytes(), 0);

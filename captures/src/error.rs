@@ -125,6 +125,14 @@ pub enum CaptureError {
         /// The operating system's error, or that of the format.
         error: io::Error,
     },
+    /// The first bytes could not be written.
+    #[error("cannot record to {}: {error}; nothing was written{}", path.display(), hint(error))]
+    NothingWritten {
+        /// The file, which is empty.
+        path: PathBuf,
+        /// The operating system's error.
+        error: io::Error,
+    },
     /// The file was removed or renamed while it was written.
     #[error("recording to {}: the file is gone; {fate}", path.display())]
     Gone {

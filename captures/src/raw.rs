@@ -28,6 +28,7 @@ impl RawWriter {
         let worker = Worker {
             file: create(&path, existing, true)?,
             path: path.clone(),
+            is_empty: true,
         };
         let queue = WriteQueue::start(path.clone(), worker, Arc::default()).map_err(|error| {
             if existing == Existing::Refuse {
@@ -98,14 +99,19 @@ impl Drop for RawWriter {
 struct Worker {
     file: File,
     path: PathBuf,
+    /// Nothing was written yet.
+    is_empty: bool,
 }
 
 impl FileWorker for Worker {
     type Item = Vec<u8>;
 
     fn write(&mut self, bytes: Vec<u8>) -> Result<(), CaptureError> {
-        let written = self.file.write_all(&bytes);
-        written.map_err(|error| self.failed(error))
+        if let Err(error) = self.file.write_all(&bytes) {
+            return Err(self.failed(error));
+        }
+        self.is_empty = false;
+        Ok(())
     }
 
     fn look(&mut self) -> Result<(), CaptureError> {
@@ -122,9 +128,13 @@ impl FileWorker for Worker {
 
 impl Worker {
     fn failed(&self, error: io::Error) -> CaptureError {
-        CaptureError::Write {
-            path: self.path.clone(),
-            error,
+        let path = self.path.clone();
+        // The file may hold the beginning of the first read, or be appended to.
+        let is_empty = self.is_empty && self.file.metadata().is_ok_and(|about| about.len() == 0);
+        if is_empty {
+            CaptureError::NothingWritten { path, error }
+        } else {
+            CaptureError::Write { path, error }
         }
     }
 }

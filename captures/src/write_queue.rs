@@ -380,7 +380,10 @@ impl<T> State<T> {
     }
 
     const fn has_write_error(&self) -> bool {
-        matches!(self.problem, Some(CaptureError::Write { .. }))
+        matches!(
+            self.problem,
+            Some(CaptureError::Write { .. } | CaptureError::NothingWritten { .. })
+        )
     }
 
     /// Keeps the first problem, and a failed write in any case.
