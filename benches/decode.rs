@@ -112,7 +112,7 @@ fn info(bencher: Bencher) {
     });
 }
 
-/// `groundwave decode` on a raw capture.
+/// `groundwave export --to jsonl` on a raw capture.
 #[divan::bench(args = ["jsonl", "csv"])]
 fn decode_to(bencher: Bencher, format: &str) {
     let format = match format {

@@ -7,7 +7,7 @@
 
 Linux only. The simulator makes the day: 86,400 s of prowling in the default house, 259,200 lines. The month is the
 day 30 times, so that figures grow with the length alone. Each figure is that of the fastest of three runs. If the
-Python package `mcap` is installed, its writer also writes the messages of the day, in turn with `convert`, so that
+Python package `mcap` is installed, its writer also writes the messages of the day, in turn with `export --to mcap`, so that
 both run under the same conditions.
 """
 
@@ -61,8 +61,8 @@ def memory_kb(pid):
 def table(folder, raw):
     mcap = os.path.join(folder, "a.mcap")
     runs = [
-        ("`convert`, to MCAP", ["convert", raw, "-o", mcap, "-q", "--force"]),
-        ("`convert`, to raw", ["convert", mcap, "-o", os.path.join(folder, "b.txt"), "-q", "--force"]),
+        ("`export`, MCAP", ["export", raw, "--to", "mcap", "-o", mcap, "-q", "--force"]),
+        ("`export`, raw", ["export", mcap, "--to", "raw", "-o", os.path.join(folder, "b.txt"), "-q", "--force"]),
         ("`verify`, raw", ["verify", raw]),
         ("`verify`, MCAP against its raw file", ["verify", mcap, "--raw", raw]),
         ("`info`, MCAP", ["info", mcap]),
@@ -81,10 +81,10 @@ def table(folder, raw):
 
 
 def beside_python(folder, raw):
-    """CPU per message of `convert`, which decodes, derives and compresses, and of Python's writer, which gets the
+    """CPU per message of `export --to mcap`, which decodes, derives and compresses, and of Python's writer, which gets the
     same messages already encoded."""
     ours, theirs = os.path.join(folder, "a.mcap"), os.path.join(folder, "python.mcap")
-    convert = ["convert", raw, "-o", ours, "-q", "--force"]
+    convert = ["export", raw, "--to", "mcap", "-o", ours, "-q", "--force"]
     measure(*convert)
     with open(ours, "rb") as file:
         messages = [
@@ -93,7 +93,7 @@ def beside_python(folder, raw):
         ]
     runs = [(measure(*convert)[1], write_by_python(theirs, messages)) for _ in range(3)]
     ours_us, theirs_us = (min(cpu_s) * 1e6 / len(messages) for cpu_s in zip(*runs))
-    print(f"{len(messages):,} messages: `convert` takes {ours_us:.3f} us of CPU each, Python's writer {theirs_us:.2f} us.")
+    print(f"{len(messages):,} messages: `export --to mcap` takes {ours_us:.3f} us of CPU each, Python's writer {theirs_us:.2f} us.")
     print(f"{theirs_us / ours_us:.1f} times as much; {os.path.getsize(theirs) / 1e6:.1f} MB.\n", flush=True)
 
 

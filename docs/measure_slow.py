@@ -68,7 +68,7 @@ def trial(bytes_per_s: int, is_set: bool, stalls: bool, seconds: float, program:
         dashboard.stop()
         sent = [packet for at, packet in list(serial.sent) if at < end - 1]
         serial.end()
-        raw = subprocess.run([program, "convert", file, "-o", "-"], capture_output=True, check=False).stdout
+        raw = subprocess.run([program, "export", file, "--to", "raw", "-o", "-"], capture_output=True, check=False).stdout
         lost = sum(packet.strip() not in raw for packet in sent)
     return [
         f"{written:.0f}",

@@ -156,11 +156,11 @@ fn bad_input_is_called_bad_input() {
     let whole = fs::read(whole).unwrap();
     fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
     for arguments in [
-        &["decode", &prose, "--to", "csv"][..],
-        &["decode", &prose, "--to", "jsonl"],
+        &["export", "-o", "-", &prose, "--to", "csv"][..],
+        &["export", "-o", "-", &prose, "--to", "jsonl"],
         &["info", &prose],
         &["info", "/tmp"],
-        &["decode", "/tmp", "--to", "csv"],
+        &["export", "-o", "-", "/tmp", "--to", "csv"],
         &["sim", "--time-factor", "0"],
         &["sim", "--time-factor", "nan"],
         &["sim", "--time-factor", "1e9"],
@@ -171,7 +171,10 @@ fn bad_input_is_called_bad_input() {
         expect(2, arguments);
     }
     // An interrupted recording is read as far as possible, with a warning.
-    for arguments in [&["info", &cut][..], &["decode", &cut, "--to", "csv"]] {
+    for arguments in [
+        &["info", &cut][..],
+        &["export", "-o", "-", &cut, "--to", "csv"],
+    ] {
         let (out, err) = expect(1, arguments);
         assert!(out.lines().count() > 5 && err.contains("cut.mcap"), "{err}");
     }

@@ -49,7 +49,15 @@ fn assert_bounded(capture: &Path, what: &str) {
     for arguments in [
         &["info", capture][..],
         &["verify", capture],
-        &["decode", capture],
+        &[
+            "export",
+            "--to",
+            "jsonl",
+            "-o",
+            "/dev/null",
+            "--force",
+            capture,
+        ],
         &[
             "export",
             "--to",
@@ -69,7 +77,9 @@ fn assert_bounded(capture: &Path, what: &str) {
             "--force",
         ],
         &[
-            "convert",
+            "export",
+            "--to",
+            "mcap",
             "--anyway",
             capture,
             "--output-dir",

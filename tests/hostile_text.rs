@@ -104,8 +104,8 @@ fn nothing_that_a_capture_says_reaches_the_terminal_as_a_control() {
         &["recover", name],
         &["recover", "--json", name],
         &["cut", name, "--from", "1s"],
-        &["convert", name],
-        &["convert", name],
+        &["export", "--to", "raw", name],
+        &["export", "--to", "raw", name],
         &["export", name, "--to", "csv"],
         &[],
     ] {
@@ -125,11 +125,10 @@ fn nothing_that_a_capture_says_reaches_the_terminal_as_a_control() {
         safe(&folder, &[verb, name]);
     }
     fs::write(folder.join(name), HOSTILE).unwrap();
-    for verb in [
-        "info", "runs", "verify", "recover", "songs", "convert", "replay",
-    ] {
+    for verb in ["info", "runs", "verify", "recover", "songs", "replay"] {
         safe(&folder, &[verb, name]);
     }
+    safe(&folder, &["export", name, "--to", "mcap"]);
     fs::remove_dir_all(folder).unwrap();
 }
 
@@ -140,8 +139,8 @@ fn no_argument_reaches_the_terminal_as_a_control() {
         &[HOSTILE][..],
         &["info", HOSTILE],
         &["info", "a", &format!("--{HOSTILE}")],
-        &["decode", HOSTILE, "--to", HOSTILE],
-        &["decode", HOSTILE, "--to", "csv"],
+        &["export", "-o", "-", HOSTILE, "--to", HOSTILE],
+        &["export", "-o", "-", HOSTILE, "--to", "csv"],
         &["cut", "a", "--from", HOSTILE],
         &["export", HOSTILE, "--to", "png"],
         &["compare", HOSTILE, HOSTILE],
@@ -329,9 +328,12 @@ fn a_named_pipe_stops_no_command() {
         (&["verify", "x.mcap"], "it is a named pipe"),
         (&["recover", "x.mcap"], "it is a named pipe"),
         (&["recover", "."], "no interrupted recordings"),
-        (&["decode", "x.txt", "--to", "csv"], "it is a named pipe"),
+        (
+            &["export", "-o", "-", "x.txt", "--to", "csv"],
+            "it is a named pipe",
+        ),
         (&["songs", "x.txt"], "it is a named pipe"),
-        (&["convert", "x.txt"], "it is a named pipe"),
+        (&["export", "--to", "mcap", "x.txt"], "it is a named pipe"),
         (&["send", "sim", "route", "x.txt"], "it is a named pipe"),
         (&["--config", "x.toml", "ports"], "it is a named pipe"),
         (&["world", "x.toml"], "it is not a regular file"),
@@ -342,7 +344,7 @@ fn a_named_pipe_stops_no_command() {
     }
     assert!(run_in(&folder, &[]).status.success());
     // A pipe that is given is read.
-    let script = "cat a.txt | \"$0\" info /dev/stdin && cat a.txt | \"$0\" decode - --to csv >&2";
+    let script = "cat a.txt | \"$0\" info /dev/stdin && cat a.txt | \"$0\" export - --to csv >&2";
     let output = Command::new("sh")
         .args(["-c", script, GROUNDWAVE])
         .current_dir(&folder)
@@ -432,7 +434,15 @@ fn no_output_is_written_over_an_input_or_another_output() {
             "linked.svg",
             "--force",
         ],
-        &["convert", "a.txt", "-o", "pointing.svg", "--force"],
+        &[
+            "export",
+            "--to",
+            "mcap",
+            "a.txt",
+            "-o",
+            "pointing.svg",
+            "--force",
+        ],
         &[
             "cut",
             "a.txt",

@@ -35,8 +35,8 @@ fn interrupted(folder: &Path, name: &str) {
 
 const READERS: &[&[&str]] = &[
     &["info"],
-    &["decode", "--to", "jsonl"],
-    &["convert", "-o", "-"],
+    &["export", "-o", "-", "--to", "jsonl"],
+    &["export", "--to", "raw", "-o", "-"],
     &["cut", "--from", "0s", "-o", "/dev/null"],
     &["export", "--to", "csv", "-o", "-"],
     &["songs"],

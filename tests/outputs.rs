@@ -18,7 +18,7 @@ fn capture_is_not_overwritten_by_its_own_result() {
     let source = file("a.txt");
     for target in [&source, &roundabout] {
         for verb in [
-            &["convert"][..],
+            &["export", "--to", "mcap"][..],
             &["cut", "--from", "1s"],
             &["export", "--to", "csv"],
         ] {
@@ -37,7 +37,7 @@ fn nothing_gets_a_name_of_the_recorders() {
     for name in ["foo.mcap.finishing", "a.damaged"] {
         let path = folder.join(name).display().to_string();
         for verb in [
-            &["convert", CLEAN, "-o"][..],
+            &["export", "--to", "mcap", CLEAN, "-o"][..],
             &["cut", "--from", "1s", CLEAN, "-o"],
             &["export", "--to", "csv", CLEAN, "-o"],
             &["compare", CLEAN, CLEAN, "--svg"],
@@ -56,7 +56,7 @@ fn interrupted_command_leaves_no_file() {
     let folder = scratch("interrupted-output");
     for signal in ["-INT", "-TERM"] {
         let mut program = Command::new(GROUNDWAVE)
-            .args(["convert", "-", "-o", "made.mcap"])
+            .args(["export", "--to", "mcap", "-", "-o", "made.mcap"])
             .current_dir(&folder)
             .stdin(Stdio::piped())
             .stderr(Stdio::piped())
@@ -106,20 +106,28 @@ fn note_after_the_end_of_the_capture_is_refused() {
 fn file_extension_must_match_the_format() {
     let folder = scratch("names");
     let file = |name: &str| folder.join(name).display().to_string();
-    expect(0, &["convert", CLEAN, "-o", &file("a.mcap")]);
+    expect(0, &["export", "--to", "mcap", CLEAN, "-o", &file("a.mcap")]);
     let mcap = file("a.mcap");
     let cases = [
-        (vec!["convert", &mcap], "t.mcap", "name it .txt"),
-        (vec!["convert", CLEAN], "h.txt", "name it .mcap"),
+        (
+            vec!["export", "--to", "raw", &mcap],
+            "t.mcap",
+            "name it .txt",
+        ),
+        (
+            vec!["export", "--to", "mcap", CLEAN],
+            "h.txt",
+            "name it .mcap",
+        ),
         (
             vec!["cut", CLEAN, "--from", "10s"],
             "c.mcap",
-            "`groundwave convert` makes MCAP of it",
+            "`groundwave export --to mcap` makes MCAP of it",
         ),
         (
             vec!["cut", &mcap, "--from", "10s"],
             "c.txt",
-            "`groundwave convert` makes raw text of it",
+            "`groundwave export --to raw` makes raw text of it",
         ),
     ];
     for (verb, name, told) in cases {
@@ -127,7 +135,7 @@ fn file_extension_must_match_the_format() {
         assert!(err.contains(told), "{verb:?}: {err}");
         assert!(!folder.join(name).exists(), "{verb:?}");
     }
-    expect(0, &["convert", &mcap, "-o", &file("t.raw")]);
+    expect(0, &["export", "--to", "raw", &mcap, "-o", &file("t.raw")]);
     expect(0, &["cut", &mcap, "--from", "10s", "-o", &file("part")]);
     fs::remove_dir_all(folder).unwrap();
 }
@@ -139,15 +147,21 @@ fn file_without_a_line_is_not_converted() {
     for (name, content) in [("notes.txt", "milk\n"), ("empty.txt", "")] {
         fs::write(folder.join(name), content).unwrap();
         for output in [&file("made.mcap"), "-"] {
-            let (out, err) = expect(2, &["convert", &file(name), "-o", output]);
+            let (out, err) = expect(2, &["export", "--to", "mcap", &file(name), "-o", output]);
             assert!(err.contains("no line found"), "{err}");
             assert_eq!(out, "");
         }
     }
-    let (_, err) = expect(2, &["convert", "-", "-o", &file("made.mcap")]);
+    let (_, err) = expect(
+        2,
+        &["export", "--to", "mcap", "-", "-o", &file("made.mcap")],
+    );
     assert!(err.contains("standard input: no line found"), "{err}");
     assert!(!folder.join("made.mcap").exists());
-    expect(0, &["convert", "--anyway", &file("notes.txt")]);
+    expect(
+        0,
+        &["export", "--to", "mcap", "--anyway", &file("notes.txt")],
+    );
     assert!(folder.join("notes.mcap").exists());
     fs::remove_dir_all(folder).unwrap();
 }
@@ -165,7 +179,7 @@ fn pattern_without_a_match_does_not_hide_other_captures() {
     let made = file("made");
     let files = [&*file("q*.mcap"), &file("*.txt"), "--output-dir", &made];
     for verb in [
-        &["convert"][..],
+        &["export", "--to", "mcap"][..],
         &["cut", "--from", "10s"],
         &["export", "--to", "csv"],
     ] {

@@ -280,9 +280,9 @@ fn recordings_hold_every_byte_and_refuse_to_be_overwritten() {
     let (_, err) = expect(2, &["record", &sim.path, "-o", raw, "--duration", "1s"]);
     assert!(err.contains("exists") && err.contains("--force"), "{err}");
     assert_eq!(fs::read(raw).unwrap(), bytes);
-    let (jsonl, _) = expect(0, &["decode", raw, "--to", "jsonl"]);
+    let (jsonl, _) = expect(0, &["export", "-o", "-", raw, "--to", "jsonl"]);
     assert!(jsonl.lines().count() > 10, "{jsonl}");
-    let (csv, _) = expect(0, &["decode", raw, "--to", "csv"]);
+    let (csv, _) = expect(0, &["export", "-o", "-", raw, "--to", "csv"]);
     assert_eq!(csv.lines().count(), jsonl.lines().count() + 1);
 }
 
@@ -304,7 +304,7 @@ fn a_reader_that_has_seen_enough_is_no_error() {
         ],
     );
     let mut decode = Command::new(GROUNDWAVE)
-        .args(["decode", raw.to_str().unwrap(), "--to", "jsonl"])
+        .args(["export", "-o", "-", raw.to_str().unwrap(), "--to", "jsonl"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -363,7 +363,7 @@ fn a_stalled_terminal_delays_only_drawing() {
     // The frame under way and the newest one, without the forty between.
     assert!(watch.taken - before < 40_000, "{}", watch.taken - before);
     leave(watch);
-    let (recorded, _) = expect(0, &["decode", capture, "--to", "jsonl"]);
+    let (recorded, _) = expect(0, &["export", "-o", "-", capture, "--to", "jsonl"]);
     let recorded: Vec<Value> = recorded
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())

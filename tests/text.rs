@@ -52,7 +52,7 @@ fn all_commands_read_timestamps_and_lines_without_cr() {
             "{text}"
         );
 
-        let decoded = json(&["decode", "--to", "jsonl", &file("a.txt")]);
+        let decoded = json(&["export", "-o", "-", "--to", "jsonl", &file("a.txt")]);
         assert_eq!(decoded.len(), lines);
         let at_s: Vec<f64> = decoded
             .iter()
@@ -73,9 +73,20 @@ fn all_commands_read_timestamps_and_lines_without_cr() {
                 .starts_with(&last_s.to_string())
         );
 
-        expect(0, &["convert", &file("a.txt"), "-o", &file("a.mcap"), "-q"]);
+        expect(
+            0,
+            &[
+                "export",
+                "--to",
+                "mcap",
+                &file("a.txt"),
+                "-o",
+                &file("a.mcap"),
+                "-q",
+            ],
+        );
         expect(0, &["verify", "-q", &file("a.mcap"), &file("a.txt")]);
-        let converted = json(&["decode", "--to", "jsonl", &file("a.mcap")]);
+        let converted = json(&["export", "-o", "-", "--to", "jsonl", &file("a.mcap")]);
         assert!(
             converted == decoded,
             "the recording has the times of the text"
@@ -84,7 +95,18 @@ fn all_commands_read_timestamps_and_lines_without_cr() {
         for what in ["duration_s", "bytes", "lines", "distance_in", "bumps"] {
             assert_eq!(of_mcap[what], of_raw[what], "{what}");
         }
-        expect(0, &["convert", &file("a.mcap"), "-o", &file("b.txt"), "-q"]);
+        expect(
+            0,
+            &[
+                "export",
+                "--to",
+                "raw",
+                &file("a.mcap"),
+                "-o",
+                &file("b.txt"),
+                "-q",
+            ],
+        );
         assert!(
             fs::read(folder.join("b.txt")).unwrap() == radio,
             "what the radio delivered"
@@ -115,10 +137,10 @@ fn converted_capture_keeps_the_timestamps_of_the_text() {
     let folder = scratch("text-times");
     let raw = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-noisy.txt");
     let mcap = folder.join("a.mcap").display().to_string();
-    expect(0, &["convert", raw, "-o", &mcap, "-q"]);
+    expect(0, &["export", "--to", "mcap", raw, "-o", &mcap, "-q"]);
     assert_eq!(
-        json(&["decode", "--to", "jsonl", raw]),
-        json(&["decode", "--to", "jsonl", &mcap])
+        json(&["export", "-o", "-", "--to", "jsonl", raw]),
+        json(&["export", "-o", "-", "--to", "jsonl", &mcap])
     );
     let (of_raw, of_mcap) = (
         json(&["info", "--json", raw]),

@@ -395,7 +395,7 @@ fn exit_codes_say_how_good_a_capture_is() {
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let raw = streams::clean(8000);
     fs::write(file("good.txt"), &raw).unwrap();
-    expect(0, &["convert", &file("good.txt")]);
+    expect(0, &["export", "--to", "mcap", &file("good.txt")]);
     let good = fs::read(file("good.mcap")).unwrap();
     fs::write(file("spoilt.mcap"), spoilt(&good, 1)).unwrap();
     fs::write(file("half.mcap"), &good[..good.len() / 2]).unwrap();

@@ -30,18 +30,39 @@ fn existing_files_are_kept_and_no_temporary_file_remains() {
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     fs::write(file("a.txt"), streams::clean(30)).unwrap();
     fs::write(file("a.mcap"), "precious").unwrap();
-    let (_, err) = expect(2, &["convert", &file("a.txt")]);
+    let (_, err) = expect(2, &["export", "--to", "mcap", &file("a.txt")]);
     assert!(err.contains("--force"), "{err}");
     assert_eq!(fs::read(file("a.mcap")).unwrap(), b"precious");
-    expect(0, &["convert", &file("a.txt"), "--force"]);
+    expect(0, &["export", "--to", "mcap", &file("a.txt"), "--force"]);
     expect(0, &["verify", &file("a.mcap")]);
     let (from, to) = (file("a.txt"), file("b.txt"));
     expect(0, &["cut", &from, "--to", "5", "-o", &to]);
     let length = fs::metadata(&to).unwrap().len();
     assert!((1121..=1200).contains(&length), "{length} bytes in 5 s");
-    let (_, err) = expect(1, &["convert", &file("a.txt"), "-o", &file("none/a.mcap")]);
+    let (_, err) = expect(
+        1,
+        &[
+            "export",
+            "--to",
+            "mcap",
+            &file("a.txt"),
+            "-o",
+            &file("none/a.mcap"),
+        ],
+    );
     assert!(err.contains("create the folder"), "{err}");
-    let (_, err) = expect(2, &["convert", &file("a.txt"), &file("a.mcap"), "-o", "x"]);
+    let (_, err) = expect(
+        2,
+        &[
+            "export",
+            "--to",
+            "mcap",
+            &file("a.txt"),
+            &file("a.mcap"),
+            "-o",
+            "x",
+        ],
+    );
     assert!(err.contains("--output-dir"), "{err}");
     let mut left: Vec<_> = fs::read_dir(&folder)
         .unwrap()
@@ -73,7 +94,14 @@ fn results_of_several_files_are_in_order() {
     assert!(bytes.is_sorted_by(|a, b| a > b), "{bytes:?}");
     expect(
         0,
-        &["convert", &file("run-*.txt"), "--output-dir", &file("made")],
+        &[
+            "export",
+            "--to",
+            "mcap",
+            &file("run-*.txt"),
+            "--output-dir",
+            &file("made"),
+        ],
     );
     let (out, _) = expect(0, &["verify", &file("made/*.mcap")]);
     let named: Vec<&str> = out
@@ -85,7 +113,9 @@ fn results_of_several_files_are_in_order() {
     expect(
         0,
         &[
-            "convert",
+            "export",
+            "--to",
+            "raw",
             &file("made/*.mcap"),
             "--output-dir",
             &file("again"),
@@ -131,8 +161,8 @@ fn pipe(arguments: &[&str], input: &[u8]) -> Vec<u8> {
 #[test]
 fn commands_work_in_pipes() {
     let raw = streams::noisy(400, 9);
-    let mcap = pipe(&["convert", "-"], &raw);
-    assert_eq!(pipe(&["convert", "-", "-o", "-"], &mcap), raw);
+    let mcap = pipe(&["export", "--to", "mcap", "-"], &raw);
+    assert_eq!(pipe(&["export", "--to", "raw", "-", "-o", "-"], &mcap), raw);
     let head = pipe(&["cut", "-", "--to", "30"], &mcap);
     let tail = pipe(&["cut", "-", "--from", "30"], &mcap);
     let both = [whole(&head), whole(&tail)].concat();
@@ -158,14 +188,14 @@ fn closed_pipe_is_not_an_error() {
     let folder = scratch("broken-pipe");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     fs::write(file("a.txt"), streams::clean(8000).repeat(3)).unwrap();
-    expect(0, &["convert", &file("a.txt")]);
+    expect(0, &["export", "--to", "mcap", &file("a.txt")]);
     for words in [
-        &["convert", "a.txt", "-o", "-"][..],
-        &["convert", "a.mcap", "-o", "-"],
+        &["export", "--to", "mcap", "a.txt", "-o", "-"][..],
+        &["export", "--to", "raw", "a.mcap", "-o", "-"],
         &["cut", "a.mcap", "--from", "1", "-o", "-"],
         &["cut", "a.txt", "--from", "1", "-o", "-"],
         &["export", "a.txt", "--to", "csv", "-o", "-"],
-        &["decode", "a.txt", "--to", "jsonl"],
+        &["export", "-o", "-", "a.txt", "--to", "jsonl"],
     ] {
         let mut child = Command::new(GROUNDWAVE)
             .args(words)
@@ -197,7 +227,7 @@ fn part_outside_the_capture_is_an_error_without_output() {
     let folder = scratch("outside");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     fs::write(file("a.txt"), streams::clean(570)).unwrap();
-    expect(0, &["convert", &file("a.txt")]);
+    expect(0, &["export", "--to", "mcap", &file("a.txt")]);
     let made = file("part");
     let (raw, mcap) = (file("a.txt"), file("a.mcap"));
     for (name, window) in [

@@ -1,6 +1,7 @@
 //! The command line, as clap sees it.
 
 mod captures;
+mod groups;
 mod layout;
 mod live;
 mod runs;
@@ -9,8 +10,7 @@ mod setup;
 mod simulation;
 
 pub use captures::{
-    Captures, Convert, Cut, Decode, DecodeFormat, Export, ExportFormat, Info, Output, Recover,
-    Replay, Songs, Verify,
+    Captures, Cut, Export, ExportFormat, Info, Output, Recover, Replay, Songs, Verify,
 };
 pub use live::{RadioArgs, Record, RecordingArgs, Sharing, Watch};
 pub use runs::{Compare, Label, Runs};
@@ -32,15 +32,16 @@ use layout::laid_out;
 #[command(
     name = "groundwave",
     version,
-    about,
     max_term_width = 100,
-    after_help = laid_out(&after_help())
+    help_template = groups::template(),
+    subcommand_value_name = "VERB",
+    after_long_help = laid_out(&after_help())
 )]
 pub struct Cli {
     /// Read this configuration instead of the usual one
     #[arg(long, value_name = "FILE", global = true)]
     pub config: Option<PathBuf>,
-    /// The command; without one, Groundwave suggests what to run on this machine.
+    /// The verb; without one, Groundwave suggests what to run on this machine.
     #[command(subcommand)]
     pub verb: Option<Verb>,
 }
@@ -79,36 +80,32 @@ Examples:
   printf '%s\\n' '3.5 -2' '-4 1.5' '0.2 0' '-0.1 0.3' |
     groundwave calibrate /dev/ttyUSB0"))]
     Calibrate(Calibrate),
-    /// Serve a simulated robot on a pseudo-terminal or a TCP port.
-    Sim(Sim),
     /// Play a capture in the dashboard.
     Replay(Replay),
-    /// Decode a capture to JSON lines or CSV.
-    Decode(Decode),
     /// Summarize captures.
     Info(Info),
-    /// Finish interrupted recordings and repair damaged ones.
-    Recover(Recover),
-    /// Convert raw captures to MCAP and back.
-    Convert(Convert),
-    /// Export captures as tables or pictures.
-    Export(Export),
-    /// Cut a time range out of captures.
-    Cut(Cut),
-    /// Check captures for damage and gaps.
-    Verify(Verify),
-    /// List the songs in a capture and save them as sound.
-    Songs(Songs),
     /// List captures with their labels and figures.
     Runs(Runs),
     /// Name a run, add notes to it, or mark it void.
     Label(Label),
     /// Compare two runs.
     Compare(Compare),
-    /// List the serial ports.
-    Ports(Ports),
+    /// Export captures as tables, pictures, recordings or raw text.
+    Export(Export),
+    /// Cut a time range out of captures.
+    Cut(Cut),
+    /// Check captures for damage and gaps.
+    Verify(Verify),
+    /// Finish interrupted recordings and repair damaged ones.
+    Recover(Recover),
+    /// List the songs in a capture and save them as sound.
+    Songs(Songs),
+    /// Serve a simulated robot on a pseudo-terminal or a TCP port.
+    Sim(Sim),
     /// List, check or draw worlds.
     World(World),
+    /// List the serial ports.
+    Ports(Ports),
     /// Print the default configuration, its path, or check a file.
     Config(ConfigArgs),
     /// Print the completion script for a shell.

@@ -35,8 +35,8 @@ pub(super) fn run(options: &Cut) -> Result<(), Fault> {
             let source = input::open(path, progress)?;
             let (form, source) = input::detect_form(path, source)?;
             let hint = match form {
-                Form::Mcap => "name it .mcap; `groundwave convert` makes raw text of it",
-                Form::Raw => "name it .txt; `groundwave convert` makes MCAP of it",
+                Form::Mcap => "name it .mcap; `groundwave export --to raw` makes raw text of it",
+                Form::Raw => "name it .txt; `groundwave export --to mcap` makes MCAP of it",
             };
             if options.output.output.is_some() || files::is_own_name(path) {
                 check_form(target, form, hint)?;

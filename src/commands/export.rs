@@ -1,6 +1,8 @@
-//! `export`: captures as tables and pictures.
+//! `export`: captures as tables, pictures, recordings and raw text.
 
-use std::io::Write;
+mod recorded;
+
+use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -28,7 +30,13 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
         ExportFormat::Jsonl => "jsonl",
         ExportFormat::Svg => "svg",
         ExportFormat::Png => "png",
+        ExportFormat::Mcap => "mcap",
+        ExportFormat::Raw => "txt",
     };
+    if options.to != ExportFormat::Mcap && (options.start.is_some() || options.anyway) {
+        let problem = "--start and --anyway are for --to mcap; leave them out";
+        return Err(Fault::new(Exit::Usage, problem));
+    }
     let targets = targets(&files, &options.output, |_| Ok(extension.to_owned()))?;
     batch::each(
         &files,
@@ -42,6 +50,8 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
                     Ok(picture.svg().into_bytes())
                 }),
                 ExportFormat::Png => picture(path, progress, target, Picture::png),
+                ExportFormat::Mcap => recorded::to_mcap(options, path, progress, target),
+                ExportFormat::Raw => recorded::to_raw(path, progress, target),
             }
         },
         |index, made| {
@@ -59,7 +69,12 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
     let mut capture = input::open_capture(path, progress)?;
     let mut output = Output::create(target)?;
     let mut lines = 0;
-    let problem = match decode(&mut capture, format, &mut output) {
+    let decoded = if path == Path::new("-") {
+        decode(&mut capture, format, &mut EachLine(&mut output))
+    } else {
+        decode(&mut capture, format, &mut output)
+    };
+    let problem = match decoded {
         Ok(seen) if seen.lines + seen.ack_lines == 0 => {
             return Err(Fault::no_lines(path, seen.bytes));
         }
@@ -77,6 +92,21 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
         lines => format!("{lines} lines"),
     };
     Ok(Made { what, problem })
+}
+
+/// Passes each line on at once, for a live stream.
+struct EachLine<'a>(&'a mut Output);
+
+impl Write for EachLine<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write_all(bytes)?;
+        self.0.flush()?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
 }
 
 fn picture(

@@ -219,7 +219,7 @@ fn json_line(at: Moment, event: &Event) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(text))
 }
 
-/// A line as `decode` writes it, with the key `event`.
+/// A line as `export --to jsonl` writes it, with the key `event`.
 fn line_json(at: Moment, received: &Received) -> io::Result<Vec<u8>> {
     let mut decoded = Vec::new();
     decode::write_json(&mut decoded, at, received)?;

@@ -62,7 +62,8 @@ fn page(command: &Command) -> Result<(String, Vec<u8>), Fault> {
         written
     };
     let mut roff = Roff::new();
-    let after = command.get_after_help().map(ToString::to_string);
+    let after =
+        (command.get_after_long_help().or(command.get_after_help())).map(ToString::to_string);
     after_options(&mut roff, &after.unwrap_or_default());
     if is_whole {
         keys(&mut roff);

@@ -5,9 +5,7 @@ mod calibrate;
 mod compare;
 mod completions;
 mod config_command;
-mod convert;
 mod cut;
-mod decode;
 mod export;
 mod info;
 mod label;
@@ -140,10 +138,8 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Verb::Calibrate(calibrate) => calibrate::run(calibrate, &config()?),
         Verb::Sim(sim) => sim::run(sim),
         Verb::Replay(replay) => replay::run(replay, &config()?),
-        Verb::Decode(decode) => decode::run(decode),
         Verb::Info(info) => info::run(info),
         Verb::Recover(recover) => recover::run(recover),
-        Verb::Convert(convert) => convert::run(convert),
         Verb::Export(export) => export::run(export),
         Verb::Cut(cut) => cut::run(cut),
         Verb::Verify(verify) => verify::run(verify),

@@ -29,7 +29,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
             ),
         ));
     }
-    watch::needs_terminal("groundwave decode")?;
+    watch::needs_terminal("groundwave export")?;
     let tape = index::open(&options.file)?;
     let name = format!("replay of {}", options.file.display());
     // A replay does not ring.

@@ -7,7 +7,7 @@
 Every checksum must hold. Reading by the index, reading from the front and the statistics must agree.
 The bytes of /raw/rx must be those of the raw capture (of a killed one, its beginning but for the last
 read: the raw file is written first), every pose must be where the line before it says, and the fields of /telemetry those of
-`groundwave decode --to jsonl`. Of a recording that was killed and not recovered, --unfinished reads what a plain reader
+`groundwave export --to jsonl`. Of a recording that was killed and not recovered, --unfinished reads what a plain reader
 finds. Prints a summary, or fails at the first error.
 """
 

@@ -60,7 +60,7 @@ cp "$root/captures/house-noisy.txt" converted.txt
 
 for name in live killed converted part; do
   killed=$([ $name = killed ] && echo --killed || true)
-  "$groundwave" decode "$name.mcap" --to jsonl > "$name.jsonl"
+  "$groundwave" export "$name.mcap" --to jsonl -o - > "$name.jsonl"
   echo "-- $name"
   "$root/$environment/bin/python" "$root/tests/judges/judge_mcap.py" "$name.mcap" \
     --raw "$name.txt" $killed --jsonl "$name.jsonl"

@@ -1,6 +1,6 @@
 //! Topics of a recording, derived from received bytes, sent bytes and station events.
 //!
-//! Only the [`Deriver`] derives messages. Recording, recovery and `convert` write them to MCAP; the Foxglove server
+//! Only the [`Deriver`] derives messages. Recording, recovery and `export` write them to MCAP; the Foxglove server
 //! sends them to other programs. It is a pure fold: the same inputs in the same order with the same times give the same
 //! messages.
 //!

@@ -53,30 +53,6 @@ pub struct Replay {
     pub speed: f64,
 }
 
-/// `decode`
-#[derive(Debug, Args)]
-#[command(after_help = laid_out("\
-Examples:
-  groundwave decode evening.txt --to csv > evening.csv
-  cat /dev/ttyUSB0 | groundwave decode - --to jsonl"))]
-pub struct Decode {
-    /// A raw text or MCAP file, or - for standard input
-    #[arg(add = ArgValueCompleter::new(completions::captures))]
-    pub file: PathBuf,
-    /// Output format
-    #[arg(long, value_enum)]
-    pub to: DecodeFormat,
-}
-
-/// The output formats of `decode`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DecodeFormat {
-    /// One JSON object per line
-    Jsonl,
-    /// A table with a header
-    Csv,
-}
-
 /// `info`
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
@@ -92,49 +68,35 @@ pub struct Info {
     pub json: bool,
 }
 
-/// `convert`
-#[derive(Debug, Args)]
-#[command(after_help = laid_out("\
-Examples:
-  groundwave convert evening.txt                   writes evening.mcap, with all topics of a recording
-  groundwave convert evening.mcap                  writes evening.txt, with the received bytes
-  groundwave convert 'evenings/*.txt' --output-dir converted
-  ssh robot cat evening.txt | groundwave convert - -o evening.mcap
-
-Lines that have timestamps, such as those written by `ts` or another ground station, keep them. Other lines are timed as
-if the radio had sent them without pauses at 2400 baud, beginning at --start. Line ends changed by an editor are restored."))]
-pub struct Convert {
-    /// The captures to read.
-    #[command(flatten)]
-    pub captures: Captures,
-    /// Where results are written; by default beside each capture.
-    #[command(flatten)]
-    pub output: Output,
-    /// Start of a raw capture: 2025-03-14T09:26:53Z [default: its first timestamp, else 1970]
-    #[arg(long, value_name = "TIME")]
-    pub start: Option<When>,
-    /// Also convert files without an intact line, such as noise
-    #[arg(long)]
-    pub anyway: bool,
-}
-
 /// `export`
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave export evening.mcap --to svg              writes evening.svg, the path with its events
   groundwave export 'evenings/*.mcap' --to csv --output-dir tables
-  groundwave export evening.txt --to jsonl -o -"))]
+  groundwave export evening.mcap --to raw              writes evening.txt, with the received bytes
+  groundwave export evening.txt --to mcap              writes evening.mcap, with all topics of a recording
+  cat /dev/ttyUSB0 | groundwave export - --to jsonl
+  ssh robot cat evening.txt | groundwave export - --to mcap -o evening.mcap
+
+Lines that have timestamps, such as those written by `ts` or another ground station, keep them. Other lines are timed as
+if the radio had sent them without pauses at 2400 baud, beginning at --start. Line ends changed by an editor are restored."))]
 pub struct Export {
     /// The captures to read.
     #[command(flatten)]
     pub captures: Captures,
     /// Output format
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, value_name = "FORMAT")]
     pub to: ExportFormat,
     /// Where results are written; by default beside each capture.
     #[command(flatten)]
     pub output: Output,
+    /// Start of raw text, with --to mcap: 2025-03-14T09:26:53Z [default: its first timestamp, else 1970]
+    #[arg(long, value_name = "TIME")]
+    pub start: Option<When>,
+    /// With --to mcap, also take files without an intact line, such as noise
+    #[arg(long)]
+    pub anyway: bool,
 }
 
 /// The output formats of `export`.
@@ -148,6 +110,10 @@ pub enum ExportFormat {
     Svg,
     /// The path with its events, as PNG
     Png,
+    /// A recording with every topic, made of raw text
+    Mcap,
+    /// The received bytes, as raw text
+    Raw,
 }
 
 /// `cut`

@@ -245,7 +245,7 @@ async function main(folder) {
   check(bytes.equals(kept.subarray(first, first + bytes.length)), "/raw/rx differs from the tee");
   // The last line may have been under way when the station ended.
   check(kept.length - first - bytes.length <= 160, `${kept.length - first - bytes.length} bytes less than the tee`);
-  const decoded = execFileSync(GROUNDWAVE, ["decode", tee, "--to", "jsonl"], { encoding: "utf8" })
+  const decoded = execFileSync(GROUNDWAVE, ["export", tee, "--to", "jsonl", "-o", "-"], { encoding: "utf8" })
     .trim()
     .split("\n")
     .map((line) => JSON.parse(line));

@@ -1,94 +1,35 @@
-//! `convert`: raw text to MCAP and back.
+//! Captures as recordings and as raw text.
 
 use std::io::{self, Cursor, Read, Write};
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use groundwave_protocol::decoder::Decoder;
 
-use super::cli::Convert;
-use super::input::Source;
-use super::output::{Output, Target, check_form, targets};
-use super::progress::Progress;
-use super::{Exit, Fault, batch, input, say};
+use super::super::cli::Export;
+use super::super::input::{self, Source};
+use super::super::output::{Output, Target, check_form};
+use super::super::progress::Progress;
+use super::super::{Exit, Fault};
+use super::Made;
+use crate::capture::CaptureError;
 use crate::capture::convert::{ConvertError, convert_raw};
 use crate::capture::source::Form;
 use crate::capture::text::TextReader;
 use crate::capture::when::When;
-use crate::capture::{Capture, CaptureError};
 
 /// Bytes searched for a line before anything is written.
 const LOOK_BYTES: u64 = 1024 * 1024;
 
-/// The result for a capture.
-#[derive(Default)]
-struct Made {
-    bytes: u64,
-    missing_bytes: u64,
-    problem: Option<Fault>,
-}
-
-pub(super) fn run(options: &Convert) -> Result<(), Fault> {
-    let files = batch::files(&options.captures)?;
-    let targets = targets(&files, &options.output, |path| {
-        // A file that cannot be read is reported later, in its turn.
-        Ok(other_form(path).unwrap_or("mcap").to_owned())
-    })?;
-    batch::each(
-        &files,
-        options.captures.quiet,
-        |index, progress| {
-            let (path, target) = (&files[index], &targets[index]);
-            let source = input::open(path, progress)?;
-            let (form, source) = input::detect_form(path, source)?;
-            match form {
-                Form::Mcap => {
-                    let hint = "name it .txt; `groundwave cut` makes MCAP of MCAP";
-                    check_form(target, Form::Raw, hint)?;
-                    to_raw(path, source, target)
-                }
-                Form::Raw => {
-                    check_form(target, Form::Mcap, "name it .mcap")?;
-                    to_mcap(options, path, source, target)
-                }
-            }
-        },
-        |index, made| {
-            if let Target::File(file, _) = &targets[index]
-                && !options.captures.quiet
-            {
-                let (bytes, file) = (made.bytes, file.display());
-                say(format_args!("{file}: {bytes} received bytes"));
-            }
-            if made.missing_bytes > 0 && made.problem.is_none() {
-                let missing = made.missing_bytes;
-                let problem = format!("{missing} received bytes are missing");
-                return Err(input::not_whole(&files[index], &problem));
-            }
-            made.problem.map_or(Ok(ControlFlow::Continue(())), Err)
-        },
-    )
-}
-
-/// The file extension of the other format.
-fn other_form(path: &Path) -> Result<&'static str, Fault> {
-    let source = input::open(path, &Progress::new(None, true))?;
-    let (form, _) = input::detect_form(path, source)?;
-    Ok(match form {
-        Form::Mcap => "txt",
-        Form::Raw => "mcap",
-    })
-}
-
 /// Writes the received bytes.
-fn to_raw(path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
-    let mut capture = Capture::read(path, source)?;
+pub(super) fn to_raw(path: &Path, progress: &Progress, target: &Target) -> Result<Made, Fault> {
+    check_form(target, Form::Raw, "name it .txt")?;
+    let mut capture = input::open_capture(path, progress)?;
     let mut output = Output::create(target)?;
-    let mut made = Made::default();
+    let (mut bytes, mut problem) = (0, None);
     loop {
         match capture.next_chunk() {
             Ok(Some(chunk)) => {
-                made.bytes += chunk.bytes.len() as u64;
+                bytes += chunk.bytes.len() as u64;
                 if let Err(error) = output.write_all(chunk.bytes) {
                     return output.fault(&error).map(|()| Made::default());
                 }
@@ -99,17 +40,41 @@ fn to_raw(path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
             }
             // The readable part is written; report that it is not all.
             Err(error) => {
-                made.problem = Some(Fault::from(error));
+                problem = Some(Fault::from(error));
                 break;
             }
         }
     }
-    made.missing_bytes = capture.missing_bytes();
-    output.finish().map(|()| made)
+    let missing = capture.missing_bytes();
+    if missing > 0 && problem.is_none() {
+        let words = format!("{missing} received bytes are missing");
+        problem = Some(input::not_whole(path, &words));
+    }
+    output.finish().map(|()| made(bytes, problem))
+}
+
+fn made(bytes: u64, problem: Option<Fault>) -> Made {
+    let what = format!("{bytes} received bytes");
+    Made { what, problem }
 }
 
 /// Writes a recording with all topics.
-fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> Result<Made, Fault> {
+pub(super) fn to_mcap(
+    options: &Export,
+    path: &Path,
+    progress: &Progress,
+    target: &Target,
+) -> Result<Made, Fault> {
+    check_form(target, Form::Mcap, "name it .mcap")?;
+    let (form, source) = input::detect_form(path, input::open(path, progress)?)?;
+    if form == Form::Mcap {
+        let hint =
+            "is MCAP already; `groundwave cut` makes a part of it, `groundwave recover` repairs it";
+        return Err(Fault::new(
+            Exit::Usage,
+            format!("{} {hint}", path.display()),
+        ));
+    }
     let start_ns = match options.start {
         None => None,
         Some(When::Wall(ns)) => Some(ns),
@@ -129,10 +94,7 @@ fn to_mcap(options: &Convert, path: &Path, source: Source, target: &Target) -> R
         Ok(converted) if converted.lines == 0 && !options.anyway => {
             Err(Fault::no_lines(path, converted.bytes))
         }
-        Ok(converted) => output.finish().map(|()| Made {
-            bytes: converted.bytes,
-            ..Made::default()
-        }),
+        Ok(converted) => output.finish().map(|()| made(converted.bytes, None)),
         Err(ConvertError::Read(error)) => Err(input::cannot_read(path, error)),
         Err(ConvertError::Write(error)) => output.fault(&error).map(|()| Made::default()),
     }
