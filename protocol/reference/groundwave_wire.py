@@ -74,6 +74,8 @@ def decode_ack(characters: bytes) -> Fields:
     ack = {"boot": bits >> 27, "session": bits >> 24 & 7, "sequence": bits >> 21 & 7, "outcome": bits >> 18 & 7}
     if bits >> 15 & 7 == 7:
         return ack | {"receipt": bits & 0x7FFF}
+    if bits >> 7 & 0x7FF == 0b1_1001111_000:
+        return ack | {"cannot_hear": True, "robot_id": bits & 0x7F}
     if bits >> 14 & 15 == 13:
         return ack | {"era": bits & 0x3FFF}
     if bits >> 17 & 1:
@@ -86,6 +88,8 @@ def encode_ack(ack: Fields) -> bytes:
     bits = ack["boot"] << 27 | ack["session"] << 24 | ack["sequence"] << 21 | ack["outcome"] << 18
     if "era" in ack:
         return to_six(bits | 13 << 14 | ack["era"], 5)
+    if "cannot_hear" in ack:
+        return to_six(bits | 0b1_1001111_000 << 7 | ack["robot_id"], 5)
     if "receipt" in ack:
         return to_six(bits | 7 << 15 | ack["receipt"], 5)
     if "tag" in ack:

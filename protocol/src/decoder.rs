@@ -32,7 +32,7 @@ impl Received {
     #[must_use]
     pub const fn robot_id(&self) -> Option<u8> {
         match (self, self.ack().detail) {
-            (_, Detail::Idle { robot_id, .. }) => Some(robot_id),
+            (_, Detail::Idle { robot_id, .. } | Detail::CannotHear { robot_id }) => Some(robot_id),
             (Self::Line(line, _), _) => match &line.body {
                 Body::Status(status) => Some(status.robot_id),
                 Body::Counters(counters) => Some(counters.robot_id),

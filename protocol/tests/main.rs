@@ -1,5 +1,6 @@
 //! Tests of the wire from outside: one binary, one module a subject.
 
+mod c_robot;
 mod damage;
 mod decoder;
 mod delivery;

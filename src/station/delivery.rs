@@ -196,6 +196,7 @@ const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
         }
         Failure::Stopped if stopped => "STOP ended the session",
         Failure::Stopped => "the robot ended the session: a STOP from elsewhere, or a restart",
+        Failure::CannotHear => "the robot cannot hear",
         Failure::TimedOut | Failure::Cancelled | Failure::ReceiveOnly => "session given up",
     }
 }

@@ -53,6 +53,7 @@ fn fill_ack(to: &mut Telemetry, ack: Ack) {
         }
         Detail::Era { .. } => {}
         Detail::Stopped { .. } => to.ack_owner = Some(0),
+        Detail::CannotHear { robot_id } => to.ack_robot_id = Some(robot_id.into()),
     }
 }
 

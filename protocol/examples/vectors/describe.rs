@@ -140,6 +140,7 @@ pub fn ack(ack: Ack) -> Value {
         } => json!({ "first_missing": first_missing, "tag": tag, "window": window }),
         Detail::Era { era } => json!({ "era": era }),
         Detail::Stopped { receipt } => json!({ "receipt": receipt }),
+        Detail::CannotHear { robot_id } => json!({ "cannot_hear": true, "robot_id": robot_id }),
     };
     let head = json!({
         "boot": ack.boot,

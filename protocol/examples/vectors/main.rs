@@ -6,6 +6,7 @@
 pub(crate) mod conversation;
 mod describe;
 pub(crate) mod judge;
+mod levels;
 mod lines;
 mod parameters_and_songs;
 mod samples;
@@ -20,7 +21,7 @@ use serde_json::Value;
 pub type File = (&'static str, fn() -> Vec<Value>, Option<u32>);
 
 /// All files.
-pub const FILES: [File; 11] = [
+pub const FILES: [File; 12] = [
     ("lines", lines::lines, Some(0x04_f606)),
     ("streams", streams::streams, Some(0x4e_ae2f)),
     ("checksums", streams::checksums, Some(0x63_11c8)),
@@ -32,6 +33,7 @@ pub const FILES: [File; 11] = [
     ("lines-3", sessions::lines, None),
     ("frames-3", sessions::frames, None),
     ("conversation-2", conversation::sessions, None),
+    ("lines-4", levels::lines, None),
 ];
 
 #[allow(dead_code, reason = "the test that uses this file does not write")]

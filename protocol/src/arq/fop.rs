@@ -17,7 +17,7 @@ use super::quality::Quality;
 use super::status::{CommandStatus, Failure};
 use super::transfer::Transfer;
 use crate::command::{Command, Key, Order, RECEIPT_MAX};
-use crate::telemetry::Ack;
+use crate::telemetry::{Ack, Detail};
 use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX, Waypoint};
 use turn::{Carrier, Turn};
 
@@ -303,8 +303,25 @@ impl Fop {
         self.tag
     }
 
+    /// Whether the robot reports that it cannot hear.
+    fn is_unheard(&self) -> bool {
+        self.latest_ack
+            .is_some_and(|ack| matches!(ack.detail, Detail::CannotHear { .. }))
+    }
+
+    /// Ends everything that only a robot with a receiver can obey.
+    fn refuse_unheard(&mut self) {
+        if self.stopping.take().is_some() {
+            self.push(FopEvent::Stop(CommandStatus::Failed(Failure::CannotHear)));
+        }
+        self.lose_session(Failure::CannotHear);
+    }
+
     /// Handles timers that are due.
     pub fn handle_timeout(&mut self, now_us: u64) {
+        if self.is_unheard() {
+            self.refuse_unheard();
+        }
         if self
             .stopping
             .is_some_and(|s| now_us >= s.since_us + self.config.give_up_us)
@@ -352,6 +369,11 @@ impl Fop {
     /// When to call [`Fop::handle_timeout`] and [`Fop::poll_transmit`] again, if nothing arrives before.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<u64> {
+        if self.is_unheard()
+            && (self.work.is_some() || self.stopping.is_some() || self.drive.is_some())
+        {
+            return Some(0);
+        }
         let silence = self
             .waiting()
             .into_iter()

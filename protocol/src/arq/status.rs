@@ -99,17 +99,20 @@ pub enum Failure {
     Cancelled,
     /// The link is receive-only.
     ReceiveOnly,
+    /// The robot says that it cannot hear.
+    CannotHear,
 }
 
 impl Failure {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::TimedOut,
         Self::RobotRestarted,
         Self::TakenOver,
         Self::Stopped,
         Self::Cancelled,
         Self::ReceiveOnly,
+        Self::CannotHear,
     ];
 
     /// Stable code.
@@ -122,6 +125,7 @@ impl Failure {
             Self::Stopped => "stopped",
             Self::Cancelled => "cancelled",
             Self::ReceiveOnly => "receive-only",
+            Self::CannotHear => "cannot-hear",
         }
     }
 
@@ -141,6 +145,7 @@ impl fmt::Display for Failure {
             Self::Stopped => "cancelled by STOP",
             Self::Cancelled => "cancelled",
             Self::ReceiveOnly => "the link is receive-only",
+            Self::CannotHear => "the robot reports that it cannot hear: it has no receiver",
         })
     }
 }

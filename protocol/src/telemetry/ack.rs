@@ -7,6 +7,7 @@
 //!                                         1      first missing block (7, up to 75), tag (2), window (8)
 //!                                         1      two set bits, receipt of a STOP (15)
 //!                                         1      bits 101, era of the session (14)
+//!                                         1      bits 1001111000, robot id (7): the robot cannot hear
 //! ```
 //!
 //! All counters are the low bits of larger ones. It is a snapshot, not an event: a lost line loses no acknowledgement.
@@ -106,6 +107,11 @@ pub enum Detail {
         /// Number in the latest STOP.
         receipt: u16,
     },
+    /// The robot has no receiver, or none that works.
+    CannotHear {
+        /// The robot's id, 7 bits.
+        robot_id: u8,
+    },
     /// The high part of the session's number.
     Era {
         /// Counts the rounds of session numbers, 14 bits.
@@ -118,6 +124,9 @@ const RECEIPT: u32 = 0b11;
 
 /// Values of the bits 16 to 14 beside a set bit 17 that no block has, either: an era follows.
 const ERA: u32 = 0b101;
+
+/// Value of the bits 16 to 7 beside a set bit 17 for a robot that cannot hear: block 79, which no list has.
+const CANNOT_HEAR: u32 = 79 << 3;
 
 /// The state of the robot's receiver at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -177,6 +186,7 @@ impl Ack {
             ),
             Detail::Era { era } => (1, ERA << 14 | u32::from(era & ERA_MAX)),
             Detail::Stopped { receipt } => (1, RECEIPT << 15 | u32::from(receipt & RECEIPT_MAX)),
+            Detail::CannotHear { robot_id } => (1, CANNOT_HEAR << 7 | u32::from(robot_id & 0x7F)),
         };
         let bits = u32::from(self.boot & 7) << 27
             | u32::from(self.session & 7) << 24
@@ -205,6 +215,10 @@ impl Ack {
         } else if bits >> 15 & 3 == RECEIPT {
             Detail::Stopped {
                 receipt: bits as u16 & RECEIPT_MAX,
+            }
+        } else if bits >> 7 & 0x3FF == CANNOT_HEAR {
+            Detail::CannotHear {
+                robot_id: (bits & 0x7F) as u8,
             }
         } else if bits >> 14 & 7 == ERA {
             Detail::Era {
@@ -348,6 +362,10 @@ mod tests {
             detail: Detail::Idle { owner, robot_id },
             ..none
         };
+        let cannot_hear = |robot_id| Ack {
+            detail: Detail::CannotHear { robot_id },
+            ..none
+        };
         for (ack, bits) in [
             (none, 0),
             (Ack { boot: 1, ..none }, 1 << 27),
@@ -389,6 +407,8 @@ mod tests {
             (era(0), 0b1101 << 14),
             (era(0x3FFF), 0b1101 << 14 | 0x3FFF),
             (stopped(0x7FFF), 0x3_FFFF),
+            (cannot_hear(0), 1 << 17 | 0b100_1111 << 10),
+            (cannot_hear(127), 1 << 17 | 0b100_1111 << 10 | 127),
         ] {
             assert_eq!(sixbit::decode_from(&ack.encode()), Some(bits), "{ack:?}");
         }

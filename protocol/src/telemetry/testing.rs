@@ -9,6 +9,7 @@ pub(super) fn detail() -> impl Strategy<Value = Detail> {
         (0..1024_u16, 0..128_u8).prop_map(|(owner, robot_id)| Detail::Idle { owner, robot_id }),
         (0..0x4000_u16).prop_map(|era| Detail::Era { era }),
         (0..0x8000_u16).prop_map(|receipt| Detail::Stopped { receipt }),
+        (0..128_u8).prop_map(|robot_id| Detail::CannotHear { robot_id }),
         (0..=75_u8, 0..4_u8, any::<u8>()).prop_map(|(first_missing, tag, window)| {
             Detail::Staging {
                 first_missing,

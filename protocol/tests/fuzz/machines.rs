@@ -166,6 +166,7 @@ fn ack(input: &mut Input) -> Ack {
         0 if b >> 6 == 1 => Detail::Era {
             era: input.byte().into(),
         },
+        1 if b >> 5 == 1 => Detail::CannotHear { robot_id: ROBOT_ID },
         1 if b >> 6 == 1 => Detail::Stopped {
             receipt: OWNER << 5 | 1,
         },

@@ -12,11 +12,11 @@ use groundwave_protocol::telemetry::{
     AckLine, Body, CountersLine, FirmwareVersion, Line, Outcome, StateLine,
 };
 
-const US_PER_BYTE: u64 = 1_000_000 / 240;
+pub const US_PER_BYTE: u64 = 1_000_000 / 240;
 pub const ROBOT_ID: u8 = 7;
 
 /// A small generator of random numbers, the same on every platform.
-pub struct Rng(u64);
+pub struct Rng(pub u64);
 
 impl Rng {
     pub fn next(&mut self) -> u64 {

@@ -156,6 +156,9 @@ impl Fop {
     fn handle_ack(&mut self, now_us: u64, ack: Ack, latched_us: u64) {
         self.note_era(ack);
         self.latest_ack = Some(ack);
+        if self.is_unheard() {
+            return self.refuse_unheard();
+        }
         self.check_stop(ack);
         self.check_session(now_us, ack, latched_us);
         let Session::Open { number, .. } = self.session else {

@@ -17,7 +17,7 @@ const ROOM_MIN: u64 = 29;
 impl Fop {
     /// Bytes that may go to the radio now. Call until it returns `None`.
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<&[u8]> {
-        if self.pacer.is_idle() {
+        if self.pacer.is_idle() && !self.is_unheard() {
             self.take_silence(now_us);
             let room = self.room(now_us);
             if room < ROOM_MIN {
