@@ -29,7 +29,9 @@ const CHECK: &[Step] = &[
 
 const OUTSIDE: &[Step] = &[
     ("avr", avr::check),
-    ("c", || run(Command::new("python3").arg("protocol/c/test/check.py"))),
+    ("c", || {
+        run(Command::new("python3").arg("protocol/c/test/check.py"))
+    }),
     ("reference", || {
         run(Command::new("python3").arg("protocol/reference/check.py"))
     }),
