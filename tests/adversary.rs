@@ -9,7 +9,7 @@ use std::mem;
 use std::ops::AddAssign;
 use std::time::Duration;
 
-use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent, NoticeCode};
+use groundwave::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, NoticeCode};
 use groundwave::request::{Amount, Request, Tuning};
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
@@ -564,7 +564,9 @@ impl Trial {
         let late = |pending: &Pending| pending.give_up_at.is_some_and(|at| at <= now);
         while let Some(pending) = self.operators[n].pending.iter().find(|p| late(p)) {
             let id = pending.id;
-            self.operators[n].station.handle_give_up(now, id);
+            self.operators[n]
+                .station
+                .handle_give_up(now, id, Failure::TimedOut);
             self.take_events(n);
             let has_ended = self.operators[n].pending.iter().all(|p| p.id != id);
             assert!(has_ended, "outlives its client: {}", self.context());

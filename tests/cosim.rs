@@ -178,8 +178,8 @@ fn a_command_that_is_given_up_leaves_the_others_alone() {
             })
         });
         let now = co.now();
-        co.station.handle_give_up(now, second);
-        co.station.handle_give_up(now, first);
+        co.station.handle_give_up(now, second, Failure::TimedOut);
+        co.station.handle_give_up(now, first, Failure::TimedOut);
         co.run_until("the third ends", 120, |co| co.fate(third).is_some());
         assert_eq!(co.fate(third), Some(CONFIRMED), "{}", co.context());
         for given_up in [first, second] {

@@ -42,6 +42,7 @@ mod rig;
 mod runs;
 mod screens;
 mod sending;
+mod sharing;
 mod songs;
 mod statistics;
 mod streams;

@@ -81,6 +81,8 @@ coded! {
         Shared = "shared",
         /// A client of the shared link was closed.
         ShareClient = "share-client",
+        /// The station that shares this link lost its own, or closed the connection.
+        SharingStation = "sharing-station",
         /// The Foxglove server listens.
         Foxglove = "foxglove",
         /// A recording began.

@@ -5,7 +5,7 @@ pub(super) mod faults;
 pub(super) mod own_link;
 mod report;
 mod script;
-pub(super) mod shared_link;
+mod shared_link;
 
 use super::cli::{Connection, Send};
 use super::config::Config;
@@ -27,11 +27,19 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
     match way {
         Connection::Via(address) if !radio.can_send() => Err(receive_only(address)),
         Connection::Via(address) => shared_link::deliver(options, address, &script),
-        Connection::Link(link @ (LinkSpec::Stdin | LinkSpec::Unix(_))) => Err(receive_only(link)),
+        Connection::Link(link @ LinkSpec::Stdin) => Err(receive_only(link)),
         Connection::Link(link) if !radio.can_send() => Err(receive_only(link)),
         Connection::Link(link) => {
             let baud = options.radio.baud(config);
-            block_on(own_link::deliver(options, link, baud, radio, &script))
+            let opened = own_link::open(link, baud, radio)?;
+            match (opened.station(), link) {
+                (Some(address), _) => {
+                    drop(opened);
+                    shared_link::deliver(options, &address, &script)
+                }
+                (None, LinkSpec::Unix(_)) => Err(receive_only(link)),
+                (None, _) => block_on(own_link::deliver(options, opened, baud, radio, &script)),
+            }
         }
     }
 }

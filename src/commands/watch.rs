@@ -10,22 +10,27 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use sr04_sim::serve::{ServeOptions, Server};
 
 use super::appearance::appearance;
-use super::cli::{Demo, RecordingArgs, Sharing, Watch};
+use super::cli::{Connection, Demo, RecordingArgs, Sharing, Watch};
 use super::output::check_inputs;
 use super::{Exit, Fault, block_on, config, headless, recording, say, sharing, simulated};
 use crate::event::{Event, Level, Notice, NoticeCode};
 use crate::hint::shell_word;
-use crate::io::link::{BAUD, Connection, Link, LinkSpec};
+use crate::io::link::{self, BAUD, Link, LinkSpec};
+use crate::io::share_client::ShareClientError;
 use crate::io::terminal;
 use crate::model::{Config, Facts, Ui};
 use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, LiveSource, Source, run};
+use crate::share::Address;
 
 /// How long the report of the recordings waits for a stalled terminal.
 const REPORT_PATIENCE: Duration = Duration::from_secs(1);
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
-    let (link, config) = &config.at(&options.link)?;
+    let usage = |message| Fault::new(Exit::Usage, message);
+    let given = options.connection().map_err(usage)?;
+    let (way, config) = &given.clone().at(config)?;
+    let link = &way.link();
     if !options.headless {
         needs_terminal("watch --headless")?;
     }
@@ -37,10 +42,13 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
     }
     let started = Instant::now();
     let (spec, server) = simulated::embed(link, options.radio.radio(config).kind)?;
-    let name = options.link.to_string();
     let plan = Plan {
-        name,
+        name: given.link().to_string(),
         spec,
+        via: match way {
+            Connection::Via(address) => Some(address.clone()),
+            Connection::Link(_) => None,
+        },
         baud: options.radio.baud(config),
         radio: options.radio.radio(config),
         started,
@@ -99,6 +107,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
             options.simulated.world, options.simulated.seed
         ),
         spec: simulated::link_to(address(&server, 0)),
+        via: None,
         baud: BAUD,
         radio: Radio {
             kind: options.simulated.radio,
@@ -143,6 +152,8 @@ pub(super) fn needs_terminal(instead: &str) -> Result<(), Fault> {
 struct Plan {
     name: String,
     spec: LinkSpec,
+    /// The station that the operator named; another server at its address is refused.
+    via: Option<Address>,
     baud: u32,
     radio: Radio,
     started: Instant,
@@ -156,8 +167,12 @@ impl Plan {
     /// Opens link, servers and recordings, the link first: if it fails, no empty file is left behind.
     async fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
-        let connection = Connection::open(&self.spec, self.baud)
+        let connection = link::Connection::open(&self.spec, self.baud)
             .map_err(|error| Fault::new(Exit::NoLink, error))?;
+        if let Some(address) = self.via.as_ref().filter(|_| !connection.is_shared()) {
+            let error = ShareClientError::NoStation(address.clone());
+            return Err(Fault::new(Exit::NoLink, error));
+        }
         let share = sharing::listen(&self.sharing)?;
         let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;
         let keeper = recording::open(

@@ -1,4 +1,4 @@
-//! The share client: sends commands through a station that shares its link.
+//! The share client: a connection to a station that shares its link.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -36,14 +36,20 @@ pub enum ShareClientError {
     Silent(Address),
 }
 
-trait Socket: Read + Write {}
-
-impl<T: Read + Write> Socket for T {}
+/// Both halves of a socket whose reads time out now and then.
+pub struct Halves {
+    /// The half to read.
+    pub reading: Box<dyn Read + Send>,
+    /// The half to write.
+    pub writing: Box<dyn Write + Send>,
+    /// The token to show first, if it is a port's and known.
+    pub token: Option<String>,
+}
 
 /// A connection to a station that shares its link.
 pub struct ShareClient {
     address: Address,
-    socket: Box<dyn Socket>,
+    halves: Halves,
     lines: Lines,
     unread: Vec<u8>,
 }
@@ -73,7 +79,7 @@ impl ShareClient {
         address: &Address,
         deadline: Instant,
     ) -> Result<(Self, Welcome), ShareClientError> {
-        let (mut socket, token) = connect(address, deadline).map_err(|error| {
+        let halves = connect(address, deadline).map_err(|error| {
             let address = address.clone();
             match error.kind() {
                 io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
@@ -82,20 +88,33 @@ impl ShareClient {
                 _ => ShareClientError::Connect(address, error),
             }
         })?;
-        if let Some(token) = token {
-            // A station that is gone is noticed with the hello.
-            let _ = socket.write_all(format!("{token}\n").as_bytes());
+        Self::greet(address.clone(), halves, false, deadline)
+    }
+
+    /// Says hello on a new connection, after the station's announcement or before it; with `raw` the raw bytes come too.
+    ///
+    /// # Errors
+    /// When the station does not welcome this program until the deadline.
+    pub fn greet(
+        address: Address,
+        mut halves: Halves,
+        raw: bool,
+        deadline: Instant,
+    ) -> Result<(Self, Welcome), ShareClientError> {
+        // A station that is gone is noticed with its answer; the reason of one that closed the connection can still be read.
+        if let Some(token) = &halves.token {
+            let _ = halves.writing.write_all(format!("{token}\n").as_bytes());
         }
         let mut client = Self {
-            address: address.clone(),
-            socket,
+            address,
+            halves,
             lines: Lines::default(),
             unread: Vec::new(),
         };
         let hello = ClientLine::Hello {
             pid: Some(std::process::id()),
+            raw,
         };
-        // The reason of a station that closed the connection can still be read.
         let _ = client.send(&hello);
         loop {
             match client.next(deadline) {
@@ -115,12 +134,19 @@ impl ShareClient {
         }
     }
 
+    /// The connection, and the bytes that were read and not used yet.
+    #[must_use]
+    pub fn into_halves(self) -> (Halves, Vec<u8>) {
+        (self.halves, self.unread)
+    }
+
     /// Sends a line to the station.
     ///
     /// # Errors
     /// When the station is gone.
     pub fn send(&mut self, line: &ClientLine) -> Result<(), ShareClientError> {
-        self.socket
+        self.halves
+            .writing
             .write_all(&line.to_line())
             .map_err(|error| ShareClientError::Closed(self.address.clone(), format!(": {error}")))
     }
@@ -144,7 +170,7 @@ impl ShareClient {
                 return Err(ShareClientError::Silent(self.address.clone()));
             }
             let mut buffer = [0; 4096];
-            match self.socket.read(&mut buffer) {
+            match self.halves.reading.read(&mut buffer) {
                 Ok(0) => {
                     return Err(ShareClientError::Closed(
                         self.address.clone(),
@@ -168,8 +194,7 @@ impl ShareClient {
     }
 }
 
-/// The socket, and the token to show first.
-fn connect(address: &Address, deadline: Instant) -> io::Result<(Box<dyn Socket>, Option<String>)> {
+fn connect(address: &Address, deadline: Instant) -> io::Result<Halves> {
     // A time limit of zero is an error.
     let left = || {
         let left = deadline.saturating_duration_since(Instant::now());
@@ -184,8 +209,11 @@ fn connect(address: &Address, deadline: Instant) -> io::Result<(Box<dyn Socket>,
                         stream.set_nodelay(true)?;
                         stream.set_read_timeout(Some(READ_TIMEOUT))?;
                         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
-                        let token = find_token(&stream);
-                        return Ok((Box::new(stream), token));
+                        return Ok(Halves {
+                            token: find_token(&stream),
+                            reading: Box::new(stream.try_clone()?),
+                            writing: Box::new(stream),
+                        });
                     }
                     Err(error) => failure = error,
                 }
@@ -197,7 +225,11 @@ fn connect(address: &Address, deadline: Instant) -> io::Result<(Box<dyn Socket>,
             let stream = super::unix_socket::connect(path, left())?;
             stream.set_read_timeout(Some(READ_TIMEOUT))?;
             stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
-            Ok((Box::new(stream), None))
+            Ok(Halves {
+                token: None,
+                reading: Box::new(stream.try_clone()?),
+                writing: Box::new(stream),
+            })
         }
         #[cfg(not(unix))]
         Address::Unix(_) => Err(io::Error::new(

@@ -10,13 +10,15 @@ use tokio::time::{Instant as TokioInstant, sleep_until};
 use super::advice::advice;
 use super::live::{self, Live};
 use super::share_server::{ShareServer, Wanted};
-use crate::event::{CommandId, Event, Level, LinkEvent, Moment, Notice, NoticeCode, Reception};
+use crate::event::{
+    CommandId, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Reception,
+};
 use crate::io::foxglove::{Call, Foxglove};
 use crate::io::link::{Link, LinkInput};
 use crate::io::share::{FromClient, Share};
 use crate::radio::Radio;
 use crate::request::Request;
-use crate::share::Heard;
+use crate::share::{Heard, Welcome};
 use crate::station::Station;
 use crate::statistics::Statistics;
 
@@ -54,6 +56,8 @@ impl Advising {
 pub struct Driver {
     station: Station,
     link: Link,
+    /// Whether the station that shares this link, if one does, sends commands.
+    station_sends: bool,
     inputs: Receiver<LinkInput>,
     name: String,
     radio: Radio,
@@ -80,12 +84,14 @@ impl Driver {
         started: Instant,
         sent: SentSink,
     ) -> Self {
+        let station_sends = sends(link.share());
+        let can_send = radio.can_send() && link.can_send() && station_sends;
+        let mut station = Station::new(radio.config(random_owner()), can_send);
+        station.handle_shared(started.elapsed(), link.share().is_some());
         Self {
-            station: Station::new(
-                radio.config(random_owner()),
-                radio.can_send() && link.can_send(),
-            ),
+            station,
             link,
+            station_sends,
             inputs,
             name,
             radio,
@@ -156,7 +162,7 @@ impl Driver {
     /// Whether commands can be sent.
     #[must_use]
     pub fn can_send(&self) -> bool {
-        self.radio.can_send() && self.link.can_send()
+        self.radio.can_send() && self.link.can_send() && self.station_sends
     }
 
     /// The station.
@@ -241,7 +247,10 @@ impl Driver {
                         live.handle_started(call, id);
                     }
                 }
-                live::Wanted::GiveUp(id) => self.station.handle_give_up(self.now(), id),
+                live::Wanted::GiveUp(id) => {
+                    let why = Failure::TimedOut;
+                    self.station.handle_give_up(self.now(), id, why);
+                }
             }
         }
     }
@@ -250,7 +259,18 @@ impl Driver {
     fn serve_share(&mut self) {
         while let Some(wanted) = self.share.as_mut().and_then(ShareServer::poll) {
             match wanted {
-                Wanted::GiveUp(id) => self.station.handle_give_up(self.now(), id),
+                Wanted::GiveUp(id, why) => self.station.handle_give_up(self.now(), id, why),
+                Wanted::Drive {
+                    velocity_in_s: 0,
+                    rotation_in_s: 0,
+                } => self.station.handle_drive_end(self.now()),
+                Wanted::Drive {
+                    velocity_in_s,
+                    rotation_in_s,
+                } => {
+                    let now = self.now();
+                    self.station.handle_drive(now, velocity_in_s, rotation_in_s);
+                }
                 Wanted::Tell(event) => self.events.push_back(event),
             }
         }
@@ -291,11 +311,18 @@ impl Driver {
 
     fn handle_input(&mut self, input: LinkInput) {
         match input {
-            LinkInput::Opened { renamed, empty } => {
+            LinkInput::Opened {
+                renamed,
+                empty,
+                share,
+            } => {
+                self.station_sends = sends(share.as_ref());
                 self.station.handle_link(LinkEvent::Opened {
                     name: renamed.unwrap_or_else(|| self.name.clone()),
                     can_send: self.can_send(),
                 });
+                let now = self.now();
+                self.station.handle_shared(now, share.is_some());
                 if empty > 1 {
                     self.events.push_back(Event::Notice(Notice::new(
                         NoticeCode::EmptyConnections,
@@ -311,7 +338,14 @@ impl Driver {
                 }
                 self.station.handle_bytes(at, &bytes);
             }
-            LinkInput::Lost(reason) => self.station.handle_link(LinkEvent::Lost { reason }),
+            LinkInput::Said(line) => {
+                let now = self.now();
+                self.station.handle_shared_line(now, &line);
+            }
+            LinkInput::Lost(reason) => {
+                self.station.handle_shared_lost(self.started.elapsed());
+                self.station.handle_link(LinkEvent::Lost { reason });
+            }
             LinkInput::Ended => self.station.handle_link(LinkEvent::Ended),
         }
     }
@@ -324,7 +358,8 @@ impl Driver {
     }
 
     fn start(&mut self, now: Moment, request: Request, by: Option<String>) -> CommandId {
-        if request == Request::Stop {
+        // Lines for another station are not repeated, so none is dropped.
+        if request == Request::Stop && !self.station.is_shared() {
             self.link.clear_queue();
         }
         self.station.handle_request(now, request, by)
@@ -380,6 +415,9 @@ impl Driver {
 
     fn flush(&mut self) {
         let now = self.now();
+        while let Some(line) = self.station.poll_shared_line() {
+            self.link.send(&line.to_line());
+        }
         while let Some(bytes) = self.station.poll_transmit(now) {
             // Sent before it is recorded: STOP must not wait for a slow disk.
             let at = Instant::now();
@@ -390,6 +428,11 @@ impl Driver {
             }
         }
     }
+}
+
+/// Whether the station that shares a link, if one does, sends commands.
+fn sends(share: Option<&Welcome>) -> bool {
+    share.is_none_or(|welcome| welcome.can_send)
 }
 
 async fn next_client(server: Option<&mut ShareServer>) -> FromClient {

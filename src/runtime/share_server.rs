@@ -1,6 +1,8 @@
 //! The share server: joins the [`Broker`] to its sockets.
 
-use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Notice, NoticeCode};
+use crate::event::{
+    CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode,
+};
 use crate::io::share::{FromClient, Share};
 use crate::share::{Asked, Broker, Heard, Output};
 
@@ -14,8 +16,15 @@ pub(super) struct ShareServer {
 /// A request of the share server to the station.
 #[derive(Debug)]
 pub(super) enum Wanted {
-    /// Cancel this command: its timeout has passed.
-    GiveUp(CommandId),
+    /// End this command for this reason.
+    GiveUp(CommandId, Failure),
+    /// Drive by hand for half a second; zeros stop the robot.
+    Drive {
+        /// Forward speed, inches a second.
+        velocity_in_s: i8,
+        /// Speed of the left wheel less that of the right, inches a second.
+        rotation_in_s: i8,
+    },
     /// Log this event.
     Tell(Event),
 }
@@ -91,12 +100,21 @@ impl ShareServer {
     pub(super) fn poll(&mut self) -> Option<Wanted> {
         loop {
             match self.broker.poll_output()? {
-                Output::EndRaw(client) => self.share.end_raw(client),
+                Output::Converse { client, raw } => self.share.converse(client, raw),
                 Output::Line(client, line) => self.share.send_line(client, &line),
                 Output::Close(client) => self.share.close(client),
                 Output::Busy(client, is_busy) => self.share.set_busy(client, is_busy),
                 Output::Stopping(client) => self.share.start_stop(client),
-                Output::GiveUp(id) => return Some(Wanted::GiveUp(id)),
+                Output::GiveUp(id, why) => return Some(Wanted::GiveUp(id, why)),
+                Output::Drive {
+                    velocity_in_s,
+                    rotation_in_s,
+                } => {
+                    return Some(Wanted::Drive {
+                        velocity_in_s,
+                        rotation_in_s,
+                    });
+                }
                 Output::Warning(text) => {
                     return Some(Wanted::Tell(Event::Notice(Notice::new(
                         NoticeCode::ShareClient,

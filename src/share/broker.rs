@@ -29,8 +29,13 @@ pub struct ClientId(pub u64);
 /// An output for the sockets or the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
-    /// Stop sending raw bytes to this client.
-    EndRaw(ClientId),
+    /// Send lines to this client from here on, raw bytes only as lines and if it wants them.
+    Converse {
+        /// The client.
+        client: ClientId,
+        /// Whether it gets the raw bytes too.
+        raw: bool,
+    },
     /// Send this line to this client.
     Line(ClientId, Vec<u8>),
     /// Close this client after its lines.
@@ -39,8 +44,15 @@ pub enum Output {
     Busy(ClientId, bool),
     /// This client waits for a STOP.
     Stopping(ClientId),
-    /// Cancel this command: its timeout has passed.
-    GiveUp(CommandId),
+    /// End this command for this reason.
+    GiveUp(CommandId, Failure),
+    /// Drive by hand for half a second; zeros stop the robot.
+    Drive {
+        /// Forward speed, inches a second.
+        velocity_in_s: i8,
+        /// Speed of the left wheel less that of the right, inches a second.
+        rotation_in_s: i8,
+    },
     /// Log a client's mistake.
     Warning(String),
 }
@@ -154,21 +166,41 @@ impl Broker {
                 ClientLine::parse(line).map_err(|error| (error.code(), error.to_string()))
             });
         let (code, problem) = match parsed {
-            Ok(ClientLine::Hello { pid }) if !known.converses => {
+            Ok(ClientLine::Hello { pid, raw }) if !known.converses => {
                 known.converses = true;
                 // The process number from the system takes precedence over the client's own.
                 if let Some(pid) = pid.filter(|_| !known.peer.starts_with("pid ")) {
                     known.peer = format!("pid {pid} from {}", known.peer);
                 }
-                self.outputs.push_back(Output::EndRaw(client));
+                self.outputs.push_back(Output::Converse { client, raw });
                 let welcome = Welcome::new(self.link.clone(), self.can_send);
                 self.reply(client, &StationLine::Welcome(welcome));
                 return None;
             }
             Ok(ClientLine::Hello { .. }) => (NOT_UNDERSTOOD, "hello was sent already".to_owned()),
-            Ok(ClientLine::Ask(_)) if !known.converses => {
+            Ok(_) if !known.converses => {
                 let problem = "begin with {\"groundwave\":1}";
                 (NOT_UNDERSTOOD, problem.to_owned())
+            }
+            Ok(ClientLine::Cancel(tag)) => {
+                let mut commands = self.commands.iter();
+                let meant = |command: &Command| command.client == client && command.tag == tag;
+                // The command may have ended meanwhile.
+                if let Some((&id, _)) = commands.find(|(_, command)| meant(command)) {
+                    let cancel = Output::GiveUp(id, Failure::Cancelled);
+                    self.outputs.push_back(cancel);
+                }
+                return None;
+            }
+            Ok(ClientLine::Drive {
+                velocity_in_s,
+                rotation_in_s,
+            }) => {
+                self.outputs.push_back(Output::Drive {
+                    velocity_in_s,
+                    rotation_in_s,
+                });
+                return None;
             }
             // STOP is exempt from the limits.
             Ok(ClientLine::Ask(ask)) if ask.request == Request::Stop => {
@@ -281,7 +313,8 @@ impl Broker {
             .collect();
         for id in over {
             self.handle_status(id, &CommandStatus::Failed(Failure::TimedOut), heard);
-            self.outputs.push_back(Output::GiveUp(id));
+            let over = Output::GiveUp(id, Failure::TimedOut);
+            self.outputs.push_back(over);
         }
     }
 

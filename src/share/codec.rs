@@ -1,10 +1,13 @@
 //! Lines of the shared socket: one JSON object per line.
 //!
-//! A client begins with `{"groundwave":1,"pid":1234}`. Its commands are `{"id":1,"do":"mode
-//! prowl","timeout_ms":20000}`, in the words of `groundwave send`, or
-//! `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`. Each status carries the `id` of its command. The last line before
-//! the station closes a connection is `{"code":"gave-way","error":"..."}`. On a port the station's token, alone on the first
-//! line, precedes everything.
+//! A station begins each connection with [`ANNOUNCEMENT`], then sends the raw bytes from the radio. On a port the client's first
+//! line is the station's token.
+//!
+//! A client that sends `{"groundwave":1,"pid":1234}` gets lines from there on; with `"raw":true` the raw bytes too, as
+//! `{"rx":"A0012..."}`, one character per byte. Its commands are `{"id":1,"do":"mode prowl","timeout_ms":20000}`, in the words
+//! of `groundwave send`, or `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`. Each status carries the `id` of its command;
+//! `{"cancel":2}` ends one. `{"drive":[6,-3]}` drives by hand for half a second, in inches a second; `{"drive":[0,0]}` stops.
+//! The last line before the station closes a connection is `{"code":"gave-way","error":"..."}`.
 
 use std::time::Duration;
 
@@ -17,6 +20,22 @@ use crate::request::Request;
 
 /// Version of these lines.
 const VERSION: u32 = 1;
+
+/// First bytes of each connection to a shared link: a program that opens it as a radio notices.
+pub const ANNOUNCEMENT: &[u8] = b"{\"groundwave\":1}\n";
+
+/// Beginning of [`ANNOUNCEMENT`] in any version.
+const ANNOUNCED: &[u8] = b"{\"groundwave\":";
+
+/// Whether a connection that begins with these bytes is to a shared link; `None` if they are too few to tell.
+#[must_use]
+pub fn is_announced(bytes: &[u8]) -> Option<bool> {
+    let count = bytes.len().min(ANNOUNCED.len());
+    if bytes[..count] != ANNOUNCED[..count] {
+        return Some(false);
+    }
+    (count == ANNOUNCED.len()).then_some(true)
+}
 
 /// Timeout of a command that sets none.
 const TIMEOUT_DEFAULT: Duration = Duration::from_secs(20);
@@ -36,7 +55,7 @@ pub enum CodecError {
     #[error("version {0} is not supported, only {VERSION}; use the same groundwave on both sides")]
     Version(u32),
     /// The line is JSON but has other fields.
-    #[error("a line needs `groundwave`, or `id` and either `do` or `route`")]
+    #[error("a line needs `groundwave`, `cancel`, `drive`, or `id` and either `do` or `route`")]
     Shape,
     /// The command is invalid.
     #[error("{0}")]
@@ -64,9 +83,20 @@ pub enum ClientLine {
     Hello {
         /// Its process number, as it reports.
         pid: Option<u32>,
+        /// Whether it gets the raw bytes too.
+        raw: bool,
     },
     /// A command.
     Ask(Ask),
+    /// Cancels the command with this number of the client's.
+    Cancel(u32),
+    /// Drives by hand for half a second; zeros stop the robot.
+    Drive {
+        /// Forward speed, inches a second.
+        velocity_in_s: i8,
+        /// Speed of the left wheel less that of the right, inches a second.
+        rotation_in_s: i8,
+    },
 }
 
 /// A command of a client.
@@ -80,13 +110,15 @@ pub struct Ask {
     pub timeout: Duration,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ClientJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     groundwave: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pid: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    raw: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     id: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -95,6 +127,10 @@ struct ClientJson {
     route: Option<Vec<(i16, i16)>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     timeout_ms: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cancel: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drive: Option<(i8, i8)>,
 }
 
 impl ClientLine {
@@ -109,13 +145,17 @@ impl ClientLine {
             ClientJson {
                 groundwave: Some(version),
                 pid,
+                raw,
                 id: None,
                 r#do: None,
                 route: None,
                 timeout_ms: None,
+                cancel: None,
+                drive: None,
             } => {
                 if version == VERSION {
-                    Ok(Self::Hello { pid })
+                    let raw = raw.unwrap_or_default();
+                    Ok(Self::Hello { pid, raw })
                 } else {
                     Err(CodecError::Version(version))
                 }
@@ -123,15 +163,36 @@ impl ClientLine {
             ClientJson {
                 groundwave: None,
                 pid: None,
+                raw: None,
                 id: Some(tag),
                 r#do,
                 route,
                 timeout_ms,
+                cancel: None,
+                drive: None,
             } => Ok(Self::Ask(Ask {
                 tag,
                 request: read_request(r#do, route)?,
                 timeout: read_timeout(timeout_ms)?,
             })),
+            ClientJson {
+                groundwave: None,
+                pid: None,
+                raw: None,
+                id: None,
+                r#do: None,
+                route: None,
+                timeout_ms: None,
+                cancel,
+                drive,
+            } => match (cancel, drive) {
+                (Some(tag), None) => Ok(Self::Cancel(tag)),
+                (None, Some((velocity_in_s, rotation_in_s))) => Ok(Self::Drive {
+                    velocity_in_s,
+                    rotation_in_s,
+                }),
+                _ => Err(CodecError::Shape),
+            },
             _ => Err(CodecError::Shape),
         }
     }
@@ -139,19 +200,12 @@ impl ClientLine {
     /// The line, with its line feed.
     #[must_use]
     pub fn to_line(&self) -> Vec<u8> {
-        let empty = ClientJson {
-            groundwave: None,
-            pid: None,
-            id: None,
-            r#do: None,
-            route: None,
-            timeout_ms: None,
-        };
-        line_of(&match self {
-            Self::Hello { pid } => ClientJson {
+        let json = match self {
+            Self::Hello { pid, raw } => ClientJson {
                 groundwave: Some(VERSION),
                 pid: *pid,
-                ..empty
+                raw: raw.then_some(true),
+                ..ClientJson::default()
             },
             Self::Ask(ask) => {
                 let (words, route) = match &ask.request {
@@ -167,10 +221,22 @@ impl ClientLine {
                     r#do: words,
                     route,
                     timeout_ms: Some(ask.timeout.as_millis() as u64),
-                    ..empty
+                    ..ClientJson::default()
                 }
             }
-        })
+            Self::Cancel(tag) => ClientJson {
+                cancel: Some(*tag),
+                ..ClientJson::default()
+            },
+            Self::Drive {
+                velocity_in_s,
+                rotation_in_s,
+            } => ClientJson {
+                drive: Some((*velocity_in_s, *rotation_in_s)),
+                ..ClientJson::default()
+            },
+        };
+        line_of(&json)
     }
 }
 
@@ -252,10 +318,37 @@ impl Welcome {
     }
 }
 
+/// Bytes from the radio as text: the character with a byte's number for each byte.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct RawBytes(pub Vec<u8>);
+
+impl TryFrom<String> for RawBytes {
+    type Error = std::char::TryFromCharError;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        text.chars()
+            .map(u8::try_from)
+            .collect::<Result<_, _>>()
+            .map(Self)
+    }
+}
+
+impl From<RawBytes> for String {
+    fn from(bytes: RawBytes) -> Self {
+        bytes.0.into_iter().map(char::from).collect()
+    }
+}
+
 /// A line from the station.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 pub enum StationLine {
+    /// Bytes from the radio.
+    Received {
+        /// The bytes.
+        rx: RawBytes,
+    },
     /// The station speaks JSON from here on.
     Welcome(Welcome),
     /// A command has a new status.
@@ -307,6 +400,7 @@ impl StationLine {
     #[must_use]
     pub fn to_line(&self) -> Vec<u8> {
         match self {
+            Self::Received { rx } => line_of(&json!({ "rx": rx })),
             Self::Welcome(welcome) => line_of(welcome),
             Self::Status { id, status, heard } => {
                 let mut json = json!(status);

@@ -1,7 +1,7 @@
 //! One radio, several clients: the protocol of a shared link.
 //!
-//! A client first gets the raw bytes from the radio, for any tool. After a [`ClientLine::Hello`] it exchanges JSON
-//! lines: it sends commands and gets statuses. This module is sans-IO; [`crate::io::share`] and the runtime own sockets
+//! A client gets an announcement and the raw bytes from the radio, for any tool. After a [`ClientLine::Hello`] it exchanges JSON
+//! lines: it sends commands and gets statuses, and the raw bytes if it wants them. This module is sans-IO; [`crate::io::share`] and the runtime own sockets
 //! and clock.
 
 mod address;
@@ -14,6 +14,8 @@ mod status;
 pub use address::{Address, Exposed};
 pub use broker::{Asked, Broker, CLIENTS_MAX, ClientId, Output};
 pub use calls::{CallError, CallId, CallOutput, Calls, busy, is_stop, stop_queued};
-pub use codec::{Ask, ClientLine, CodecError, Heard, StationLine, Welcome};
+pub use codec::{
+    ANNOUNCEMENT, Ask, ClientLine, CodecError, Heard, RawBytes, StationLine, Welcome, is_announced,
+};
 pub use lines::{LINE_MAX, Lines, TooLong};
 pub use status::StatusJson;

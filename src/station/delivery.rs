@@ -20,6 +20,11 @@ impl Station {
 
     /// Starts the next command; returns `false` if there is none.
     pub(super) fn begin_next(&mut self, now: Moment) -> bool {
+        if let Some(shared) = &mut self.shared {
+            let next = self.waiting.pop_front_if(|next| shared.begin(next));
+            self.current = next.map(|next| next.id);
+            return false;
+        }
         let Some(Waiting { id, request }) = self.waiting.pop_front() else {
             return false;
         };

@@ -5,6 +5,7 @@
 mod delivery;
 pub mod plan;
 mod reception;
+mod shared;
 mod tuner;
 
 use std::collections::VecDeque;
@@ -19,8 +20,10 @@ use crate::event::{
     Reception,
 };
 use crate::request::Request;
+use crate::share::ClientLine;
 use crate::statistics::{LinkMeter, Statistics};
 use reception::Listener;
+use shared::Shared;
 use tuner::Tuner;
 
 /// Minimum time between two reports of the statistics.
@@ -41,6 +44,8 @@ pub struct Station {
     decoder: Decoder,
     listener: Listener,
     fop: Fop,
+    /// The way to another station that sends the commands; `None` on a radio.
+    shared: Option<Shared>,
     can_send: bool,
     waiting: VecDeque<Waiting>,
     current: Option<CommandId>,
@@ -66,6 +71,7 @@ impl Station {
             decoder: Decoder::default(),
             listener: Listener::default(),
             fop: Fop::new(config),
+            shared: None,
             can_send,
             waiting: VecDeque::new(),
             current: None,
@@ -228,7 +234,10 @@ impl Station {
             self.give_up_tuning(now, Failure::Stopped);
             self.stops.push((id, 0));
             self.stopped = true;
-            self.fop.stop(micros(now));
+            match &mut self.shared {
+                Some(shared) => shared.stop(id),
+                None => self.fop.stop(micros(now)),
+            }
         } else {
             self.waiting.push_back(Waiting { id, request });
         }
@@ -238,16 +247,25 @@ impl Station {
 
     /// Drives by hand for half a second; call it again to continue.
     pub fn handle_drive(&mut self, now: Moment, velocity_in_s: i8, rotation_in_s: i8) {
-        if self.can_send {
-            let until_us = micros(now + DRIVE_LEASE);
-            self.fop
-                .drive(micros(now), velocity_in_s, rotation_in_s, until_us);
+        match &mut self.shared {
+            _ if !self.can_send => {}
+            Some(shared) => shared.push(ClientLine::Drive {
+                velocity_in_s,
+                rotation_in_s,
+            }),
+            None => {
+                let until_us = micros(now + DRIVE_LEASE);
+                self.fop
+                    .drive(micros(now), velocity_in_s, rotation_in_s, until_us);
+            }
         }
     }
 
     /// Ends hand drive; the robot stops.
     pub fn handle_drive_end(&mut self, now: Moment) {
-        if self.can_send {
+        if self.shared.is_some() {
+            self.handle_drive(now, 0, 0);
+        } else if self.can_send {
             self.fop.drive(micros(now), 0, 0, micros(now));
         }
     }
@@ -256,22 +274,28 @@ impl Station {
     pub fn handle_cancel(&mut self, now: Moment) {
         self.cancel_waiting(now, Failure::Cancelled);
         self.give_up_tuning(now, Failure::Cancelled);
+        if let Some(id) = self.current.filter(|_| self.shared.is_some()) {
+            self.handle_give_up(now, id, Failure::Cancelled);
+        }
         self.fop.cancel();
         self.settle(now);
     }
 
-    /// Ends a command whose timeout has passed; a STOP continues.
-    pub fn handle_give_up(&mut self, now: Moment, id: CommandId) {
+    /// Ends a command for a reason, such as a timeout that has passed; a STOP continues.
+    pub fn handle_give_up(&mut self, now: Moment, id: CommandId, why: Failure) {
         if self.current == Some(id) {
             self.current = None;
             self.tuner = None;
             self.fop.cancel();
+            if let Some(shared) = &mut self.shared {
+                shared.push(ClientLine::Cancel(id.0));
+            }
         } else if let Some(at) = self.waiting.iter().position(|waiting| waiting.id == id) {
             self.waiting.remove(at);
         } else {
             return;
         }
-        self.report(now, id, CommandStatus::Failed(Failure::TimedOut));
+        self.report(now, id, CommandStatus::Failed(why));
         self.settle(now);
     }
 
@@ -301,7 +325,7 @@ impl Station {
 
     /// The next bytes for the radio.
     pub fn poll_transmit(&mut self, now: Moment) -> Option<Vec<u8>> {
-        if !self.can_send {
+        if !self.can_send || self.shared.is_some() {
             return None;
         }
         let bytes = self.fop.poll_transmit(micros(now)).map(<[u8]>::to_vec);

@@ -40,9 +40,13 @@ impl Screen<'_> {
         put_right(buffer, area, 0, &right);
     }
 
-    /// Failsafe and recording, each at its place at the right end.
-    fn lights(&self) -> [Span<'_>; 2] {
+    /// Read-only, failsafe and recording, each at its place at the right end.
+    fn lights(&self) -> [Span<'_>; 3] {
         let theme = &self.theme;
+        let link = &self.facts.link;
+        let has_robot = !self.ui.is_replay() && link.connection != Connection::Ended;
+        let is_read_only = has_robot && link.is_receive_only();
+        let read_only = if is_read_only { "  READ ONLY" } else { "" };
         let (failsafe, style) = match self.facts.robot.state.map(|state| state.value.link) {
             Some(Letter::Armed) => ("failsafe", theme.plain),
             Some(Letter::Failsafe) => ("FAILSAFE", theme.alarm),
@@ -56,6 +60,7 @@ impl Screen<'_> {
             _ => (format!("{} REC", theme.glyphs.recording), theme.strong),
         };
         [
+            Span::styled(read_only, theme.warning),
             Span::styled(format!("  {failsafe:8}"), style),
             Span::styled(format!(" {words:>6}"), recording_style),
         ]

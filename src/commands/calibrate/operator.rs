@@ -1,4 +1,4 @@
-//! Delivers the calibration's commands over its own link or a shared one, and receives the robot's lines meanwhile.
+//! Delivers the calibration's commands, over its own link or a shared one, and receives the robot's lines meanwhile.
 
 use std::time::Duration;
 
@@ -8,18 +8,16 @@ use tokio::time::{Instant, sleep_until};
 use super::super::cli::{Calibrate, Connection};
 use super::super::config::Config;
 use super::super::send::faults::{failed, not_confirmed, receive_only, refused};
-use super::super::send::own_link::connect;
-use super::super::send::shared_link::{converse, status_of};
+use super::super::send::own_link::open;
 use super::super::simulated::Embedded;
 use super::super::{Exit, Fault};
 use crate::event::{CommandStatus, Event, Failure};
 use crate::io::link::LinkSpec;
-use crate::io::share_client::ShareClient;
-use crate::radio::Radio;
+use crate::io::share_client::ShareClientError;
 use crate::request::outcome_words;
 use crate::request::{Amount, Request, Tuning};
 use crate::runtime::Driver;
-use crate::share::{Address, Ask, Heard, StationLine};
+use crate::share::Heard;
 
 /// Factor on the timeout of a command that lists all parameters.
 const LIST_TIMES: u32 = 6;
@@ -28,44 +26,34 @@ const LIST_TIMES: u32 = 6;
 pub(super) struct Operator {
     driver: Driver,
     _simulator: Embedded,
-    /// The station that sends the commands; the driver then only listens.
-    via: Option<Address>,
     timeout: Duration,
 }
 
 impl Operator {
-    /// Opens the link, or connects to a station and reads its raw bytes like a radio's.
+    /// Opens the link, or connects to a station that shares one.
     pub(super) fn connect(options: &Calibrate, config: &Config) -> Result<Self, Fault> {
         let way = options
             .connection()
             .map_err(|error| Fault::new(Exit::Usage, error))?;
         let (way, config) = &way.at(config)?;
         let radio = options.radio.radio(config);
-        let (link, radio, via) = match way {
-            Connection::Link(link) => {
-                if !radio.can_send() || matches!(link, LinkSpec::Stdin | LinkSpec::Unix(_)) {
-                    return Err(receive_only(link));
-                }
-                (link.clone(), radio, None)
-            }
-            Connection::Via(address) => {
-                let (_, welcome) = ShareClient::connect(address, options.timeout)
-                    .map_err(|error| Fault::new(Exit::NoLink, error))?;
-                if !welcome.can_send || !radio.can_send() {
-                    return Err(receive_only(&welcome.link));
-                }
-                let link = match address {
-                    Address::Tcp(address) => LinkSpec::Tcp(address.clone()),
-                    Address::Unix(path) => LinkSpec::Unix(path.clone()),
-                };
-                (link, Radio::RECEIVE_ONLY, Some(address.clone()))
-            }
-        };
-        let (driver, simulator) = connect(&link, options.radio.baud(config), radio)?;
+        let baud = options.radio.baud(config);
+        let link = way.link();
+        if !radio.can_send() || link == LinkSpec::Stdin {
+            return Err(receive_only(&link));
+        }
+        let opened = open(&link, baud, radio)?;
+        if let (Connection::Via(address), None) = (way, opened.station()) {
+            let error = ShareClientError::NoStation(address.clone());
+            return Err(Fault::new(Exit::NoLink, error));
+        }
+        let (driver, simulator) = opened.start(baud, radio);
+        if !driver.can_send() {
+            return Err(receive_only(&link));
+        }
         Ok(Self {
             driver,
             _simulator: simulator,
-            via,
             timeout: options.timeout,
         })
     }
@@ -106,17 +94,6 @@ impl Operator {
             _ => 1,
         };
         let timeout = self.timeout * times;
-        match self.via.clone() {
-            Some(address) => self.deliver_via(address, request, timeout).await,
-            None => self.deliver_over_own_link(request, timeout).await,
-        }
-    }
-
-    async fn deliver_over_own_link(
-        &mut self,
-        request: Request,
-        timeout: Duration,
-    ) -> Result<Vec<ParameterLine>, Fault> {
         let id = self.driver.request(request.clone());
         let deadline = Instant::now() + timeout;
         let mut progress = Progress::default();
@@ -132,56 +109,13 @@ impl Operator {
             tokio::select! {
                 () = self.driver.step() => {}
                 () = sleep_until(deadline) => {
+                    self.driver.cancel();
                     let heard = self.driver.heard();
                     return Err(not_confirmed(&request, heard, timeout, progress.frames));
                 }
             }
         }
     }
-
-    async fn deliver_via(
-        &mut self,
-        address: Address,
-        request: Request,
-        timeout: Duration,
-    ) -> Result<Vec<ParameterLine>, Fault> {
-        // The client blocks; the driver goes on listening.
-        let asked = tokio::task::spawn_blocking(move || ask(&address, request, timeout));
-        tokio::pin!(asked);
-        loop {
-            tokio::select! {
-                result = &mut asked => {
-                    let failed = |error| Fault::new(Exit::Failed, error);
-                    return result.map_err(failed)?;
-                }
-                () = self.driver.step() => while self.driver.poll_event().is_some() {},
-            }
-        }
-    }
-}
-
-fn ask(
-    address: &Address,
-    request: Request,
-    timeout: Duration,
-) -> Result<Vec<ParameterLine>, Fault> {
-    let (mut client, _) =
-        ShareClient::connect(address, timeout).map_err(|error| Fault::new(Exit::NoLink, error))?;
-    let ask = Ask {
-        tag: 1,
-        request,
-        timeout,
-    };
-    let mut progress = Progress::default();
-    converse(&mut client, &ask, |said| {
-        let StationLine::Status { status, heard, .. } = said else {
-            return Ok(None);
-        };
-        let status = status_of(&status, &ask.request)?;
-        let ended = progress.take(&ask.request, &status, heard, timeout)?;
-        Ok(ended.then_some(()))
-    })?;
-    Ok(progress.reported)
 }
 
 /// Progress of a command.

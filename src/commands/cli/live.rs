@@ -9,7 +9,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::super::completions;
 use super::super::config::Config;
 use super::super::sharing::parse_address;
-use super::{laid_out, parse_baud, parse_duration};
+use super::{Connection, laid_out, parse_baud, parse_duration};
 use crate::capture::Rotation;
 use crate::io::foxglove::DEFAULT_ADDRESS;
 use crate::io::link::{BAUD, LinkSpec};
@@ -80,10 +80,10 @@ pub struct RecordingArgs {
 #[command(group = ArgGroup::new("shared").args(["share", "foxglove"]).multiple(true))]
 pub struct Sharing {
     /// Share the link on a Unix socket (/tmp/x.sock) or a local port (4001, 127.0.0.1:4001): other programs of yours
-    /// read the raw bytes there, and `send --via` sends through it [default: a socket that --via finds by itself]
+    /// read the raw bytes there, and `watch --via` and `send --via` send through it [default: a socket that --via finds by itself]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
     pub share: Option<Address>,
-    /// Serve Foxglove and Lichtblick on this port or address; they can watch and steer the robot
+    /// Serve Foxglove and Lichtblick on this port or address; every user of this machine can watch and steer the robot there
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS)]
     pub foxglove: Option<Address>,
     /// Allow addresses that other machines can reach. --share then wants its token, --foxglove lets every machine steer the
@@ -110,11 +110,15 @@ Examples:
   groundwave watch /dev/ttyUSB0 --tee evening.txt --record
   groundwave watch tcp:robot.local:4000
   groundwave watch /dev/ttyUSB0 --share                 then: groundwave send --via stop
+  groundwave watch --via                                a second dashboard of the same robot
   ssh robot cat /dev/ttyS0 | groundwave watch -"))]
 pub struct Watch {
-    /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
-    #[arg(add = ArgValueCompleter::new(completions::links))]
-    pub link: LinkSpec,
+    /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim; omit it with --via
+    #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
+    link: Option<LinkSpec>,
+    /// A second dashboard for a station that was started with --share [default: the usual socket]
+    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
+    via: Option<Address>,
     /// The radio.
     #[command(flatten)]
     pub radio: RadioArgs,
@@ -130,6 +134,16 @@ pub struct Watch {
     /// How the link is shared.
     #[command(flatten)]
     pub sharing: Sharing,
+}
+
+impl Watch {
+    /// The connection to the radio.
+    ///
+    /// # Errors
+    /// If neither a link nor `--via` is given.
+    pub fn connection(&self) -> Result<Connection, String> {
+        Connection::new(self.via.as_ref(), self.link.as_ref())
+    }
 }
 
 /// `record`

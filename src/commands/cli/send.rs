@@ -171,11 +171,7 @@ impl Calibrate {
     /// # Errors
     /// If neither a link nor `--via` is given.
     pub fn connection(&self) -> Result<Connection, String> {
-        match (&self.via, &self.link) {
-            (Some(address), _) => Ok(Connection::Via(address.clone())),
-            (None, Some(link)) => Ok(Connection::Link(link.clone())),
-            (None, None) => Err("no link given".to_owned()),
-        }
+        Connection::new(self.via.as_ref(), self.link.as_ref())
     }
 }
 
@@ -186,6 +182,29 @@ pub enum Connection {
     Link(LinkSpec),
     /// A station that shares its link at this address.
     Via(Address),
+}
+
+impl Connection {
+    /// The connection that the options ask for.
+    ///
+    /// # Errors
+    /// If neither a link nor `--via` is given.
+    pub fn new(via: Option<&Address>, link: Option<&LinkSpec>) -> Result<Self, String> {
+        match (via, link) {
+            (Some(address), _) => Ok(Self::Via(address.clone())),
+            (None, Some(link)) => Ok(Self::Link(link.clone())),
+            (None, None) => Err("no link given".to_owned()),
+        }
+    }
+
+    /// The link, or the station as a link.
+    #[must_use]
+    pub fn link(&self) -> LinkSpec {
+        match self {
+            Self::Link(link) => link.clone(),
+            Self::Via(address) => address.clone().into(),
+        }
+    }
 }
 
 impl Send {

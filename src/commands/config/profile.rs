@@ -4,7 +4,7 @@ use super::super::cli::Connection;
 use std::path::Path;
 
 use super::{Config, Dashboard, Exit, Fault, Link, Robot};
-use crate::io::link::LinkSpec;
+use crate::io::link::{LinkSpec, has_port};
 use crate::io::ports;
 use crate::suggest;
 
@@ -48,6 +48,14 @@ impl Config {
         if let Some(near) = suggest::nearest(name, names.iter().copied()) {
             let message =
                 format!("no link or robot `{name}` in the configuration; did you mean `{near}`?");
+            return Err(Fault::new(Exit::Usage, message));
+        }
+        let address = match name.parse::<u16>() {
+            Ok(port) => Some(format!("127.0.0.1:{port}")),
+            Err(_) => has_port(name).then(|| name.to_owned()),
+        };
+        if let Some(address) = address {
+            let message = format!("no device is called `{name}`; did you mean tcp:{address}?");
             return Err(Fault::new(Exit::Usage, message));
         }
         let configured = match names[..] {

@@ -17,41 +17,59 @@ use crate::io::link::{Connection, Link, LinkSpec};
 use crate::radio::Radio;
 use crate::request::Request;
 use crate::runtime::Driver;
+use crate::share::Address;
 
 /// How long to wait for the lines with mode and layers after a refusal.
 const REFUSAL_TIMEOUT: Duration = Duration::from_secs(6);
 
-/// Opens a station on `link`; starts a simulated robot if the link is `sim`.
-pub(in super::super) fn connect(
-    link: &LinkSpec,
-    baud: u32,
-    radio: Radio,
-) -> Result<(Driver, Embedded), Fault> {
-    let (inputs, from_link) = tokio::sync::mpsc::channel(64);
+/// An open link, before a station is on it.
+pub(in super::super) struct Opened {
+    name: String,
+    spec: LinkSpec,
+    connection: Connection,
+    simulator: Embedded,
+}
+
+/// Opens a link; starts a simulated robot if the link is `sim`.
+pub(in super::super) fn open(link: &LinkSpec, baud: u32, radio: Radio) -> Result<Opened, Fault> {
     let (spec, simulator) = embed(link, radio.kind)?;
     let connection =
         Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
-    let opened = Link::start(spec, baud, connection, Box::new(|_, _| ()), inputs);
-    let driver = Driver::new(
-        link.to_string(),
-        opened,
-        from_link,
-        radio,
-        Instant::now(),
-        Box::new(|_, _| {}),
-    );
-    Ok((driver, simulator))
+    Ok(Opened {
+        name: link.to_string(),
+        spec,
+        connection,
+        simulator,
+    })
+}
+
+impl Opened {
+    /// The station at the other end, if it shares its link.
+    pub(in super::super) fn station(&self) -> Option<Address> {
+        self.spec.station().filter(|_| self.connection.is_shared())
+    }
+
+    /// Starts a station on the link.
+    pub(in super::super) fn start(self, baud: u32, radio: Radio) -> (Driver, Embedded) {
+        let (inputs, from_link) = tokio::sync::mpsc::channel(64);
+        let no_sink = Box::new(|_, _: &[u8]| ());
+        let link = Link::start(self.spec, baud, self.connection, no_sink, inputs);
+        let unrecorded = Box::new(|_, _: &[u8]| ());
+        let started = Instant::now();
+        let driver = Driver::new(self.name, link, from_link, radio, started, unrecorded);
+        (driver, self.simulator)
+    }
 }
 
 /// Delivers each command of the script until one fails.
 pub(super) async fn deliver(
     options: &Send,
-    link: &LinkSpec,
+    opened: Opened,
     baud: u32,
     radio: Radio,
     script: &Script,
 ) -> Result<(), Fault> {
-    let (mut driver, _simulator) = connect(link, baud, radio)?;
+    let (mut driver, _simulator) = opened.start(baud, radio);
     let mut report = Report::new(options);
     for (index, line) in script.lines().iter().enumerate() {
         deliver_one(options, &mut driver, &mut report, line)

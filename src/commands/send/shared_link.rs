@@ -1,4 +1,4 @@
-//! Delivers commands through a station that shares its link (`--via`).
+//! Delivers commands through a station that shares its link: `--via`, or a link that turns out to be shared.
 
 use std::time::{Duration, Instant};
 
@@ -79,10 +79,7 @@ fn ask(
 }
 
 /// The status that a station reported.
-pub(in super::super) fn status_of(
-    json: &StatusJson,
-    request: &Request,
-) -> Result<CommandStatus, Fault> {
+fn status_of(json: &StatusJson, request: &Request) -> Result<CommandStatus, Fault> {
     json.status().ok_or_else(|| {
         let message = format!(
             "`{request}`: the station sent an unknown status {json:?}; update this program"
@@ -92,7 +89,7 @@ pub(in super::super) fn status_of(
 }
 
 /// Sends a command and hands each answer about it to `take` until that returns a value.
-pub(in super::super) fn converse<T>(
+fn converse<T>(
     client: &mut ShareClient,
     ask: &Ask,
     mut take: impl FnMut(StationLine) -> Result<Option<T>, Fault>,

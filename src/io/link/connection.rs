@@ -1,15 +1,19 @@
 //! Opening serial devices, sockets and standard input.
 
 use std::fs;
-use std::io::{self, Read, Write};
+use std::io::{self, Cursor, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::path::Path;
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use super::error::OpenError;
 use super::identity::{self, UsbIdentity, Whereabouts};
 use super::spec::LinkSpec;
 use crate::io::ports;
+use crate::io::share::find_token;
+use crate::io::share_client::{Halves, ShareClient, ShareClientError};
+use crate::share::{Address, Welcome, is_announced};
 
 /// Time-out of each read and write, so that a dead device blocks no thread.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -18,6 +22,12 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Shorter than the first time-out, to find a host within 2 s of its return.
 const RECONNECT_TIMEOUT: Duration = Duration::from_millis(1200);
+
+/// Time for a shared link to announce itself.
+const ANNOUNCEMENT_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// Pause before another attempt at a shared link that made room for others.
+const SHARE_RETRY_PAUSE: Duration = Duration::from_millis(50);
 
 /// Keepalive probes: idle time before the first, and the interval.
 const PROBE_AFTER: Duration = Duration::from_secs(5);
@@ -38,6 +48,8 @@ pub struct Connection {
     pub(super) writing: Option<Writing>,
     /// The device's name, if it differs from the operator's.
     pub(super) renamed: Option<String>,
+    /// The welcome of the station at the other end, if it shares its link: then lines are exchanged, not bytes.
+    pub(super) share: Option<Welcome>,
 }
 
 impl Connection {
@@ -49,15 +61,73 @@ impl Connection {
         Self::open_within(spec, baud, CONNECT_TIMEOUT)
     }
 
+    /// Whether a station at the other end shares its link.
+    #[must_use]
+    pub const fn is_shared(&self) -> bool {
+        self.share.is_some()
+    }
+
     fn open_within(spec: &LinkSpec, baud: u32, timeout: Duration) -> Result<Self, OpenError> {
+        let deadline = Instant::now() + timeout;
+        loop {
+            match Self::open_once(spec, baud, timeout, deadline) {
+                // A station with too many clients closes some.
+                Err(OpenError::Share(ShareClientError::NoStation(_)))
+                    if Instant::now() < deadline =>
+                {
+                    thread::sleep(SHARE_RETRY_PAUSE);
+                }
+                opened => return opened,
+            }
+        }
+    }
+
+    fn open_once(
+        spec: &LinkSpec,
+        baud: u32,
+        timeout: Duration,
+        deadline: Instant,
+    ) -> Result<Self, OpenError> {
         match spec {
             LinkSpec::Serial(path) => open_serial(&path.display().to_string(), baud),
             LinkSpec::Tcp(address) => {
-                open_tcp(address, timeout).map_err(|e| OpenError::Tcp(address.clone(), e))
+                let failed = |error| OpenError::Tcp(address.clone(), error);
+                let stream = open_tcp(address, timeout).map_err(failed)?;
+                let first = first_bytes(&stream).map_err(failed)?;
+                if is_announced(&first) == Some(true) {
+                    let token = find_token(&stream);
+                    let halves = halves(stream, token).map_err(failed)?;
+                    return Self::of_station(Address::Tcp(address.clone()), halves, deadline);
+                }
+                let Halves {
+                    reading, writing, ..
+                } = halves(stream, None).map_err(failed)?;
+                Ok(Self {
+                    writing: Some(writing),
+                    ..Self::receive_only(Box::new(Cursor::new(first).chain(reading)))
+                })
             }
+            #[cfg(unix)]
             LinkSpec::Unix(path) => {
-                open_unix(path, timeout).map_err(|e| OpenError::Unix(path.display().to_string(), e))
+                let failed = |error| OpenError::Unix(path.display().to_string(), error);
+                let stream = crate::io::unix_socket::connect(path, timeout).map_err(failed)?;
+                let first = first_bytes(&stream).map_err(failed)?;
+                if is_announced(&first) == Some(true) {
+                    let halves = halves(stream, None).map_err(failed)?;
+                    return Self::of_station(Address::Unix(path.clone()), halves, deadline);
+                }
+                Ok(Self::receive_only(Box::new(
+                    Cursor::new(first).chain(stream),
+                )))
             }
+            #[cfg(not(unix))]
+            LinkSpec::Unix(path) => Err(OpenError::Unix(
+                path.display().to_string(),
+                io::Error::new(
+                    io::ErrorKind::Unsupported,
+                    "this system has no Unix sockets; share on a port instead",
+                ),
+            )),
             LinkSpec::Stdin => Ok(Self::receive_only(standard_input())),
             LinkSpec::Sim => Err(OpenError::Other(
                 spec.to_string(),
@@ -71,8 +141,82 @@ impl Connection {
             reading,
             writing: None,
             renamed: None,
+            share: None,
         }
     }
+
+    /// Becomes a client of the station that announced itself.
+    fn of_station(address: Address, halves: Halves, deadline: Instant) -> Result<Self, OpenError> {
+        let (client, welcome) = ShareClient::greet(address, halves, true, deadline)?;
+        let (halves, unread) = client.into_halves();
+        Ok(Self {
+            writing: Some(halves.writing),
+            share: Some(welcome),
+            ..Self::receive_only(Box::new(Cursor::new(unread).chain(halves.reading)))
+        })
+    }
+}
+
+/// A TCP or Unix socket.
+trait Socket: Read + Write + Send + Sized + 'static {
+    fn limit_reads(&self, timeout: Duration) -> io::Result<()>;
+    fn second(&self) -> io::Result<Self>;
+    fn read_some(&self, buffer: &mut [u8]) -> io::Result<usize>;
+}
+
+impl Socket for TcpStream {
+    fn limit_reads(&self, timeout: Duration) -> io::Result<()> {
+        self.set_read_timeout(Some(timeout))
+    }
+
+    fn second(&self) -> io::Result<Self> {
+        self.try_clone()
+    }
+
+    fn read_some(&self, buffer: &mut [u8]) -> io::Result<usize> {
+        (&*self).read(buffer)
+    }
+}
+
+#[cfg(unix)]
+impl Socket for std::os::unix::net::UnixStream {
+    fn limit_reads(&self, timeout: Duration) -> io::Result<()> {
+        self.set_read_timeout(Some(timeout))
+    }
+
+    fn second(&self) -> io::Result<Self> {
+        self.try_clone()
+    }
+
+    fn read_some(&self, buffer: &mut [u8]) -> io::Result<usize> {
+        (&*self).read(buffer)
+    }
+}
+
+/// The first bytes of a socket, enough of them to recognize a shared link if they come in time.
+fn first_bytes(stream: &impl Socket) -> io::Result<Vec<u8>> {
+    let deadline = Instant::now() + ANNOUNCEMENT_TIMEOUT;
+    stream.limit_reads(ANNOUNCEMENT_TIMEOUT)?;
+    let mut first = Vec::new();
+    let mut buffer = [0; 256];
+    while is_announced(&first).is_none() && Instant::now() < deadline {
+        match stream.read_some(&mut buffer) {
+            Ok(count @ 1..) => first.extend_from_slice(&buffer[..count]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            // The reader meets the end or the error again.
+            Ok(0) | Err(_) => break,
+        }
+    }
+    stream.limit_reads(PATIENCE)?;
+    Ok(first)
+}
+
+fn halves(stream: impl Socket, token: Option<String>) -> io::Result<Halves> {
+    Ok(Halves {
+        writing: Box::new(stream.second()?),
+        reading: Box::new(stream),
+        token,
+    })
 }
 
 /// Reopens a lost link.
@@ -142,50 +286,32 @@ fn device_name(path: &Path) -> String {
         .to_string()
 }
 
-fn open_tcp(address: &str, timeout: Duration) -> io::Result<Connection> {
+fn open_tcp(address: &str, timeout: Duration) -> io::Result<TcpStream> {
     let mut failure = io::Error::from(io::ErrorKind::AddrNotAvailable);
     for address in address.to_socket_addrs()? {
         match TcpStream::connect_timeout(&address, timeout) {
-            Ok(stream) => return prepare_tcp(stream),
+            Ok(stream) => {
+                prepare_tcp(&stream)?;
+                return Ok(stream);
+            }
             Err(error) => failure = error,
         }
     }
     Err(failure)
 }
 
-/// Sets time-outs and keepalive probes, which notice a bridge that lost its power.
-fn prepare_tcp(stream: TcpStream) -> io::Result<Connection> {
+/// Sets the time-out of writes and keepalive probes, which notice a bridge that lost its power.
+fn prepare_tcp(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
-    let socket = socket2::SockRef::from(&stream);
+    let socket = socket2::SockRef::from(stream);
     let probes = socket2::TcpKeepalive::new()
         .with_time(PROBE_AFTER)
         .with_interval(PROBE_EVERY);
     socket.set_tcp_keepalive(&probes)?;
     #[cfg(target_os = "linux")]
     socket.set_tcp_user_timeout(Some(PEER_TIMEOUT))?;
-    let writing = stream.try_clone()?;
-    Ok(Connection {
-        reading: Box::new(stream),
-        writing: Some(Box::new(writing)),
-        renamed: None,
-    })
-}
-
-#[cfg(unix)]
-fn open_unix(path: &Path, timeout: Duration) -> io::Result<Connection> {
-    let stream = crate::io::unix_socket::connect(path, timeout)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
-    Ok(Connection::receive_only(Box::new(stream)))
-}
-
-#[cfg(not(unix))]
-fn open_unix(_path: &Path, _timeout: Duration) -> io::Result<Connection> {
-    Err(io::Error::new(
-        io::ErrorKind::Unsupported,
-        "this system has no Unix sockets; share on a port instead",
-    ))
+    Ok(())
 }
 
 /// Opens a serial port and leaves DTR unchanged: toggling it resets an Arduino.
@@ -198,9 +324,8 @@ fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
         .map_err(failed)?;
     let writing = port.try_clone().map_err(failed)?;
     Ok(Connection {
-        reading: Box::new(port),
         writing: Some(Box::new(writing)),
-        renamed: None,
+        ..Connection::receive_only(Box::new(port))
     })
 }
 

@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 
 use crate::io::ports;
+use crate::io::share_client::ShareClientError;
 
 /// Reason that a link cannot be opened, with a hint.
 #[derive(Debug, thiserror::Error)]
@@ -26,12 +27,18 @@ pub enum OpenError {
         "cannot open {0}: it is not a serial device. `groundwave ports` lists those there are; a capture is shown with `groundwave replay {0}`"
     )]
     NotSerial(String),
+    /// A Unix socket instead of a serial device.
+    #[error("cannot open {0}: it is a Unix socket; did you mean unix:{0}?")]
+    Socket(String),
     /// The other end of a TCP link does not answer.
     #[error("cannot connect to {0}: {1}. Is the serial server running and the address right?")]
     Tcp(String, io::Error),
     /// The station at a Unix socket does not answer.
     #[error("cannot connect to {0}: {1}. Is a groundwave running with --share {0}?")]
     Unix(String, io::Error),
+    /// The station that shares its link does not welcome this program.
+    #[error(transparent)]
+    Share(#[from] ShareClientError),
     /// Another device has the name of the unplugged one.
     #[error("{0} is another USB device now; waiting for the one that was unplugged")]
     Another(String),
@@ -55,6 +62,7 @@ impl OpenError {
         use serialport::ErrorKind as Kind;
         let name = name.to_owned();
         match error.kind {
+            _ if is_socket(&name) => Self::Socket(name),
             Kind::Io(io::ErrorKind::PermissionDenied) => Self::Permission(name),
             // The library returns `NoDevice` for a missing and for a locked port.
             Kind::NoDevice if exists(&name) => Self::Busy(name),
@@ -69,6 +77,18 @@ impl OpenError {
             _ => Self::Other(name, error.description.clone()),
         }
     }
+}
+
+#[cfg(unix)]
+fn is_socket(name: &str) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    let found = std::fs::metadata(name);
+    found.is_ok_and(|found| found.file_type().is_socket())
+}
+
+#[cfg(not(unix))]
+fn is_socket(_: &str) -> bool {
+    false
 }
 
 /// Whether a port exists: a file on Unix, a name in a list elsewhere.

@@ -23,8 +23,9 @@ use tokio::sync::mpsc::Sender;
 pub use connection::Connection;
 pub use error::OpenError;
 pub use identity::{Plugged, UsbIdentity};
-pub use spec::LinkSpec;
+pub use spec::{LinkSpec, has_port};
 
+use crate::share::{StationLine, Welcome};
 use backoff::Backoff;
 use connection::Reopener;
 use reader::{Reader, Reopen};
@@ -42,7 +43,11 @@ pub enum LinkInput {
         renamed: Option<String>,
         /// Connections since the latest loss that brought no byte; none of them was reported.
         empty: u32,
+        /// The welcome of the station at the other end, if it shares its link.
+        share: Option<Welcome>,
     },
+    /// A line of the station that shares its link.
+    Said(StationLine),
     /// Bytes, and the time at which their read returned.
     Bytes(Instant, Vec<u8>),
     /// Why the link is gone, or why it cannot be reopened so far.
@@ -58,6 +63,7 @@ pub type Sink = Box<dyn FnMut(Instant, &[u8]) + Send>;
 pub struct Link {
     tx_queue: Option<TxQueue>,
     is_eager: Arc<AtomicBool>,
+    share: Option<Welcome>,
 }
 
 impl Link {
@@ -82,6 +88,7 @@ impl Link {
     ) -> Self {
         let writing = connection.writing.take();
         let can_send = writing.is_some();
+        let share = connection.share.clone();
         let tx_queue = TxQueue::default();
         let is_eager = Arc::<AtomicBool>::default();
         tx_queue.connect(writing);
@@ -97,6 +104,7 @@ impl Link {
         Self {
             tx_queue: can_send.then_some(tx_queue),
             is_eager,
+            share,
         }
     }
 
@@ -106,6 +114,7 @@ impl Link {
         Self {
             tx_queue: None,
             is_eager: Arc::default(),
+            share: None,
         }
     }
 
@@ -119,6 +128,12 @@ impl Link {
     #[must_use]
     pub const fn can_send(&self) -> bool {
         self.tx_queue.is_some()
+    }
+
+    /// The welcome of the station at the other end when the link was started, if it shares its link.
+    #[must_use]
+    pub const fn share(&self) -> Option<&Welcome> {
+        self.share.as_ref()
     }
 
     /// Queues a frame, without waiting. If a device accepts no bytes for long, the frame is lost, which the protocol

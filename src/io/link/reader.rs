@@ -14,6 +14,7 @@ use super::connection::{Connection, Reading, Reopener};
 use super::error::OpenError;
 use super::tx_queue::TxQueue;
 use super::{LinkInput, Sink};
+use crate::share::{Lines, StationLine, is_announced};
 
 /// Interval of attempts to reopen a lost link.
 const RETRY_EVERY: Duration = Duration::from_millis(400);
@@ -77,19 +78,25 @@ impl<R: Reopen> Reader<R> {
         let Connection {
             mut reading,
             mut renamed,
+            mut share,
             ..
         } = connection;
         let (mut empty, mut is_doubtful) = (0, false);
         loop {
+            let mut shared = share.is_some().then(Shared::default);
             let mut beginning = Beginning {
-                opened: Some(LinkInput::Opened { renamed, empty }),
+                opened: Some(LinkInput::Opened {
+                    renamed,
+                    empty,
+                    share,
+                }),
                 first_byte_at: None,
             };
             // After a connection without a byte the next one has to bring a byte or to last.
             if !is_doubtful && self.tell_opened(&mut beginning).is_none() {
                 return;
             }
-            let end = self.read_until_lost(&mut reading, &mut beginning);
+            let end = self.read_until_lost(&mut reading, &mut beginning, shared.as_mut());
             // Both halves are closed at once: a device that is still open keeps its name from the one that comes back.
             self.tx_queue.connect(None);
             drop(reading);
@@ -117,7 +124,7 @@ impl<R: Reopen> Reader<R> {
                 return;
             };
             self.tx_queue.connect(again.writing);
-            (reading, renamed) = (again.reading, again.renamed);
+            (reading, renamed, share) = (again.reading, again.renamed, again.share);
         }
     }
 
@@ -157,20 +164,37 @@ impl<R: Reopen> Reader<R> {
 
     /// Reads until the connection ends. The sink gets every chunk at once; the station is woken when a line may be complete,
     /// three times a second instead of sixty.
-    fn read_until_lost(&mut self, reading: &mut Reading, beginning: &mut Beginning) -> End {
+    fn read_until_lost(
+        &mut self,
+        reading: &mut Reading,
+        beginning: &mut Beginning,
+        mut shared: Option<&mut Shared>,
+    ) -> End {
         let mut buffer = [0; 4096];
         let mut held = Held::default();
         let end = loop {
             match reading.read(&mut buffer) {
                 Ok(0) => break End::Finished,
                 Ok(count) => {
-                    let now = Instant::now();
+                    let (now, bytes) = (Instant::now(), &buffer[..count]);
+                    let is_first = beginning.first_byte_at.is_none();
                     beginning.first_byte_at.get_or_insert(now);
-                    (self.sink)(now, &buffer[..count]);
-                    if self.tell_opened(beginning).is_none() {
+                    if is_first && shared.is_none() && self.is_shared_after_all(bytes) {
+                        break End::Failed(io::Error::other("it is a shared link"));
+                    }
+                    let taken = match shared.as_deref_mut() {
+                        None => {
+                            (self.sink)(now, bytes);
+                            held.add(now, bytes);
+                            self.tell_opened(beginning)
+                        }
+                        Some(shared) => self
+                            .tell_opened(beginning)
+                            .and_then(|()| self.take_lines(shared, now, bytes, &mut held)),
+                    };
+                    if taken.is_none() {
                         return End::Closed;
                     }
-                    held.add(now, &buffer[..count]);
                     let is_eager = self.is_eager.load(Ordering::Relaxed);
                     if (is_eager || held.may_be_whole) && self.hand_over(&mut held).is_none() {
                         return End::Closed;
@@ -195,6 +219,41 @@ impl<R: Reopen> Reader<R> {
         }
     }
 
+    /// Whether a link that was opened as a radio turns out to be shared: the station announced itself late.
+    fn is_shared_after_all(&self, bytes: &[u8]) -> bool {
+        !self.reopener.is_final() && is_announced(bytes) == Some(true)
+    }
+
+    /// Takes lines of a station that shares its link: bytes from the radio, and answers.
+    fn take_lines(
+        &mut self,
+        shared: &mut Shared,
+        now: Instant,
+        mut bytes: &[u8],
+        held: &mut Held,
+    ) -> Option<()> {
+        while !bytes.is_empty() {
+            let (taken, line) = shared.lines.take(bytes);
+            bytes = &bytes[taken..];
+            let Ok(Some(line)) = line else { continue };
+            match StationLine::parse(&line) {
+                Some(StationLine::Received { rx }) => {
+                    let whole = shared.whole(&rx.0);
+                    if !whole.is_empty() {
+                        (self.sink)(now, whole);
+                        held.add(now, whole);
+                    }
+                }
+                Some(line) => {
+                    self.hand_over(held)?;
+                    self.tell(LinkInput::Said(line))?;
+                }
+                None => {}
+            }
+        }
+        Some(())
+    }
+
     fn hand_over(&self, held: &mut Held) -> Option<()> {
         let Held {
             newest_at, bytes, ..
@@ -203,6 +262,28 @@ impl<R: Reopen> Reader<R> {
             Some(at) => self.tell(LinkInput::Bytes(at, bytes)),
             None => Some(()),
         }
+    }
+}
+
+/// A connection to a station that shares its link.
+#[derive(Default)]
+struct Shared {
+    lines: Lines,
+    /// Whether the rest of the line that was under way at the beginning is over.
+    is_aligned: bool,
+}
+
+impl Shared {
+    /// The bytes from the radio without the rest of the first line, which would count as damaged.
+    fn whole<'b>(&mut self, bytes: &'b [u8]) -> &'b [u8] {
+        if self.is_aligned {
+            return bytes;
+        }
+        let Some(end) = bytes.iter().position(|&byte| byte == b'\n') else {
+            return &[];
+        };
+        self.is_aligned = true;
+        &bytes[end + 1..]
     }
 }
 

@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use crate::share::Address;
+
 /// The address of a radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkSpec {
@@ -11,7 +13,7 @@ pub enum LinkSpec {
     Serial(PathBuf),
     /// A serial server or a sharing station: `HOST:PORT`.
     Tcp(String),
-    /// A sharing station's Unix socket, receive only.
+    /// A sharing station's Unix socket; any other Unix socket is receive-only.
     Unix(PathBuf),
     /// Standard input, receive only.
     Stdin,
@@ -26,6 +28,25 @@ impl LinkSpec {
         match self {
             Self::Serial(_) => Some(asked),
             _ => None,
+        }
+    }
+
+    /// The address of the station at the other end, if it shares its link.
+    #[must_use]
+    pub fn station(&self) -> Option<Address> {
+        match self {
+            Self::Tcp(address) => Some(Address::Tcp(address.clone())),
+            Self::Unix(path) => Some(Address::Unix(path.clone())),
+            Self::Serial(_) | Self::Stdin | Self::Sim => None,
+        }
+    }
+}
+
+impl From<Address> for LinkSpec {
+    fn from(address: Address) -> Self {
+        match address {
+            Address::Tcp(address) => Self::Tcp(address),
+            Address::Unix(path) => Self::Unix(path),
         }
     }
 }
@@ -58,7 +79,8 @@ impl FromStr for LinkSpec {
 }
 
 /// Whether a text is `HOST:PORT`.
-fn has_port(address: &str) -> bool {
+#[must_use]
+pub fn has_port(address: &str) -> bool {
     address
         .rsplit_once(':')
         .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok())

@@ -7,10 +7,13 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, Wr
 use tokio::sync::mpsc;
 use tokio::time::timeout;
 
+use super::FromClient;
 use super::outbox::{Cut, Next, Outbox};
 use super::owner::Token;
-use super::{FromClient, READ_MAX};
-use crate::share::{ClientId, Lines, StationLine};
+use crate::share::{ClientId, LINE_MAX, Lines, StationLine};
+
+/// Maximum bytes read ahead from a client.
+const READ_MAX: usize = LINE_MAX;
 
 /// Time for a closed client to read its last lines.
 const LINGER: Duration = Duration::from_secs(1);

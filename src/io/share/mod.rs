@@ -1,5 +1,5 @@
-//! Sockets of a shared link. Clients get the raw bytes, and their input is split into lines; on a port a client sends the
-//! token first. A slow or absent client never delays the radio.
+//! Sockets of a shared link. Clients get an announcement and the raw bytes, and their input is split into lines; on a port a
+//! client sends the token first. A slow or absent client never delays the radio.
 
 mod client;
 mod listener;
@@ -13,11 +13,12 @@ use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use tokio::io::AsyncWriteExt as _;
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
 use tokio::time::sleep_until;
 
-use crate::share::{Address, CLIENTS_MAX, ClientId, Exposed, LINE_MAX, TooLong};
+use crate::share::{ANNOUNCEMENT, Address, CLIENTS_MAX, ClientId, Exposed, TooLong};
 use client::Stream;
 use listener::Listener;
 use outbox::{Cut, Outbox};
@@ -205,9 +206,9 @@ impl Share {
         }
     }
 
-    /// Stops sending raw bytes to a client.
-    pub fn end_raw(&self, client: ClientId) {
-        self.with(client, |outbox| outbox.end_raw(Instant::now()));
+    /// Sends lines to a client from here on, with the raw bytes in lines or without.
+    pub fn converse(&self, client: ClientId, with_raw: bool) {
+        self.with(client, |outbox| outbox.converse(with_raw, Instant::now()));
     }
 
     /// Sends a line to a client.
@@ -261,7 +262,9 @@ async fn accept(listener: Listener, token: Option<Token>, mut clients: Clients) 
             listener.accept().await
         };
         let entered = tokio::select! {
-            (stream, peer) = accepted => {
+            (mut stream, peer) = accepted => {
+                // Fits the empty buffer of a new socket, so it never waits; a client that is gone is noticed later.
+                let _ = stream.write_all(ANNOUNCEMENT).await;
                 let Some(token) = token.clone() else {
                     if clients.enter(stream, peer).await.is_none() {
                         return;
@@ -330,9 +333,6 @@ impl Clients {
     }
 }
 
-/// Maximum bytes read ahead from a client.
-const READ_MAX: usize = LINE_MAX;
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -349,7 +349,7 @@ mod tests {
         let all = (1..=CLIENTS_MAX as u64).map(|n| add(&outboxes, n, start));
         let all: Vec<_> = all.collect();
         for outbox in &all {
-            outbox.end_raw(start);
+            outbox.converse(false, start);
         }
         (outboxes, all, start + GRACE)
     }
@@ -406,11 +406,12 @@ mod tests {
     fn a_client_that_reads_stays_before_one_that_only_said_hello() {
         let (outboxes, _, mut now) = full();
         let reader = add(&outboxes, 17, now);
+        reader.converse(true, now);
         reader.add_raw(b"A");
         for n in 18..18 + CLIENTS_MAX as u64 {
             now += GRACE;
             reader.taken(now);
-            add(&outboxes, n, now).end_raw(now);
+            add(&outboxes, n, now).converse(false, now);
         }
         assert!(numbers(&outboxes).contains(&17));
     }
@@ -423,7 +424,7 @@ mod tests {
         }
         for n in 17..30 {
             now += GRACE;
-            add(&outboxes, n, now).end_raw(now);
+            add(&outboxes, n, now).converse(false, now);
             let left: Vec<u64> = (1..=CLIENTS_MAX as u64).chain([n]).collect();
             assert_eq!(numbers(&outboxes), left);
         }

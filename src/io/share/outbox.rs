@@ -6,9 +6,13 @@ use std::time::Instant;
 use tokio::sync::Notify;
 
 use super::{GRACE, STOP_GRACE};
+use crate::share::{RawBytes, StationLine};
 
 /// Maximum unsent bytes of a client: four and a half minutes of the radio.
 pub(super) const UNREAD_MAX: usize = 64 * 1024;
+
+/// Maximum raw bytes in a line, so that even escaped they fit the line that a client accepts.
+const RAW_MAX: usize = 1024;
 
 #[derive(Debug)]
 pub(super) struct Outbox {
@@ -31,7 +35,7 @@ pub(super) enum Cut {
 #[derive(Debug)]
 struct State {
     waiting: Vec<u8>,
-    converses: bool,
+    gets: Gets,
     stage: Stage,
     /// End of the time for which the client keeps its place.
     keeps_until: Instant,
@@ -39,6 +43,17 @@ struct State {
     is_busy: bool,
     /// Time of the client's latest line, or of the latest raw bytes that it took.
     active_at: Instant,
+}
+
+/// What a client gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Gets {
+    /// The bytes from the radio as they are.
+    Raw,
+    /// Lines.
+    Lines,
+    /// Lines, and the bytes from the radio in lines.
+    LinesAndRaw,
 }
 
 #[derive(Debug, PartialEq, Eq)]
@@ -61,7 +76,7 @@ impl Outbox {
         Self {
             state: Mutex::new(State {
                 waiting: Vec::new(),
-                converses: false,
+                gets: Gets::Raw,
                 stage: Stage::Open,
                 keeps_until: now + GRACE,
                 is_busy: false,
@@ -86,11 +101,19 @@ impl Outbox {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds bytes from the radio, unless the client gets lines only.
+    /// Adds bytes from the radio, as the client gets them.
     pub(super) fn add_raw(&self, bytes: &[u8]) {
         let mut state = self.lock();
-        if !state.converses {
-            self.add(&mut state, bytes);
+        match state.gets {
+            Gets::Raw => self.add(&mut state, bytes),
+            Gets::Lines => {}
+            Gets::LinesAndRaw => {
+                for part in bytes.chunks(RAW_MAX) {
+                    let rx = RawBytes(part.to_vec());
+                    let line = StationLine::Received { rx }.to_line();
+                    self.add(&mut state, &line);
+                }
+            }
         }
     }
 
@@ -111,14 +134,18 @@ impl Outbox {
         }
     }
 
-    /// Sends lines only from here on; ends a partial line of raw bytes.
-    pub(super) fn end_raw(&self, now: Instant) {
+    /// Sends lines from here on; ends a partial line of raw bytes.
+    pub(super) fn converse(&self, with_raw: bool, now: Instant) {
         let mut state = self.lock();
         self.add(&mut state, b"\n");
-        if !state.converses {
+        if state.gets == Gets::Raw {
             state.keeps_until = now + GRACE;
         }
-        state.converses = true;
+        state.gets = if with_raw {
+            Gets::LinesAndRaw
+        } else {
+            Gets::Lines
+        };
     }
 
     pub(super) fn close(&self) {
@@ -135,7 +162,7 @@ impl Outbox {
     }
 
     pub(super) fn converses(&self) -> bool {
-        self.lock().converses
+        self.lock().gets != Gets::Raw
     }
 
     /// Sets whether the client waits for a command.
@@ -152,9 +179,9 @@ impl Outbox {
         self.lock().active_at = now;
     }
 
-    /// The client took the bytes written to it. Only raw bytes count as activity: few JSON lines come unasked.
+    /// The client took the bytes written to it. Only raw bytes count as activity: few other lines come unasked.
     pub(super) fn taken(&self, now: Instant) {
-        if !self.converses() {
+        if self.lock().gets != Gets::Lines {
             self.touch(now);
         }
     }
@@ -203,13 +230,38 @@ mod tests {
     async fn raw_bytes_end_where_lines_begin() {
         let outbox = Outbox::new(Instant::now());
         outbox.add_raw(b"A12");
-        outbox.end_raw(Instant::now());
+        outbox.converse(false, Instant::now());
         outbox.add_raw(b"3456");
         outbox.add_line(b"{}\n");
         outbox.close();
         outbox.add_line(b"too late");
         assert_eq!(outbox.next().await, Next::Write(b"A12\n{}\n".to_vec()));
         assert_eq!(outbox.next().await, Next::Close);
+    }
+
+    #[tokio::test]
+    async fn a_client_that_wants_both_gets_raw_bytes_in_lines() {
+        let outbox = Outbox::new(Instant::now());
+        outbox.converse(true, Instant::now());
+        outbox.add_raw(&[b'A', b'"', b'\r', b'\n', 0, 0x7F, 0x80, 0xFF]);
+        let long = vec![1; RAW_MAX + 1];
+        outbox.add_raw(&long);
+        let Next::Write(bytes) = outbox.next().await else {
+            panic!("it is open");
+        };
+        let mut received = Vec::new();
+        for line in bytes
+            .split(|byte| *byte == b'\n')
+            .filter(|line| !line.is_empty())
+        {
+            assert!(line.len() < crate::share::LINE_MAX, "{}", line.len());
+            let Some(StationLine::Received { rx }) = StationLine::parse(line) else {
+                panic!("{line:?}");
+            };
+            received.extend(rx.0);
+        }
+        let sent = [&[b'A', b'"', b'\r', b'\n', 0, 0x7F, 0x80, 0xFF], &long[..]];
+        assert_eq!(received, sent.concat());
     }
 
     #[tokio::test]

@@ -41,12 +41,19 @@ impl Table {
                 Output::Line(ClientId(n), line) => {
                     format!("{n} < {}", String::from_utf8_lossy(&line).trim_end())
                 }
-                Output::EndRaw(ClientId(n)) => format!("{n} ends raw"),
+                Output::Converse {
+                    client: ClientId(n),
+                    raw,
+                } => format!("{n} converses, raw {raw}"),
                 Output::Close(ClientId(n)) => format!("{n} closed"),
                 Output::Busy(ClientId(n), true) => format!("{n} is busy"),
                 Output::Busy(ClientId(n), false) => format!("{n} is idle"),
                 Output::Stopping(ClientId(n)) => format!("{n} waits for a stop"),
-                Output::GiveUp(CommandId(n)) => format!("command {n} given up"),
+                Output::GiveUp(CommandId(n), why) => format!("command {n} given up: {why}"),
+                Output::Drive {
+                    velocity_in_s,
+                    rotation_in_s,
+                } => format!("drive {velocity_in_s} {rotation_in_s}"),
                 Output::Warning(text) => text,
             })
             .collect()
@@ -63,9 +70,9 @@ fn each_is_told_the_steps_of_its_own_commands() {
     assert_eq!(
         table.outputs(),
         [
-            "1 ends raw",
+            "1 converses, raw false",
             r#"1 < {"groundwave":1,"link":"/dev/ttyUSB0","can_send":true}"#,
-            "2 ends raw",
+            "2 converses, raw false",
             r#"2 < {"groundwave":1,"link":"/dev/ttyUSB0","can_send":true}"#,
         ]
     );
@@ -172,7 +179,10 @@ fn a_client_that_vanishes_leaves_its_command_until_its_time_is_over() {
     table
         .broker
         .handle_timeout(Moment::from_secs(5), Heard::default());
-    assert_eq!(table.outputs(), ["command 1 given up"]);
+    assert_eq!(
+        table.outputs(),
+        ["command 1 given up: not confirmed in time: the robot may or may not have heard it"]
+    );
     assert_eq!(table.broker.poll_timeout(), None);
 }
 
@@ -192,7 +202,13 @@ fn time_over_is_told_with_what_was_heard() {
         outputs[0].contains(r#""code":"timed-out""#) && outputs[0].contains(r#""bytes":9"#),
         "{outputs:?}"
     );
-    assert_eq!(outputs[1..], ["1 is idle", "command 1 given up"]);
+    assert_eq!(
+        outputs[1..],
+        [
+            "1 is idle",
+            "command 1 given up: not confirmed in time: the robot may or may not have heard it"
+        ]
+    );
 }
 
 #[test]

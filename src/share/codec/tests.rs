@@ -22,8 +22,17 @@ fn every_request_comes_back_as_it_was() {
         assert!(line.len() <= LINE_MAX / 2, "{} bytes", line.len());
         assert_eq!(ClientLine::parse(&line), Ok(ask));
     }
-    let hello = ClientLine::Hello { pid: Some(1234) };
-    assert_eq!(ClientLine::parse(&hello.to_line()), Ok(hello));
+    let hello = |raw| ClientLine::Hello {
+        pid: Some(1234),
+        raw,
+    };
+    let drive = ClientLine::Drive {
+        velocity_in_s: 12,
+        rotation_in_s: -31,
+    };
+    for line in [hello(false), hello(true), ClientLine::Cancel(7), drive] {
+        assert_eq!(ClientLine::parse(&line.to_line()), Ok(line));
+    }
 }
 
 #[test]

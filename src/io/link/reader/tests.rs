@@ -8,6 +8,7 @@ use tokio::sync::mpsc;
 
 use super::*;
 use crate::io::link::Link;
+use crate::share::{ANNOUNCEMENT, Welcome};
 
 /// Nothing here takes this long unless it hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -80,6 +81,7 @@ fn fed() -> (Feed<io::Result<Vec<u8>>>, Connection) {
         reading: Box::new(Fed(from_feed)),
         writing: None,
         renamed: None,
+        share: None,
     };
     (feed, connection)
 }
@@ -127,15 +129,54 @@ impl Bench {
             LinkInput::Opened {
                 renamed,
                 empty: 0 | 1,
+                ..
             } => {
                 format!("opened {}", renamed.unwrap_or_default())
             }
             LinkInput::Opened { empty, .. } => format!("opened after {empty}"),
             LinkInput::Bytes(_, bytes) => format!("bytes {}", String::from_utf8_lossy(&bytes)),
+            LinkInput::Said(line) => format!("said {}", String::from_utf8_lossy(&line.to_line())),
             LinkInput::Lost(reason) => format!("lost {reason}"),
             LinkInput::Ended => "ended".to_owned(),
         }
     }
+}
+
+/// Bytes from the radio reach sink and station without the lines around them, in order and from the next whole line on.
+#[test]
+fn a_shared_link_brings_bytes_and_answers_in_lines() {
+    let (feed, mut connection) = fed();
+    connection.share = Some(Welcome::new("radio".to_owned(), true));
+    let mut bench = Bench::new(connection, vec![]);
+    for part in [
+        "{\"rx\":\"half\"}\n{\"rx\":\" a line\\nA1\"}\n{\"rx\":\"23\\u00ff\"}\n{\"sa",
+        "id\":\"hello\"}\nnoise\n",
+    ] {
+        feed.send(Ok(part.into())).expect("a reader");
+    }
+    drop(feed);
+    let all: Vec<String> = (0..4).map(|_| bench.next()).collect();
+    let said = "said {\"said\":\"hello\"}\n";
+    assert_eq!(all, ["opened ", "bytes A123\u{FFFD}", said, "ended"]);
+}
+
+#[test]
+fn a_radio_that_announces_itself_late_is_opened_again() {
+    let (first, connection) = fed();
+    let (second, again) = fed();
+    let mut bench = Bench::new(connection, vec![Ok(again)]);
+    first.send(Ok(ANNOUNCEMENT.to_vec())).expect("a reader");
+    second.send(Ok(b"A\n".to_vec())).expect("a reader");
+    let all: Vec<String> = (0..4).map(|_| bench.next()).collect();
+    assert_eq!(
+        all,
+        [
+            "opened ",
+            "lost it is a shared link",
+            "opened ",
+            "bytes A\n"
+        ]
+    );
 }
 
 #[test]

@@ -1,0 +1,136 @@
+//! Delivery by another station that shares its link: commands leave as its lines, its answers become statuses.
+//!
+//! One command is under way at a time, as on a radio; STOP overtakes. A STOP is repeated on the next connection; another
+//! command that was under way on a lost connection is told as not confirmed.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use super::{Station, Waiting};
+use crate::event::{CommandId, CommandStatus, Failure, Level, Moment, NoticeCode};
+use crate::request::Request;
+use crate::share::{Ask, ClientLine, StationLine};
+
+/// Timeout of a command. The other station gives up much earlier on a robot that does not answer.
+const TIMEOUT: Duration = Duration::from_mins(10);
+
+/// The lines to the other station.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Shared {
+    is_open: bool,
+    lines: VecDeque<ClientLine>,
+}
+
+impl Shared {
+    fn ask(&mut self, id: CommandId, request: Request) {
+        let ask = Ask {
+            tag: id.0,
+            request,
+            timeout: TIMEOUT,
+        };
+        self.lines.push_back(ClientLine::Ask(ask));
+    }
+
+    pub(super) fn push(&mut self, line: ClientLine) {
+        if self.is_open {
+            self.lines.push_back(line);
+        }
+    }
+
+    /// Asks for a STOP now, or on the next connection.
+    pub(super) fn stop(&mut self, id: CommandId) {
+        if self.is_open {
+            self.ask(id, Request::Stop);
+        }
+    }
+
+    /// Asks for the command; returns `false` on a lost connection.
+    pub(super) fn begin(&mut self, next: &Waiting) -> bool {
+        if self.is_open {
+            self.ask(next.id, next.request.clone());
+        }
+        self.is_open
+    }
+}
+
+impl Station {
+    /// Takes a new connection: whether another station shares this link, and then sends the commands.
+    pub fn handle_shared(&mut self, now: Moment, is_shared: bool) {
+        if !is_shared {
+            self.shared = None;
+            return;
+        }
+        if self.is_shared() {
+            return;
+        }
+        self.fop.cancel();
+        let mut shared = Shared {
+            is_open: true,
+            lines: VecDeque::new(),
+        };
+        for (id, _) in &self.stops {
+            shared.ask(*id, Request::Stop);
+        }
+        self.shared = Some(shared);
+        self.settle(now);
+    }
+
+    /// Whether another station sends the commands, and is connected.
+    #[must_use]
+    pub fn is_shared(&self) -> bool {
+        self.shared.as_ref().is_some_and(|shared| shared.is_open)
+    }
+
+    /// Takes the loss of the connection to the other station.
+    pub fn handle_shared_lost(&mut self, now: Moment) {
+        if self.is_shared() {
+            self.shared = Some(Shared::default());
+            if let Some(id) = self.current.take() {
+                self.report(now, id, CommandStatus::Failed(Failure::TimedOut));
+            }
+        }
+    }
+
+    /// Takes a line of the other station.
+    pub fn handle_shared_line(&mut self, now: Moment, line: &StationLine) {
+        match line {
+            StationLine::Status { id, status, .. } => {
+                if let Some(status) = status.status() {
+                    self.take_shared_status(now, CommandId(*id), status);
+                }
+            }
+            StationLine::Lost { lost } => {
+                let text = format!("the station lost its link: {lost}");
+                self.notice(NoticeCode::SharingStation, Level::Warning, &text);
+            }
+            StationLine::Error { error, .. } => {
+                let text = format!("the station closed the connection: {error}");
+                self.notice(NoticeCode::SharingStation, Level::Warning, &text);
+            }
+            // Texts of the robot come with its lines.
+            StationLine::Welcome(_) | StationLine::Said { .. } | StationLine::Received { .. } => {}
+        }
+    }
+
+    fn take_shared_status(&mut self, now: Moment, id: CommandId, status: CommandStatus) {
+        if status == CommandStatus::Queued {
+            return;
+        }
+        if let Some(at) = self.stops.iter().position(|(stop, _)| *stop == id) {
+            if status.is_end() {
+                self.stops.remove(at);
+            }
+        } else if self.current != Some(id) {
+            return;
+        } else if status.is_end() {
+            self.current = None;
+        }
+        self.report(now, id, status);
+        self.settle(now);
+    }
+
+    /// The next line for the other station.
+    pub fn poll_shared_line(&mut self) -> Option<ClientLine> {
+        self.shared.as_mut()?.lines.pop_front()
+    }
+}

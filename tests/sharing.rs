@@ -1,0 +1,760 @@
+//! Several programs on one radio: commands, second dashboards, tokens, crowds and idle clients.
+#![cfg(unix)]
+
+use std::collections::VecDeque;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::os::unix::net::UnixStream;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::Path;
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use crate::common::CoSimulation;
+use crate::edges::{long_route, path_in};
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use crate::pty::OnTerminal;
+use groundwave::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, Moment};
+use groundwave::request::Request;
+use groundwave::share::{Broker, ClientId, Heard, Output, StationLine};
+use groundwave::station::Station;
+use groundwave_protocol::arq::Config;
+use groundwave_protocol::status_codes::Mode;
+use serde_json::Value;
+
+/// A headless station that shares its link.
+fn station(link: &str, socket: &str, more: &[&str]) -> Telling {
+    let arguments = [&["watch", link, "--headless", "--share", socket], more].concat();
+    let mut station = Telling::start(&arguments);
+    station.wait_for("that it shares", |value| {
+        value["text"]
+            .as_str()
+            .is_some_and(|text| text.starts_with("shared on "))
+    });
+    station.wait_for("a line", |value| value["event"] == "line");
+    station
+}
+
+pub fn is_stage(stage: &str) -> impl Fn(&Value) -> bool {
+    let stage = stage.to_owned();
+    move |value| value["status"] == stage.as_str()
+}
+
+#[test]
+fn killed_share_server_leaves_no_obstacle() {
+    let folder = scratch("killed-share");
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let first = station(&sim.path, &socket, &[]);
+    let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
+    sender.wait_for("progress", is_stage("progress"));
+    drop(first);
+    assert_eq!(sender.process.0.wait().unwrap().code(), Some(3));
+    assert!(Path::new(&socket).exists(), "nobody could remove it");
+    let _second = station(&sim.path, &socket, &[]);
+    expect(0, &["send", "--via", &socket, "route", &route]);
+}
+
+#[test]
+fn commands_of_two_senders_are_confirmed_one_after_the_other() {
+    let folder = scratch("two");
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let mut senders = [
+        Telling::start(&["send", "--via", &socket, "route", &route, "--json"]),
+        Telling::start(&["send", "--via", &socket, "mode", "reactive", "--json"]),
+    ];
+    for sender in &mut senders {
+        sender.wait_for("the confirmation", is_stage("confirmed"));
+        assert_eq!(sender.process.0.wait().unwrap().code(), Some(0));
+    }
+    for id in [1, 2] {
+        station.wait_for("the confirmation", |value| {
+            value["id"] == id && value["status"] == "confirmed"
+        });
+        let asked = station.wait_for("who asked", |value| {
+            value["status"] == "queued" && value["id"] == id
+        });
+        let by = asked["by"].as_str().unwrap();
+        assert!(by.starts_with("pid ") && by.ends_with(&socket), "{by}");
+    }
+    let sent: Vec<i64> = station
+        .said
+        .iter()
+        .filter(|value| value["event"] == "command" && value["status"] != "queued")
+        .map(|value| value["id"].as_i64().unwrap())
+        .collect();
+    assert!(sent.is_sorted(), "the second waits for the first: {sent:?}");
+}
+
+#[test]
+fn stop_overtakes_queued_commands() {
+    let folder = scratch("overtake");
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &[]);
+    let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
+    sender.wait_for("progress", is_stage("progress"));
+    expect(0, &["send", "--via", &socket, "stop"]);
+    let failed = sender.wait_for("its end", is_stage("failed"));
+    assert_eq!(failed["code"], "stopped");
+    assert_eq!(sender.process.0.wait().unwrap().code(), Some(1));
+}
+
+#[test]
+fn command_outlives_its_client() {
+    let folder = scratch("vanish");
+    let route = long_route(&folder);
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let mut sender = Telling::start(&["send", "--via", &socket, "route", &route, "--json"]);
+    sender.wait_for("progress", is_stage("progress"));
+    drop(sender);
+    station.wait_for("the confirmation", is_stage("confirmed"));
+}
+
+#[test]
+fn exit_codes_over_a_shared_link_are_those_of_an_own_link() {
+    let folder = scratch("codes");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&["--seed", "5"]);
+    let station = station(&sim.path, &socket, &[]);
+    let (out, _) = expect(0, &["send", "--via", &socket, "mode", "reactive"]);
+    assert!(out.starts_with("mode reactive: confirmed after"), "{out}");
+    let (_, err) = expect(5, &["send", "--via", &socket, "dock"]);
+    assert!(
+        err.contains("refused `mode forage`: it has no sensor for the dock's beacon"),
+        "{err}"
+    );
+    expect(2, &["send", "--via", &socket, "fly"]);
+    let (_, err) = expect(4, &["send", &sim.path, "stop"]);
+    assert!(err.contains("busy") && err.contains("--via"), "{err}");
+    drop(sim);
+    let arguments = ["send", "--via", &socket, "mode", "prowl", "--timeout", "1s"];
+    let (_, err) = expect(3, &arguments);
+    assert!(err.contains("not confirmed within 1.0 s"), "{err}");
+    drop(station);
+    let (_, err) = expect(4, &["send", "--via", &socket, "stop"]);
+    assert!(err.contains("cannot reach a station at"), "{err}");
+}
+
+/// Two clients that send STOP at once share one frame.
+#[test]
+fn joined_stop_is_not_reported_as_unsent() {
+    let folder = scratch("two-stops");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&["--channel", "out=0s..10000s"]);
+    let arguments = ["watch", &sim.path, "--headless", "--share", &socket];
+    let mut station = Telling::start(&arguments);
+    station.wait_for("that it shares", |value| {
+        value["text"]
+            .as_str()
+            .is_some_and(|text| text.starts_with("shared on "))
+    });
+    let mut first = Telling::start(&["send", "--via", &socket, "stop", "--json"]);
+    first.wait_for("a frame of it", is_stage("sent"));
+    let arguments = ["send", "--via", &socket, "stop", "--timeout", "10ms"];
+    let (_, err) = expect(3, &arguments);
+    assert!(err.contains("may or may not"), "{err}");
+}
+
+#[test]
+fn receive_only_station_refuses_commands() {
+    let folder = scratch("listens");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &["--no-uplink"]);
+    let (_, err) = expect(6, &["send", "--via", &socket, "stop"]);
+    assert!(err.contains("the link is receive-only"), "{err}");
+}
+
+#[test]
+fn shared_link_passes_raw_bytes() {
+    let folder = scratch("raw");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &[]);
+    let mut second = Telling::start(&["watch", &format!("unix:{socket}"), "--headless"]);
+    second.wait_for("a line", |value| value["event"] == "line");
+    let mut lines = BufReader::new(UnixStream::connect(&socket).unwrap()).lines();
+    let announced = lines.next().unwrap().unwrap();
+    assert_eq!(announced, r#"{"groundwave":1}"#);
+    // The first line of the robot may be partial, and short lines acknowledge commands.
+    assert!(lines.any(|line| line.unwrap().trim_end().len() == 78));
+}
+
+/// The program with a folder of its own for sockets and tokens.
+fn program_in(folder: &Path, arguments: &[&str]) -> Command {
+    let mut program = Command::new(GROUNDWAVE);
+    program.args(arguments).env("XDG_RUNTIME_DIR", folder);
+    program
+}
+
+/// A station that shares on a port of its own choice, and its address.
+fn station_on_a_port(link: &str, folder: &Path) -> (Telling, String) {
+    let watch = ["watch", link, "--headless", "--share", "0"];
+    let mut station = Telling::spawn(program_in(folder, &watch));
+    let told = station.wait_for("where", |value| value["code"] == "shared");
+    let address = told["text"].as_str().unwrap().strip_prefix("shared on ");
+    (station, address.unwrap().to_owned())
+}
+
+fn last_line(reading: &mut impl Read) -> Value {
+    let mut answer = String::new();
+    reading.read_to_string(&mut answer).unwrap();
+    serde_json::from_str(answer.lines().last().unwrap()).unwrap()
+}
+
+#[test]
+fn garbage_closes_only_its_own_connection() {
+    let folder = scratch("garbage");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let mut browser = UnixStream::connect(&socket).unwrap();
+    browser.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
+    let last = last_line(&mut browser);
+    assert_eq!(last["code"], "not-understood");
+    assert!(
+        last["error"].as_str().unwrap().contains("not understood"),
+        "{last}"
+    );
+    let mut flood = UnixStream::connect(&socket).unwrap();
+    // The client may be cut off before it has sent everything.
+    let _ = flood.write_all(&vec![b'x'; 1 << 20]);
+    station.wait_for("that the flood was closed", |value| {
+        value["level"] == "warning"
+    });
+    expect(0, &["send", "--via", &socket, "mode", "reactive"]);
+}
+
+/// Every user of a machine can connect to its ports; only the owner can read the token.
+#[test]
+fn a_port_is_for_its_owner_alone() {
+    let folder = scratch("port");
+    let sim = Sim::start(&[]);
+    let (_station, address) = station_on_a_port(&sim.path, &folder);
+    let hello = "{\"groundwave\":1}\n{\"id\":1,\"do\":\"stop\"}\n";
+    for first in [
+        "",
+        "\n",
+        "GET / HTTP/1.1\n",
+        &"0".repeat(64),
+        &"x".repeat(999),
+    ] {
+        let mut stranger = TcpStream::connect(&address).unwrap();
+        // It may be closed before it has said all of it.
+        let _ = stranger.write_all(format!("{first}\n{hello}").as_bytes());
+        let last = last_line(&mut stranger);
+        assert_eq!(last["code"], "token", "{first}: {last}");
+        let error = last["error"].as_str().unwrap();
+        assert!(error.contains("GROUNDWAVE_TOKEN"), "{error}");
+    }
+    let send = |token: Option<&str>| {
+        let mut send = program_in(&folder, &["send", "--via", &address, "stop"]);
+        if let Some(token) = token {
+            send.env("GROUNDWAVE_TOKEN", token);
+        }
+        send.output().unwrap()
+    };
+    let refused = send(Some("wrong"));
+    let err = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(4), "{err}");
+    assert!(err.contains("GROUNDWAVE_TOKEN"), "{err}");
+    // By its file, and by what the refusal says.
+    assert_eq!(send(None).status.code(), Some(0));
+    let path = err.split_once(" find it in ").unwrap().1;
+    let token = fs::read_to_string(path.split_once(';').unwrap().0).unwrap();
+    assert_eq!(send(Some(&token)).status.code(), Some(0));
+    // With the token first, `nc` reads the raw bytes.
+    let mut reader = TcpStream::connect(&address).unwrap();
+    reader.write_all(token.as_bytes()).unwrap();
+    reader.shutdown(Shutdown::Write).unwrap();
+    let mut lines = BufReader::new(reader).lines();
+    assert!(lines.any(|line| line.unwrap().trim_end().len() == 78));
+}
+
+/// Connections of strangers do not use up those of the owner.
+#[test]
+fn strangers_do_not_keep_the_owner_out() {
+    let folder = scratch("strangers");
+    let sim = Sim::start(&[]);
+    let (_station, address) = station_on_a_port(&sim.path, &folder);
+    let strangers: Vec<TcpStream> = (0..40)
+        .map(|_| TcpStream::connect(&address).unwrap())
+        .collect();
+    let stop = ["send", "--via", &address, "stop"];
+    let sent = program_in(&folder, &stop).output().unwrap();
+    assert_eq!(sent.status.code(), Some(0), "{sent:?}");
+    drop(strangers);
+}
+
+/// Keeps opening connections from three threads while `act` runs; each thread holds its last 50.
+fn with_crowd<T>(connect: impl Fn() -> Option<T> + Sync, act: impl FnOnce()) {
+    let is_over = AtomicBool::new(false);
+    let crowd = || {
+        let mut held = VecDeque::new();
+        while !is_over.load(Ordering::Relaxed) {
+            held.extend(connect());
+            if held.len() > 50 {
+                held.pop_front();
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(crowd);
+        }
+        let result = catch_unwind(AssertUnwindSafe(act));
+        is_over.store(true, Ordering::Relaxed);
+        result.unwrap_or_else(|panic| resume_unwind(panic));
+    });
+}
+
+#[test]
+fn a_crowd_does_not_keep_the_owner_out() {
+    let folder = scratch("crowds");
+    let sim = Sim::start(&[]);
+    let (_station, address) = station_on_a_port(&sim.path, &folder);
+    let stop = |via: &str| {
+        let sent = program_in(&folder, &["send", "--via", via, "stop"]).output();
+        let sent = sent.unwrap();
+        assert_eq!(sent.status.code(), Some(0), "{sent:?}");
+    };
+    let stops = |via: &str| (0..2).for_each(|_| stop(via));
+    with_crowd(|| TcpStream::connect(&address).ok(), || stops(&address));
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &[]);
+    let once = || {
+        drop(UnixStream::connect(&socket));
+        None::<()>
+    };
+    with_crowd(once, || stops(&socket));
+}
+
+#[test]
+fn share_and_via_meet_without_an_address() {
+    let folder = scratch("usual");
+    let run = |arguments: &[&str]| program_in(&folder, arguments);
+    let sim = Sim::start(&[]);
+    let watch = ["watch", &sim.path, "--headless", "--share"];
+    let mut station = Telling::spawn(run(&watch));
+    station.wait_for("a line", |value| value["event"] == "line");
+    assert!(folder.join("groundwave/station.sock").exists());
+    let sent = run(&["send", "--via", "stop"]).output().unwrap();
+    assert_eq!(sent.status.code(), Some(0), "{sent:?}");
+    let second = run(&watch).output().unwrap();
+    let err = String::from_utf8(second.stderr).unwrap();
+    assert!(err.contains("another program"), "{err}");
+}
+
+#[test]
+fn sharing_with_the_network_needs_its_option() {
+    let sim = Sim::start(&[]);
+    let open = ["watch", &sim.path, "--headless", "--share", "0.0.0.0:0"];
+    let (_, err) = expect(2, &open);
+    assert!(err.contains("--share-open-to-network"), "{err}");
+}
+
+#[test]
+fn stopped_reader_is_disconnected_without_delaying_others() {
+    let folder = scratch("stalled");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "300"]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let _never_reads = UnixStream::connect(&socket).unwrap();
+    station.wait_for("that it was cut off", |value| {
+        value["text"]
+            .as_str()
+            .is_some_and(|text| text.contains("stopped reading and was cut off"))
+    });
+    station.wait_for_new("lines all the same", |value| value["event"] == "line");
+}
+
+#[test]
+fn replaced_reader_is_reported() {
+    let folder = scratch("crowd");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let _readers: Vec<UnixStream> = (0..20)
+        .map(|_| UnixStream::connect(&socket).unwrap())
+        .collect();
+    for _ in 0..4 {
+        let warning =
+            station.wait_for_new("that one was cut off", |value| value["level"] == "warning");
+        let text = warning["text"].as_str().unwrap();
+        assert!(text.ends_with("to make room for another program"), "{text}");
+    }
+}
+
+/// Sixteen programs that said hello and nothing more locked STOP out.
+#[test]
+fn idle_clients_do_not_block_stop() {
+    let folder = scratch("idle");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &[]);
+    let mut idle: Vec<BufReader<UnixStream>> = Vec::new();
+    for _ in 0..16 {
+        let mut client = BufReader::new(UnixStream::connect(&socket).unwrap());
+        client.get_mut().write_all(b"{\"groundwave\":1}\n").unwrap();
+        let mut line = String::new();
+        while !line.contains("can_send") {
+            line.clear();
+            client.read_line(&mut line).unwrap();
+        }
+        idle.push(client);
+    }
+    expect(0, &["send", "--via", &socket, "stop"]);
+    assert_eq!(last_line(&mut idle[0])["code"], "gave-way");
+}
+
+/// Readers do not use up the connections for commands.
+#[test]
+fn idle_readers_do_not_block_stop() {
+    let folder = scratch("readers");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut watch = Telling::start(&["watch", &sim.path, "--headless", "--share", &socket]);
+    watch.wait_for("a line", |value| value["event"] == "line");
+    let readers: Vec<UnixStream> = (0..20)
+        .map(|_| UnixStream::connect(&socket).unwrap())
+        .collect();
+    expect(0, &["send", "--via", &socket, "stop"]);
+    drop(readers);
+}
+
+/// A robot with its station, and a second station that commands through it, in virtual time.
+struct Pair {
+    co: CoSimulation,
+    broker: Broker,
+    second: Station,
+    told: usize,
+    statuses: Vec<(Moment, CommandId, CommandStatus)>,
+}
+
+const SECOND: ClientId = ClientId(1);
+
+impl Pair {
+    fn new() -> Self {
+        let mut broker = Broker::new("radio".to_owned(), true);
+        broker.handle_connected(SECOND, "pid 7".to_owned());
+        let hello = b"{\"groundwave\":1,\"raw\":true}";
+        assert_eq!(broker.handle_line(SECOND, Ok(hello)), None);
+        let mut second = Station::new(Config::new(2), true);
+        second.handle_shared(Moment::ZERO, true);
+        Self {
+            co: CoSimulation::new("house", 1, ""),
+            broker,
+            second,
+            told: 0,
+            statuses: Vec::new(),
+        }
+    }
+
+    fn step(&mut self) {
+        self.co.step();
+        let (now, heard) = (self.co.now(), Heard::default());
+        while let Some(line) = self.second.poll_shared_line() {
+            let line = line.to_line();
+            if let Some(asked) = self.broker.handle_line(SECOND, Ok(&line)) {
+                let request = asked.ask.request.clone();
+                let id = self.co.station.handle_request(now, request, None);
+                self.broker.handle_started(now, id, &asked, heard);
+            }
+        }
+        for (_, event) in &self.co.events[self.told..] {
+            if let Event::Command { id, status } = event {
+                self.broker.handle_status(*id, status, heard);
+            }
+        }
+        self.told = self.co.events.len();
+        while let Some(output) = self.broker.poll_output() {
+            match output {
+                Output::Line(_, line) => {
+                    let line = StationLine::parse(&line).unwrap();
+                    self.second.handle_shared_line(now, &line);
+                }
+                Output::GiveUp(id, why) => self.co.station.handle_give_up(now, id, why),
+                Output::Drive {
+                    velocity_in_s,
+                    rotation_in_s,
+                } => {
+                    let station = &mut self.co.station;
+                    station.handle_drive(now, velocity_in_s, rotation_in_s);
+                }
+                _ => {}
+            }
+        }
+        while let Some(event) = self.second.poll_event() {
+            if let Event::Command { id, status } = event {
+                self.statuses.push((now, id, status));
+            }
+        }
+        assert_eq!(self.second.poll_transmit(now), None, "a frame for a share");
+    }
+
+    fn request(&mut self, request: Request) -> CommandId {
+        let now = self.co.now();
+        self.second.handle_request(now, request, None)
+    }
+
+    fn run_until(&mut self, limit_s: u64, mut done: impl FnMut(&Self) -> bool) {
+        for _ in 0..limit_s * 1000 {
+            if done(self) {
+                return;
+            }
+            self.step();
+        }
+        panic!("not within {limit_s} s: {:?}", self.statuses);
+    }
+
+    fn fate(&self, id: CommandId) -> Option<CommandStatus> {
+        let mut ends = self
+            .statuses
+            .iter()
+            .filter(|(_, _, status)| status.is_end());
+        ends.find(|(_, of, _)| *of == id)
+            .map(|(.., status)| *status)
+    }
+}
+
+const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
+
+#[test]
+fn second_station_commands_like_the_first() {
+    let mut pair = Pair::new();
+    let reactive = pair.request(Request::Mode(Mode::Reactive));
+    let prowl = pair.request(Request::Mode(Mode::Prowl));
+    pair.run_until(20, |pair| pair.fate(prowl).is_some());
+    assert_eq!(
+        (pair.fate(reactive), pair.fate(prowl)),
+        (Some(CONFIRMED), Some(CONFIRMED))
+    );
+    pair.run_until(20, |pair| pair.co.modes.last() == Some(&Mode::Prowl));
+    // STOP overtakes, and ends the command that waits.
+    let asked_at = pair.co.now();
+    let waits = pair.request(Request::Mode(Mode::Reactive));
+    let late = pair.request(Request::Mode(Mode::Prowl));
+    let stop = pair.request(Request::Stop);
+    pair.run_until(20, |pair| pair.fate(stop).is_some());
+    assert_eq!(pair.fate(stop), Some(CONFIRMED));
+    let took = pair.co.now().saturating_sub(asked_at);
+    assert!(took.as_secs() < 1, "{took:?}");
+    for id in [waits, late] {
+        let stopped = CommandStatus::Failed(Failure::Stopped);
+        pair.run_until(20, |pair| pair.fate(id).is_some());
+        assert_eq!(pair.fate(id), Some(stopped));
+    }
+    pair.run_until(5, |pair| pair.co.modes.last() == Some(&Mode::Stop));
+    // Cancelling ends the command at the first station too.
+    let route = Request::from_words(&["goto", "48", "0"]).unwrap();
+    let cancelled = pair.request(route);
+    pair.step();
+    let now = pair.co.now();
+    pair.second.handle_cancel(now);
+    pair.run_until(1, |pair| pair.fate(cancelled).is_some());
+    assert_eq!(
+        pair.fate(cancelled),
+        Some(CommandStatus::Failed(Failure::Cancelled))
+    );
+    pair.run_until(5, |pair| pair.co.station.is_settled());
+}
+
+#[test]
+fn second_station_drives_by_hand() {
+    let mut pair = Pair::new();
+    let user = pair.request(Request::Mode(Mode::User));
+    pair.run_until(20, |pair| pair.fate(user) == Some(CONFIRMED));
+    let moves = |pair: &Pair| {
+        pair.co.events.iter().any(|(_, event)| matches!(event, Event::Line { line, .. }
+            if matches!(&line.body, groundwave_protocol::telemetry::Body::State(state) if state.velocity_in_s > 0)))
+    };
+    for _ in 0..50 {
+        let now = pair.co.now();
+        pair.second.handle_drive(now, 6, 0);
+        for _ in 0..100 {
+            pair.step();
+        }
+    }
+    assert!(moves(&pair));
+}
+
+/// A STOP that was pressed while the connection was lost is sent on the next one; other commands are not repeated.
+#[test]
+fn stop_outlives_a_lost_connection_to_the_station() {
+    let mut pair = Pair::new();
+    let prowl = pair.request(Request::Mode(Mode::Prowl));
+    pair.second.handle_shared_lost(Moment::ZERO);
+    pair.second.handle_link(LinkEvent::Lost {
+        reason: "gone".to_owned(),
+    });
+    let stop = pair.request(Request::Stop);
+    let waits = pair.request(Request::Mode(Mode::Reactive));
+    pair.run_until(5, |pair| pair.fate(prowl).is_some());
+    assert_eq!(
+        pair.fate(prowl),
+        Some(CommandStatus::Failed(Failure::TimedOut))
+    );
+    assert_eq!((pair.fate(stop), pair.fate(waits)), (None, None));
+    let now = pair.co.now();
+    pair.second.handle_shared(now, true);
+    pair.run_until(20, |pair| pair.fate(waits).is_some());
+    assert_eq!(
+        (pair.fate(stop), pair.fate(waits)),
+        (Some(CONFIRMED), Some(CONFIRMED))
+    );
+    assert!(!pair.co.modes.contains(&Mode::Prowl));
+}
+
+/// The address in `shared on ADDRESS` on a screen.
+fn shared_address(text: &str) -> Option<String> {
+    let (_, address) = text.split_once("shared on ")?;
+    address.split_whitespace().next().map(str::to_owned)
+}
+
+/// A demo that shares its link, and a second dashboard of it: keys, steps and STOP.
+fn command_from_a_second_dashboard(share: &str, prefix: &str) {
+    let mut owner = OnTerminal::start(GROUNDWAVE, &["demo", "--share", share], 120, 40);
+    let mut address = None;
+    owner.wait_for("where it shares", |text| {
+        address = shared_address(text);
+        address.is_some()
+    });
+    let link = format!("{prefix}{}", address.unwrap());
+    let mut second = OnTerminal::start(GROUNDWAVE, &["watch", &link], 120, 40);
+    second.wait_for("lines", |text| {
+        text.contains("newest <1 s") && text.contains("STOP")
+    });
+    second.type_keys(":mode prowl\r");
+    second.wait_for("the confirmation", |text| {
+        text.contains("mode prowl: confirmed")
+    });
+    for screen in [&mut owner, &mut second] {
+        screen.wait_for("that it prowls", |text| text.contains("PROWL"));
+    }
+    second.type_keys(" ");
+    second.wait_for("the confirmation", |text| text.contains("stop: confirmed"));
+    owner.wait_for("that it stands", |text| {
+        text.lines().next().unwrap().contains("STOP")
+    });
+    let text = second.text();
+    assert!(
+        !text.contains("LINK LOST") && !text.contains("READ ONLY"),
+        "{text}"
+    );
+    // In the past of a live session too.
+    second.type_keys(":mode prowl\r");
+    owner.wait_for("that it prowls", |text| {
+        text.lines().next().unwrap().contains("PROWL")
+    });
+    second.type_keys(",");
+    second.wait_for("the past", |text| text.contains("PAST"));
+    second.type_keys(" ");
+    owner.wait_for("that it stands", |text| {
+        text.lines().next().unwrap().contains("STOP")
+    });
+    second.type_keys("q");
+    assert_eq!(second.wait(), 0);
+    owner.type_keys("q");
+    assert_eq!(owner.wait(), 0);
+}
+
+#[test]
+fn second_dashboard_commands_over_a_port() {
+    command_from_a_second_dashboard("0", "tcp:");
+}
+
+#[test]
+fn second_dashboard_commands_over_a_socket() {
+    let folder = scratch("second");
+    command_from_a_second_dashboard(&path_in(&folder, "s"), "unix:");
+}
+
+/// A share opened as a plain link: a client, or a clear word; never frames into it.
+#[test]
+fn a_share_is_recognized_by_every_verb() {
+    let folder = scratch("recognized");
+    let sim = Sim::start(&[]);
+    let (mut station, address) = station_on_a_port(&sim.path, &folder);
+    let run = |arguments: &[&str], token: Option<&str>| {
+        let mut program = program_in(&folder, arguments);
+        if let Some(token) = token {
+            program.env("GROUNDWAVE_TOKEN", token);
+        }
+        let output = program.output().unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        (output.status.code(), err)
+    };
+    let link = format!("tcp:{address}");
+    let sent = run(&["send", &link, "mode", "reactive"], None);
+    assert_eq!(sent, (Some(0), String::new()));
+    let sent = run(&["send", &link, "stop"], None);
+    assert_eq!(sent, (Some(0), String::new()));
+    let (code, err) = run(&["send", &link, "stop"], Some("wrong"));
+    assert_eq!(code, Some(4), "{err}");
+    assert!(err.contains("GROUNDWAVE_TOKEN"), "{err}");
+    let (code, err) = run(&["watch", &address, "--headless"], None);
+    assert_eq!(code, Some(2), "{err}");
+    assert!(err.contains(&format!("did you mean {link}?")), "{err}");
+    for watch in [&["watch", &link][..], &["watch", "--via", &address]] {
+        let mut second = program_in(&folder, watch);
+        second.arg("--headless");
+        let mut second = Telling::spawn(second);
+        let opened = second.wait_for("the link", |value| value["state"] == "open");
+        assert_eq!(opened["can_send"], true);
+        second.wait_for("a line", |value| value["event"] == "line");
+        assert!(second.said.iter().all(|value| value["state"] != "lost"));
+    }
+    station.wait_for_new("a line", |value| value["event"] == "line");
+    let robot = Sim::start(&["--listen", "127.0.0.1:0"]);
+    let (code, err) = run(&["watch", "--via", &robot.path, "--headless"], None);
+    assert_eq!(code, Some(4), "{err}");
+}
+
+#[test]
+fn second_dashboard_of_a_receive_only_station_is_read_only() {
+    let folder = scratch("read-only");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let _station = station(&sim.path, &socket, &["--no-uplink"]);
+    let link = format!("unix:{socket}");
+    for (columns, rows) in [(80, 24), (120, 40)] {
+        let mut second = OnTerminal::start(GROUNDWAVE, &["watch", &link], columns, rows);
+        second.wait_for("the banner", |text| {
+            let first = text.lines().next().unwrap_or_default();
+            first.contains("READ ONLY") && text.contains("q quit")
+        });
+        let text = second.text();
+        assert!(!text.contains("Space STOP"), "{text}");
+        second.type_keys(" ");
+        second.wait_for("why not", |text| text.contains("receive-only"));
+    }
+}
+
+/// The connection to the station breaks: a STOP pressed meanwhile reaches the robot afterwards.
+#[test]
+fn second_dashboard_returns_with_its_station() {
+    let folder = scratch("returns");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let first = station(&sim.path, &socket, &[]);
+    let link = format!("unix:{socket}");
+    let mut second = OnTerminal::start(GROUNDWAVE, &["watch", &link], 120, 40);
+    second.wait_for("lines", |text| text.contains("newest <1 s"));
+    drop(first);
+    second.wait_for("the loss", |text| text.contains("LINK LOST"));
+    second.type_keys(" ");
+    let mut again = station(&sim.path, &socket, &[]);
+    again.wait_for("STOP", |value| value["status"] == "confirmed");
+    second.wait_for("the confirmation", |text| text.contains("stop: confirmed"));
+}
