@@ -334,6 +334,37 @@ fn a_plain_terminal_gets_ascii_without_colors() {
     leave(watch);
 }
 
+/// `map = "pixels"`: the lines of the map are a picture behind its marks where the terminal names itself, and braille elsewhere.
+#[test]
+fn the_map_is_a_picture_for_terminals_that_show_pictures() {
+    let folder = scratch("pixels");
+    fs::create_dir(folder.join("groundwave")).unwrap();
+    let config = "[dashboard]\nmap = \"pixels\"\n";
+    fs::write(folder.join("groundwave/config.toml"), config).unwrap();
+    let home = format!("XDG_CONFIG_HOME={}", folder.display());
+    let has_braille = |text: &str| text.contains(|c: char| ('\u{2801}'..='\u{28FF}').contains(&c));
+    for (term, shows_pictures) in [("TERM=xterm-kitty", true), ("TERM=xterm-256color", false)] {
+        let arguments = [term, &home, "TERM_PROGRAM=", GROUNDWAVE, "demo"];
+        let mut demo = OnTerminal::start("env", &arguments, 80, 24);
+        demo.wait_for("the robot", |text| {
+            text.contains("walls: simulator's truth")
+        });
+        let text = demo.text();
+        assert_eq!(has_braille(&text), !shows_pictures, "{text}");
+        assert!(text.contains("── map") && text.contains('⌂'), "{text}");
+        // A window covers the picture, which comes back behind the map.
+        demo.type_keys("?");
+        demo.wait_for("the help", |text| {
+            text.contains("STOP (Ctrl-S while typing)")
+        });
+        demo.type_keys(ESC);
+        demo.wait_for("the map", |text| {
+            text.contains("── map") && has_braille(text) != shows_pictures
+        });
+        leave(demo);
+    }
+}
+
 const REDRAW: &str = "\x0c";
 
 /// A stalled ssh with more frames than a terminal can hold: shared links go on, STOP reaches the robot, the recording is

@@ -4,7 +4,8 @@
 use std::env;
 
 use super::config::{self, MapSigns, Theme};
-use crate::model::{Colors, Config, Marker};
+use crate::io::terminal;
+use crate::model::{Colors, Config, MapLines, Marker};
 
 /// The appearance by the configuration, else by `NO_COLOR`, `TERM`, `COLORFGBG` and the locale.
 pub(super) fn appearance(config: &config::Config) -> Config {
@@ -29,10 +30,16 @@ pub(super) fn appearance(config: &config::Config) -> Config {
             .ascii
             .unwrap_or_else(|| is_ascii(locale.as_deref())),
         marker: match dashboard.map {
-            None | Some(MapSigns::Auto) if draws_octants(set) => Marker::Octant,
-            None | Some(MapSigns::Auto | MapSigns::Braille) => Marker::Braille,
+            None | Some(MapSigns::Auto | MapSigns::Pixels) if draws_octants(set) => Marker::Octant,
+            None | Some(MapSigns::Auto | MapSigns::Braille | MapSigns::Pixels) => Marker::Braille,
             Some(MapSigns::Octant) => Marker::Octant,
             Some(MapSigns::Quadrant) => Marker::Quadrant,
+        },
+        lines: match dashboard.map {
+            Some(MapSigns::Pixels) if shows_pictures(set) && !terminal::is_slow_line() => {
+                MapLines::Pixels
+            }
+            _ => MapLines::Characters,
         },
         bell: dashboard.bell == Some(true),
         mouse: dashboard.mouse != Some(false),
@@ -71,6 +78,13 @@ fn draws_octants(set: impl Fn(&'static str) -> Option<String>) -> bool {
         Some("WezTerm") => set("TERM_PROGRAM_VERSION").is_some_and(|version| *version >= *"2025"),
         _ => false,
     }
+}
+
+/// Whether the terminal says that it knows the kitty graphics protocol. A multiplexer between hides its name.
+fn shows_pictures(set: impl Fn(&'static str) -> Option<String>) -> bool {
+    let is_kind = |name, kinds: &[&str]| set(name).is_some_and(|value| kinds.contains(&&*value));
+    is_kind("TERM", &["xterm-kitty", "xterm-ghostty"])
+        || is_kind("TERM_PROGRAM", &["ghostty", "WezTerm"])
 }
 
 /// Whether a locale lacks UTF-8. Systems other than Unix always have it.
@@ -127,6 +141,14 @@ mod tests {
         assert!(!known("WezTerm", "20240203-110809-5046fc22"));
         assert!(!known("tmux", "3.5a"));
         assert!(!draws_octants(|_| None));
+    }
+
+    #[test]
+    fn pictures_are_for_terminals_that_say_so() {
+        let term =
+            |term: &'static str| shows_pictures(|name| (name == "TERM").then(|| term.to_owned()));
+        assert!(term("xterm-kitty") && term("xterm-ghostty"));
+        assert!(!term("xterm-256color") && !term("tmux-256color"));
     }
 
     #[cfg(unix)]

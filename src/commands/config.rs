@@ -133,6 +133,8 @@ pub enum MapSigns {
     Braille,
     /// Full quarters of a cell.
     Quadrant,
+    /// The map in pixels where the terminal shows pictures, else as `Auto`.
+    Pixels,
 }
 
 /// `[recording]`

@@ -33,6 +33,10 @@ const PATIENCE: Duration = Duration::from_secs(1);
 #[cfg(unix)]
 const BELIEVED_BAUD_MAX: u32 = 4800;
 
+/// Slowest serial line for pictures, bit/s.
+#[cfg(unix)]
+const PICTURES_BAUD_MIN: u32 = 1_000_000;
+
 /// Bits of a byte on a serial line, with start and stop.
 #[cfg(unix)]
 const BITS_PER_BYTE: u32 = 10;
@@ -46,6 +50,9 @@ const SIZE_MAX: (u16, u16) = (1000, 500);
 pub fn is_there() -> bool {
     io::stdout().is_terminal()
 }
+
+/// What the drawing thread writes after a frame.
+pub type After = Box<dyn FnOnce() -> Vec<u8> + Send>;
 
 /// The terminal while the dashboard runs. Dropping it restores the terminal.
 pub struct Screen {
@@ -97,7 +104,7 @@ impl Screen {
     ///
     /// # Errors
     /// When the terminal is gone.
-    pub fn draw(&self, draw: impl FnOnce(&mut Buffer)) -> io::Result<()> {
+    pub fn draw(&self, draw: impl FnOnce(&mut Buffer) -> Option<After>) -> io::Result<()> {
         self.drawing.draw(self.size, draw)
     }
 
@@ -224,6 +231,27 @@ fn byte_time() -> Duration {
         baud @ 1..=BELIEVED_BAUD_MAX => Duration::from_secs(1) * BITS_PER_BYTE / baud,
         _ => Duration::ZERO,
     }
+}
+
+/// Whether standard output is a serial line too slow for pictures. A pseudo-terminal is none, whatever its speed says.
+#[cfg(unix)]
+#[must_use]
+pub fn is_slow_line() -> bool {
+    let name = rustix::termios::ttyname(io::stdout(), Vec::new());
+    let is_pseudo = name.is_ok_and(|name| {
+        let name = name.to_string_lossy();
+        // `/dev/ttys001` is a pseudo-terminal of macOS, `/dev/ttyS1` a serial line.
+        name.starts_with("/dev/pts/") || name.starts_with("/dev/ttys")
+    });
+    let settings = rustix::termios::tcgetattr(io::stdout());
+    !is_pseudo && settings.map_or(0, |settings| settings.output_speed()) < PICTURES_BAUD_MIN
+}
+
+/// Whether standard output is a serial line too slow for pictures.
+#[cfg(not(unix))]
+#[must_use]
+pub const fn is_slow_line() -> bool {
+    false
 }
 
 #[cfg(not(unix))]

@@ -14,6 +14,8 @@ pub struct Config {
     pub ascii: bool,
     /// The signs of maps and plots, unless only ASCII is drawn.
     pub marker: Marker,
+    /// What the lines of the map are drawn with.
+    pub lines: MapLines,
     /// How to see raw lines in another terminal, shown above the keys.
     pub raw_copy: Option<String>,
     /// The capture shown; `None` in a live session.
@@ -40,6 +42,16 @@ pub enum Marker {
     Octant,
     /// Full quarters of a cell.
     Quadrant,
+}
+
+/// What the lines of the map are drawn with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MapLines {
+    /// Characters: the markers, or ASCII.
+    #[default]
+    Characters,
+    /// A picture, by the kitty graphics protocol.
+    Pixels,
 }
 
 /// Colours of the screen.

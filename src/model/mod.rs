@@ -48,7 +48,7 @@ use std::sync::Arc;
 
 use crate::event::{Effect, Event, Moment};
 pub use alarms::Limits;
-pub use config::{Colors, Config, Marker};
+pub use config::{Colors, Config, MapLines, Marker};
 pub use facts::{Change, Facts};
 pub(crate) use panels::{Large, Panel, SIZE_MIN};
 pub(crate) use text_entry::{Caret, Purpose, TextEntry};

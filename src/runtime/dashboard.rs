@@ -17,7 +17,7 @@ use crate::event::{Effect, Event, Gesture, Level, Moment, Notice, NoticeCode, Re
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
-use crate::model::{Shown, Ui};
+use crate::model::{MapLines, Shown, Ui};
 use crate::route;
 use crate::view;
 
@@ -395,7 +395,14 @@ impl Running {
                 present: self.source.present(),
                 ui: &self.ui,
             };
-            self.screen.draw(|page| view::draw(shown, now, page))?;
+            let has_pixels = self.ui.config.lines == MapLines::Pixels;
+            self.screen.draw(|page| {
+                let picture = view::draw_with_picture(shown, now, page);
+                // Encoding takes longer than drawing, so the drawing thread does it.
+                has_pixels.then(|| -> terminal::After {
+                    Box::new(move || view::Picture::sequences(picture.as_ref()))
+                })
+            })?;
             self.pace.drew(host);
             self.drawn = Some(Drawn {
                 revision: self.ui.revision(),

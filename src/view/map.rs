@@ -6,15 +6,16 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
+use super::pixels::{FINE, Picture};
 use super::pointer::Mark;
 use super::projection::Projection;
 use super::raster::{Ink, Raster};
 use super::{Screen, fill, put, put_right, split_bottom, width_of};
-use crate::model::Large;
 use crate::model::chart::{Pose, ROBOT_RADIUS_IN};
 use crate::model::ghost::{Ghost, ghost};
 use crate::model::map::Focus;
 use crate::model::robot::STATE_STALE;
+use crate::model::{Large, MapLines};
 
 /// Lengths of the scale bar, inches and label.
 const BARS: [(f64, &str); 11] = [
@@ -52,9 +53,17 @@ impl Screen<'_> {
         let below = self.panel(buffer, area, &self.map_title(), Some(right));
         let (picture, legend) = split_bottom(below, 1);
         let projection = Projection::of(chart, map, picture);
-        let mut raster = Raster::new(picture);
-        self.lines(&projection, &mut raster);
-        raster.draw(buffer, picture, &self.theme);
+        if self.ui.config.lines == MapLines::Pixels && !self.is_covered() {
+            let fine = projection.finer(FINE);
+            let mut raster = Raster::new(fine.area());
+            self.lines(&fine, &mut raster);
+            let pixels = Picture::of(&raster, picture, &self.theme, self.ui.config.colors);
+            self.picture.replace(Some(pixels));
+        } else {
+            let mut raster = Raster::new(picture);
+            self.lines(&projection, &mut raster);
+            raster.draw(buffer, picture, &self.theme);
+        }
         if self.ui.enlarged == Some(Large::Map) {
             self.axes(&projection, buffer, picture);
         }
@@ -343,7 +352,7 @@ fn circle(
     radius_in: f64,
     ink: Ink,
 ) {
-    let dots = (radius_in / projection.scale_in() * 7.0).clamp(8.0, 200.0);
+    let dots = (radius_in / projection.scale_in() * 7.0).clamp(8.0, 800.0);
     for n in 0..dots as u32 {
         let (sin, cos) = (f64::from(n) / dots * std::f64::consts::TAU).sin_cos();
         let (x, y) = projection.dot((x_in + radius_in * sin, y_in + radius_in * cos));

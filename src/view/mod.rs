@@ -50,6 +50,7 @@ mod log;
 mod map;
 mod overlay;
 mod palette;
+mod pixels;
 mod plots;
 mod pointer;
 mod projection;
@@ -82,6 +83,7 @@ use layout::{HEIGHT_FULL, WIDTH_FULL};
 #[cfg(test)]
 use lines::CLIPPED;
 use lines::{columns, fill, put, put_right, width_of};
+pub use pixels::Picture;
 use pointer::Mark;
 pub use pointer::spot;
 pub(crate) use text::wrap;
@@ -89,8 +91,18 @@ use theme::Theme;
 
 /// Draws the whole dashboard on a blank buffer.
 pub fn draw<'a>(shown: impl Into<Shown<'a>>, now: Moment, page: &mut Buffer) {
+    draw_with_picture(shown, now, page);
+}
+
+/// Draws the whole dashboard on a blank buffer; returns the picture behind the map, if the configuration wants pixels.
+pub fn draw_with_picture<'a>(
+    shown: impl Into<Shown<'a>>,
+    now: Moment,
+    page: &mut Buffer,
+) -> Option<Picture> {
     let area = page.area;
-    Screen::of(shown.into(), now).draw_all(page, area);
+    let screen = Screen::of(shown.into(), now);
+    screen.draw_all(page, area);
     // Ratatui drops C0 and C1, and most of the others by their width.
     for cell in &mut page.content {
         if cell.symbol().len() > 1 && cell.symbol().contains(is_control) {
@@ -98,6 +110,7 @@ pub fn draw<'a>(shown: impl Into<Shown<'a>>, now: Moment, page: &mut Buffer) {
             cell.set_symbol(if symbol.is_empty() { " " } else { &symbol });
         }
     }
+    screen.picture.into_inner()
 }
 
 /// The model and the clock that panels draw from.
@@ -113,6 +126,8 @@ struct Screen<'a> {
     theme: Theme,
     /// The parts of the screen and the objects that they show.
     marks: RefCell<Vec<(Rect, Mark)>>,
+    /// The picture behind the map.
+    picture: RefCell<Option<Picture>>,
 }
 
 impl<'m> Screen<'m> {
@@ -125,6 +140,7 @@ impl<'m> Screen<'m> {
             present_at: now,
             theme: Theme::of(&shown.ui.config),
             marks: RefCell::default(),
+            picture: RefCell::default(),
         }
     }
 }

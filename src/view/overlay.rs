@@ -50,6 +50,18 @@ impl Screen<'_> {
         }
     }
 
+    /// Whether a window may cover the map.
+    pub(super) const fn is_covered(&self) -> bool {
+        matches!(
+            self.ui.overlay,
+            Overlay::Question(_)
+                | Overlay::Help
+                | Overlay::Palette(_)
+                | Overlay::Why
+                | Overlay::Runs(_)
+        )
+    }
+
     /// Draws the error of the typed text over the rows above if it is longer than one row.
     fn long_error(&self, buffer: &mut Buffer, area: Rect, entry: &TextEntry) {
         let width = usize::from(area.width);

@@ -34,6 +34,20 @@ impl Projection {
         projection
     }
 
+    /// The same view with more dots along each cell.
+    pub(super) fn finer(&self, times: u16) -> Self {
+        Self {
+            middle: self.middle,
+            scale_in: self.scale_in / f64::from(times),
+            area: Rect::new(0, 0, self.area.width * times, self.area.height * times),
+        }
+    }
+
+    /// The cells of the picture.
+    pub(super) const fn area(&self) -> Rect {
+        self.area
+    }
+
     /// A view of a whole rectangle of the floor, given by two corners.
     pub(super) fn over(low: (f64, f64), high: (f64, f64), area: Rect) -> Self {
         let (width_in, height_in) = (high.0 - low.0, high.1 - low.1);

@@ -27,6 +27,21 @@ pub(super) enum Ink {
     Robot,
 }
 
+/// Every ink, in the order of the list.
+pub(super) const INKS: [Ink; 11] = [
+    Ink::None,
+    Ink::Furniture,
+    Ink::Sonar,
+    Ink::Wall,
+    Ink::OldTrail,
+    Ink::Draft,
+    Ink::Route,
+    Ink::Trail,
+    Ink::Left,
+    Ink::Right,
+    Ink::Robot,
+];
+
 impl Ink {
     pub(super) fn style(self, theme: &Theme) -> Style {
         match self {
@@ -111,7 +126,9 @@ impl Raster {
         let steps = dx.abs().max(dy.abs()).ceil().max(1.0);
         for step in (0..=steps as usize).step_by(every.max(1)) {
             let part = step as f64 / steps;
-            self.dot(from.0 + dx * part, from.1 + dy * part, ink);
+            // Whole dots: 23.0 * (13.0 / 23.0) is a little less than 13.
+            let (x, y) = (from.0 + dx * part, from.1 + dy * part);
+            self.dot(x.round(), y.round(), ink);
         }
     }
 
@@ -167,6 +184,23 @@ impl Raster {
         (enters <= leaves).then(|| (at(enters), at(leaves)))
     }
 
+    /// The dots that are set, counted from the upper left; those of a path have four.
+    pub(super) fn lit(&self) -> impl Iterator<Item = (usize, usize, Ink)> {
+        let cells = self.cells.iter().enumerate();
+        let cells = cells.filter(|(_, (bits, _))| *bits != 0);
+        cells
+            .flat_map(move |(n, &(bits, ink))| {
+                let (left, top) = (n % self.columns * 2, n / self.columns * 4);
+                let dots = (0..8).filter(move |dot| bits >> dot & 1 == 1);
+                dots.flat_map(move |dot| {
+                    let (x, y) = (left + dot % 2, top + dot / 2);
+                    let more = usize::from(ink >= Ink::Draft);
+                    (x..=x + more).flat_map(move |x| (y..=y + more).map(move |y| (x, y, ink)))
+                })
+            })
+            .filter(|(x, _, _)| *x < 2 * self.columns)
+    }
+
     /// Draws the picture.
     pub(super) fn draw(&self, buffer: &mut Buffer, area: Rect, theme: &Theme) {
         let places = area.positions();
@@ -204,7 +238,7 @@ mod tests {
     fn a_line_from_far_outside_to_far_outside_is_seen_in_between() {
         let area = Rect::new(0, 0, 4, 2);
         let mut raster = Raster::new(area);
-        raster.line((-1e6, 3.5), (1e6, 3.5), 1, Ink::Wall);
+        raster.line((-1e6, 3.0), (1e6, 3.0), 1, Ink::Wall);
         let lit = |cells: &[(u8, Ink)]| cells.iter().map(|(bits, _)| *bits).collect::<Vec<_>>();
         assert_eq!(lit(&raster.cells), [0xC0, 0xC0, 0xC0, 0xC0, 0, 0, 0, 0]);
     }

@@ -11,6 +11,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
 
+use super::After;
+
 const BELL: &[u8] = b"\x07";
 
 /// Wait before a terminal that another program made non-blocking is tried again.
@@ -38,10 +40,16 @@ struct Shared {
     thread: OnceLock<ThreadId>,
 }
 
+/// A drawn page, and bytes for after it.
+struct Frame {
+    page: Buffer,
+    after: Option<After>,
+}
+
 #[derive(Default)]
 struct State {
     /// The newest frame that the thread has not taken.
-    frame: Option<Buffer>,
+    frame: Option<Frame>,
     /// A blank page to draw the next frame on.
     spare: Option<Buffer>,
     is_redraw: bool,
@@ -89,15 +97,19 @@ impl Drawing {
     ///
     /// # Errors
     /// When the terminal is gone.
-    pub(super) fn draw(&self, size: Rect, draw: impl FnOnce(&mut Buffer)) -> io::Result<()> {
+    pub(super) fn draw(
+        &self,
+        size: Rect,
+        draw: impl FnOnce(&mut Buffer) -> Option<After>,
+    ) -> io::Result<()> {
         let spare = self.0.lock().spare.take();
         let spare = spare.filter(|page| page.area == size);
         let mut page = spare.unwrap_or_else(|| Buffer::empty(size));
-        draw(&mut page);
+        let after = draw(&mut page);
         self.order(|state| {
-            if let Some(mut unseen) = state.frame.replace(page) {
-                unseen.reset();
-                state.spare = Some(unseen);
+            if let Some(mut unseen) = state.frame.replace(Frame { page, after }) {
+                unseen.page.reset();
+                state.spare = Some(unseen.page);
             }
         })
     }
@@ -148,7 +160,7 @@ impl Shared {
     }
 
     /// Waits for something to do; returns the newest frame, whether to write it whole and whether to ring. `None` at the end.
-    fn next(&self) -> Option<(Option<Buffer>, bool, bool)> {
+    fn next(&self) -> Option<(Option<Frame>, bool, bool)> {
         let is_idle = |state: &mut State| {
             state.stage == Stage::Drawing && state.frame.is_none() && !state.rings
         };
@@ -204,13 +216,16 @@ fn draw_frames(
         if rings {
             terminal.backend_mut().write_all(BELL)?;
         }
-        if let Some(mut page) = frame {
+        if let Some(Frame { mut page, after }) = frame {
             if is_redraw || page.area != terminal.get_frame().area() {
                 terminal.resize(page.area)?;
             }
             // The thread's blank page comes back for the next frame.
             terminal.draw(|frame| mem::swap(frame.buffer_mut(), &mut page))?;
             shared.lock().spare = Some(page);
+            if let Some(after) = after {
+                terminal.backend_mut().write_all(&after())?;
+            }
         }
         Write::flush(terminal.backend_mut())?;
     }
@@ -300,7 +315,10 @@ mod tests {
     }
 
     fn draw(drawing: &Drawing, text: &str) {
-        let written = drawing.draw(SIZE, |page| page.set_string(0, 0, text, Style::new()));
+        let written = drawing.draw(SIZE, |page| {
+            page.set_string(0, 0, text, Style::new());
+            None
+        });
         written.expect("a terminal");
     }
 
@@ -331,6 +349,24 @@ mod tests {
         drawing.end(PATIENCE);
         let last: String = asked.iter().collect();
         assert!(last.starts_with("<leave>"), "{last:?}");
+    }
+
+    #[test]
+    fn a_picture_follows_its_page() {
+        let (drawing, asked, permit) = gated(Duration::ZERO);
+        for _ in 0..9 {
+            permit.send(()).expect("the thread");
+        }
+        let written = drawing.draw(SIZE, |page| {
+            page.set_string(0, 0, "page", Style::new());
+            Some(Box::new(|| b"<picture>".to_vec()))
+        });
+        written.expect("a terminal");
+        let mut all = String::new();
+        while !all.ends_with("<picture>") {
+            all += &next(&asked);
+        }
+        assert!(all.contains("page"), "{all:?}");
     }
 
     #[test]
