@@ -14,6 +14,7 @@ mod disks;
 mod documents;
 mod edges;
 mod endurance;
+mod examples;
 mod failsafe;
 mod failures;
 mod fuzz;
