@@ -91,7 +91,7 @@ impl Listener {
                 Self::Unix { listener, path } => {
                     if let Ok((stream, _)) = listener.accept().await {
                         let pid = stream.peer_cred().ok().and_then(|who| who.pid());
-                        let who = pid.map_or("somebody".to_owned(), |pid| format!("pid {pid}"));
+                        let who = pid.map_or("a program".to_owned(), |pid| format!("pid {pid}"));
                         return (Box::new(stream), format!("{who} via {path}"));
                     }
                 }

@@ -243,3 +243,36 @@ fn a_reader_that_is_cut_off_is_logged() {
         ["127.0.0.1:9 stopped reading and was cut off, 65536 bytes unread"]
     );
 }
+
+#[test]
+fn a_client_cancels_its_own_commands_and_drives_after_its_hello() {
+    let mut table = Table::new();
+    table.hear(ANNE, HELLO);
+    table.hear(BEN, b"{\"drive\":[6,0]}");
+    let outputs = table.outputs();
+    assert!(
+        outputs.iter().any(|output| output == "2 closed"),
+        "{outputs:?}"
+    );
+    assert!(
+        !outputs.iter().any(|output| output.starts_with("drive")),
+        "{outputs:?}"
+    );
+    table.broker.handle_connected(BEN, "127.0.0.1:9".to_owned());
+    table.hear(BEN, HELLO);
+    table
+        .hear(ANNE, br#"{"id":4,"do":"scan"}"#)
+        .expect("a command");
+    table
+        .hear(BEN, br#"{"id":5,"do":"scan"}"#)
+        .expect("a command");
+    table.outputs();
+    table.hear(BEN, b"{\"cancel\":4}");
+    assert!(table.outputs().is_empty(), "the command is Anne's");
+    table.hear(BEN, b"{\"cancel\":5}");
+    table.hear(BEN, b"{\"drive\":[6,-3]}");
+    assert_eq!(
+        table.outputs(),
+        ["command 2 given up: cancelled", "drive 6 -3"]
+    );
+}
