@@ -50,6 +50,8 @@ pub struct Info {
     pub lines: LineCounts,
     /// Lines sent, by their sequence, that did not arrive intact.
     pub lines_lost: u64,
+    /// Places between two intact lines where lines were lost or the link was interrupted.
+    pub gaps: u64,
     /// `lines_lost` in per cent of the lines sent.
     pub loss_pct: f64,
     /// Damaged lines by reason.

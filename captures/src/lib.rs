@@ -18,6 +18,7 @@ pub mod decode;
 mod error;
 pub mod event;
 pub mod files;
+mod gaps;
 pub mod hint;
 pub mod index;
 pub mod info;

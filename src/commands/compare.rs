@@ -5,24 +5,30 @@ use std::path::Path;
 
 use super::cli::Compare;
 use super::output::write_file;
-use super::runs::read_run;
+use super::runs::read_run_with_track;
 use super::{Fault, out, say_fault};
+use crate::capture::picture::{self, Picture};
 use crate::capture::runs::comparison::{Apart, Figures};
-use crate::capture::runs::overlay::overlay;
 use crate::capture::runs::sketch::sketch;
 use crate::capture::runs::{Comparison, Course};
+use crate::capture::track::Track;
 
 /// Columns and rows of the sketch.
 const SKETCH: (usize, usize) = (78, 30);
 
 pub(super) fn run(options: &Compare) -> Result<(), Fault> {
-    let (first, a, first_problem) = read(&options.first)?;
-    let (second, b, second_problem) = read(&options.second)?;
-    let names = [&first, &second].map(|run| run.name.clone().unwrap_or(run.capture.clone()));
+    let (first, a, first_track, first_problem) = read(&options.first)?;
+    let (second, b, second_track, second_problem) = read(&options.second)?;
     if let Some(path) = &options.svg {
-        let drawing = overlay([&a, &b], [&names[0], &names[1]]);
-        let inputs = [options.first.as_path(), &options.second];
-        write_file(path, &drawing, options.force, &inputs)?;
+        let (first_track, second_track) = (first_track.since_reset(), second_track.since_reset());
+        let runs = [
+            drawn(&first, &options.first, &first_track),
+            drawn(&second, &options.second, &second_track),
+        ];
+        if let Some(picture) = Picture::of_pair([&runs[0], &runs[1]]) {
+            let inputs = [options.first.as_path(), &options.second];
+            write_file(path, &picture.svg(), options.force, &inputs)?;
+        }
     }
     let comparison = Comparison {
         runs: [first, second],
@@ -40,14 +46,23 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
     }
 }
 
-/// Reads a run, and the fault if it is incomplete.
-fn read(path: &Path) -> Result<(Figures, Course, Option<Fault>), Fault> {
-    let run = read_run(path)?;
+fn drawn<'a>(figures: &Figures, path: &Path, track: &'a Track) -> picture::Run<'a> {
+    let file = path.file_stem().unwrap_or_default().display().to_string();
+    picture::Run {
+        name: figures.name.clone().unwrap_or(file),
+        track,
+        closing_error_in: figures.closing_error_in,
+    }
+}
+
+/// Reads a run, its track, and the fault if it is incomplete.
+fn read(path: &Path) -> Result<(Figures, Course, Track, Option<Fault>), Fault> {
+    let (run, track) = read_run_with_track(path)?;
     let problem = run.problem.map(Fault::from);
     if run.course.points().is_empty() {
         return Err(problem.unwrap_or_else(|| Fault::no_lines(path, run.counters.bytes)));
     }
-    Ok((run.figures, run.course, problem))
+    Ok((run.figures, run.course, track, problem))
 }
 
 fn show(comparison: &Comparison, courses: [&Course; 2], json: bool) -> io::Result<()> {

@@ -118,7 +118,7 @@ fn picture(
     let mut capture = input::open_capture(path, progress)?;
     let (track, problem) = Track::read(&mut capture);
     let name = path.file_stem().unwrap_or_default().display().to_string();
-    let picture = Picture::new(&name, &track, problem.as_ref());
+    let picture = Picture::of_track(&name, &track, problem.as_ref());
     let problem = problem.map(Fault::from);
     let Some(picture) = picture else {
         return Err(problem.unwrap_or_else(|| {

@@ -7,6 +7,7 @@ use super::cli::Runs;
 use super::{Exit, Fault, out, say, say_fault};
 use crate::capture::CaptureError;
 use crate::capture::runs::folder::{self, Run, RunError};
+use crate::capture::track::Track;
 use crate::figures::{Figures, HEADING};
 use crate::hint;
 
@@ -69,10 +70,19 @@ fn note(fault: &mut Option<Fault>, found: Option<Fault>) {
 
 /// Reads a run.
 pub(super) fn read_run(path: &Path) -> Result<Run, Fault> {
-    Run::read(path).map_err(|error| match error {
+    Run::read(path).map_err(fault)
+}
+
+/// Reads a run and its track.
+pub(super) fn read_run_with_track(path: &Path) -> Result<(Run, Track), Fault> {
+    Run::read_with_track(path).map_err(fault)
+}
+
+fn fault(error: RunError) -> Fault {
+    match error {
         RunError::Label(error) => Fault::new(Exit::Usage, error),
         RunError::Capture(error) => Fault::from(error),
-    })
+    }
 }
 
 /// The file itself, or the captures in a folder, by name.

@@ -9,9 +9,10 @@ use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line};
 
 use super::{HolderShare, Info, LineCounts, Robot, Sent};
 use crate::bumps::Bumps;
+use crate::gaps::Gaps;
 use crate::odometer::Odometer;
 use crate::source::Chunk;
-use crate::statistics::{Gaps, Rejected, per_cent, share_pct};
+use crate::statistics::{self, Rejected, per_cent, share_pct};
 use crate::words::layer_word;
 use crate::{Capture, CaptureError};
 
@@ -43,6 +44,7 @@ pub(super) struct Survey {
     /// Bytes at time zero.
     first_bytes: u64,
     gaps: Gaps,
+    noise: statistics::Gaps,
 }
 
 impl Survey {
@@ -56,6 +58,7 @@ impl Survey {
             if chunk.is_interrupted {
                 decoder.interrupt();
                 self.gaps.interrupt();
+                self.noise.interrupt();
             }
             if at.is_zero() {
                 self.first_bytes += bytes.len() as u64;
@@ -66,6 +69,7 @@ impl Survey {
             };
             while let Some(received) = decoder.next_line(&mut bytes) {
                 self.gaps.take_line(decoder.counters());
+                self.noise.take_line(decoder.counters());
                 self.odometer.take(at, &received);
                 self.take(&received);
             }
@@ -166,9 +170,10 @@ impl Survey {
             missing_bytes: capture.missing_bytes(),
             lines: self.lines,
             lines_lost: seen.lines_lost,
+            gaps: self.gaps.count(),
             loss_pct: per_cent(seen.lines_lost, lines + seen.lines_lost),
             rejected: Rejected::of(seen),
-            resync: self.gaps.resync(),
+            resync: self.noise.resync(),
             airtime_down_pct,
             sent: capture.uplink().map(|uplink| Sent {
                 bytes: uplink.bytes(),

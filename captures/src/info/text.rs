@@ -69,8 +69,8 @@ impl Info {
         )?;
         writeln!(
             output,
-            "loss       {} lines, {:.1} %",
-            self.lines_lost, self.loss_pct
+            "loss       {} lines, {:.1} %, {} gaps",
+            self.lines_lost, self.loss_pct, self.gaps
         )?;
         let Rejected { crc, shape, field } = self.rejected;
         writeln!(

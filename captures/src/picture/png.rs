@@ -1,133 +1,156 @@
 //! Pictures as PNG.
 
-use embedded_graphics::Pixel;
-use embedded_graphics::draw_target::DrawTarget;
-use embedded_graphics::geometry::{OriginDimensions, Point, Size};
-use embedded_graphics::mono_font::{MonoTextStyle, iso_8859_1};
-use embedded_graphics::pixelcolor::BinaryColor;
-use embedded_graphics::text::Text;
-use embedded_graphics::{Drawable as _, mono_font::MonoFont};
 use tiny_skia::{
-    Color, FillRule, LineCap, LineJoin, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Stroke,
-    StrokeDash, Transform,
+    Color, FillRule, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform,
 };
 
-use super::{Place, Shape};
+use super::Picture;
+use super::font::{Font, Piece};
+use super::shape::{self, Anchor, Shape, Spot, Text};
 
-const LARGE: &MonoFont<'_> = &iso_8859_1::FONT_10X20;
-const SMALL: &MonoFont<'_> = &iso_8859_1::FONT_9X15;
+/// Pixels of the file for each of the picture, so that it is sharp in print.
+const SCALE: f32 = 2.0;
 
-pub(super) fn draw(shapes: &[Shape], (width, height): (f32, f32)) -> Result<Vec<u8>, String> {
-    let mut pixmap = Pixmap::new(width as u32, height as u32)
+pub(super) fn draw(picture: &Picture, font: &Font) -> Result<Vec<u8>, String> {
+    let (width, height) = picture.size;
+    let mut pixmap = Pixmap::new((width * SCALE) as u32, (height * SCALE) as u32)
         .ok_or_else(|| "not enough memory for the picture".to_owned())?;
     pixmap.fill(Color::WHITE);
-    for shape in shapes {
-        draw_shape(&mut pixmap, shape);
+    for shape in picture.layers.iter().flat_map(|layer| &layer.shapes) {
+        draw_shape(&mut pixmap, font, shape);
     }
     pixmap
         .encode_png()
         .map_err(|error| format!("the picture cannot be encoded: {error}"))
 }
 
-fn draw_shape(pixmap: &mut Pixmap, shape: &Shape) {
+fn draw_shape(pixmap: &mut Pixmap, font: &Font, shape: &Shape) {
     match shape {
         Shape::Line {
-            places,
+            spots,
             width,
             color,
-            dashed,
+            is_dashed,
         } => {
-            let stroke = Stroke {
-                width: *width,
-                line_cap: LineCap::Round,
-                line_join: LineJoin::Round,
-                dash: dashed
-                    .then(|| StrokeDash::new(vec![4.0, 5.0], 0.0))
-                    .flatten(),
-                ..Stroke::default()
-            };
-            if let Some(path) = path(places, false) {
-                pixmap.stroke_path(&path, &paint(*color), &stroke, Transform::identity(), None);
+            let dash = is_dashed
+                .then(|| StrokeDash::new(vec![4.0, 5.0], 0.0))
+                .flatten();
+            if let Some(path) = path(spots, false) {
+                stroke(pixmap, &path, *width, *color, dash);
             }
         }
-        Shape::Filled { places, color } => {
-            if let Some(path) = path(places, true) {
-                let rule = FillRule::Winding;
-                pixmap.fill_path(&path, &paint(*color), rule, Transform::identity(), None);
+        Shape::Filled { spots, color } => {
+            if let Some(path) = path(spots, true) {
+                fill(pixmap, &path, *color, scaled());
             }
         }
-        Shape::Ring {
-            center: (x, y),
+        Shape::Circles {
+            centers,
             radius,
             width,
             color,
         } => {
-            let stroke = Stroke {
-                width: *width,
-                ..Stroke::default()
-            };
-            if let Some(path) = PathBuilder::from_circle(*x, *y, *radius) {
-                pixmap.stroke_path(&path, &paint(*color), &stroke, Transform::identity(), None);
+            let mut path = PathBuilder::new();
+            for &(x, y) in centers {
+                path.push_circle(x, y, *radius);
+            }
+            if let Some(path) = path.finish() {
+                if *width > 0.0 {
+                    stroke(pixmap, &path, *width, *color, None);
+                } else {
+                    fill(pixmap, &path, *color, scaled());
+                }
             }
         }
-        Shape::Words { at, words, large } => {
-            let style = MonoTextStyle::new(if *large { LARGE } else { SMALL }, BinaryColor::On);
-            let at = Point::new(at.0 as i32, at.1 as i32);
-            // Pixels outside the picture are skipped; drawing cannot fail.
-            let _ = Text::new(words, at, style).draw(&mut Ink(pixmap));
-        }
+        Shape::Text(text) => draw_text(pixmap, font, text),
     }
 }
 
-fn path(places: &[Place], closed: bool) -> Option<tiny_skia::Path> {
-    let (&(x, y), rest) = places.split_first()?;
+fn draw_text(pixmap: &mut Pixmap, font: &Font, text: &Text) {
+    let start = match text.anchor {
+        Anchor::Start => 0.0,
+        Anchor::Middle => -font.width(&text.words, font.units()) / 2.0,
+        Anchor::End => -font.width(&text.words, font.units()),
+    };
+    let mut path = PathBuilder::new();
+    for (glyph, at) in font.glyphs(&text.words) {
+        let right = start + at;
+        for piece in font.outline(glyph) {
+            match piece {
+                Piece::Move(x, y) => path.move_to(x + right, y),
+                Piece::Line(x, y) => path.line_to(x + right, y),
+                Piece::Quadratic(x1, y1, x, y) => path.quad_to(x1 + right, y1, x + right, y),
+                Piece::Cubic(x1, y1, x2, y2, x, y) => {
+                    path.cubic_to(x1 + right, y1, x2 + right, y2, x + right, y);
+                }
+                Piece::Close => path.close(),
+            }
+        }
+    }
+    let Some(path) = path.finish() else {
+        return;
+    };
+    let scale = text.size / font.units();
+    let turn = if text.is_upward { -90.0 } else { 0.0 };
+    let (x, y) = text.at;
+    let place = scaled()
+        .pre_translate(x, y)
+        .pre_rotate(turn)
+        .pre_scale(scale, -scale);
+    fill(pixmap, &path, text.color, place);
+    if text.is_bold {
+        let stroke = Stroke {
+            width: font.units() * super::BOLD,
+            line_join: LineJoin::Round,
+            ..Stroke::default()
+        };
+        pixmap.stroke_path(&path, &paint(text.color), &stroke, place, None);
+    }
+}
+
+fn scaled() -> Transform {
+    Transform::from_scale(SCALE, SCALE)
+}
+
+fn fill(pixmap: &mut Pixmap, path: &tiny_skia::Path, color: shape::Color, place: Transform) {
+    pixmap.fill_path(path, &paint(color), FillRule::Winding, place, None);
+}
+
+fn stroke(
+    pixmap: &mut Pixmap,
+    path: &tiny_skia::Path,
+    width: f32,
+    color: shape::Color,
+    dash: Option<StrokeDash>,
+) {
+    let stroke = Stroke {
+        width,
+        line_cap: LineCap::Round,
+        line_join: LineJoin::Round,
+        dash,
+        ..Stroke::default()
+    };
+    pixmap.stroke_path(path, &paint(color), &stroke, scaled(), None);
+}
+
+fn path(spots: &[Spot], is_closed: bool) -> Option<tiny_skia::Path> {
+    let (&(x, y), rest) = spots.split_first()?;
     let mut path = PathBuilder::new();
     path.move_to(x, y);
     for &(x, y) in rest {
         path.line_to(x, y);
     }
-    if closed {
+    if is_closed {
         path.close();
     }
     path.finish()
 }
 
-fn paint([red, green, blue]: super::Color) -> Paint<'static> {
-    let mut paint = Paint::default();
+fn paint([red, green, blue]: shape::Color) -> Paint<'static> {
+    let mut paint = Paint {
+        anti_alias: true,
+        ..Paint::default()
+    };
     paint.set_color_rgba8(red, green, blue, 0xff);
     paint
-}
-
-/// Draws the black pixels of letters.
-struct Ink<'a>(&'a mut Pixmap);
-
-impl OriginDimensions for Ink<'_> {
-    fn size(&self) -> Size {
-        Size::new(self.0.width(), self.0.height())
-    }
-}
-
-impl DrawTarget for Ink<'_> {
-    type Color = BinaryColor;
-    type Error = std::convert::Infallible;
-
-    fn draw_iter<I: IntoIterator<Item = Pixel<BinaryColor>>>(
-        &mut self,
-        pixels: I,
-    ) -> Result<(), Self::Error> {
-        let (width, height) = (self.0.width(), self.0.height());
-        let Some(black) = PremultipliedColorU8::from_rgba(0, 0, 0, 0xff) else {
-            return Ok(());
-        };
-        for Pixel(Point { x, y }, color) in pixels {
-            if let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y))
-                && x < width
-                && y < height
-                && color.is_on()
-            {
-                self.0.pixels_mut()[(y * width + x) as usize] = black;
-            }
-        }
-        Ok(())
-    }
 }

@@ -1,74 +1,162 @@
 //! Pictures as SVG.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::{Color, Place, Shape};
+use super::Picture;
+use super::font::{Font, Piece};
+use super::shape::{Anchor, Color, Layer, Shape, Spot, Text};
 
-/// Font sizes, pixels.
-const LARGE: u8 = 22;
-const SMALL: u8 = 16;
-
-/// The shapes as an SVG document. Writing to a string cannot fail.
-pub(super) fn draw(shapes: &[Shape], (width, height): (f32, f32)) -> String {
+/// The picture as an SVG document. Letters are outlines, each defined once, so that it looks the same everywhere.
+pub(super) fn draw(picture: &Picture, font: &Font) -> String {
+    let (width, height) = picture.size;
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
-         font-family=\"sans-serif\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+         stroke-linejoin=\"round\" stroke-linecap=\"round\">\n\
+         <title>{}</title>\n",
+        escaped(&picture.title)
     );
-    for shape in shapes {
-        let _ = match shape {
-            Shape::Line {
-                places,
-                width,
-                color,
-                dashed,
-            } => writeln!(
-                svg,
-                "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\"{}/>",
-                points(places),
-                hex(*color),
-                if *dashed {
-                    " stroke-dasharray=\"4 5\""
-                } else {
-                    ""
-                }
-            ),
-            Shape::Filled { places, color } => writeln!(
-                svg,
-                "<polygon points=\"{}\" fill=\"{}\"/>",
-                points(places),
-                hex(*color)
-            ),
-            Shape::Ring {
-                center: (x, y),
-                radius,
-                width,
-                color,
-            } => writeln!(
-                svg,
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"none\" stroke=\"{}\" \
-                 stroke-width=\"{width}\"/>",
-                hex(*color)
-            ),
-            Shape::Words {
-                at: (x, y),
-                words,
-                large,
-            } => writeln!(
-                svg,
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{}\">{}</text>",
-                if *large { LARGE } else { SMALL },
-                escaped(words)
-            ),
-        };
+    define(&mut svg, font, &picture.layers);
+    svg.push_str("<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n");
+    for layer in &picture.layers {
+        // Writing to a string cannot fail.
+        let _ = writeln!(svg, "<g id=\"{}\">", layer.name);
+        for shape in &layer.shapes {
+            draw_shape(&mut svg, font, shape);
+        }
+        svg.push_str("</g>\n");
     }
     svg.push_str("</svg>\n");
     svg
 }
 
-fn points(places: &[Place]) -> String {
-    let place = |(x, y): &Place| format!("{x:.1},{y:.1}");
-    places.iter().map(place).collect::<Vec<_>>().join(" ")
+/// Defines the outlines of the letters.
+fn define(svg: &mut String, font: &Font, layers: &[Layer]) {
+    let shapes = layers.iter().flat_map(|layer| &layer.shapes);
+    let glyphs: BTreeSet<u16> = shapes
+        .filter_map(|shape| match shape {
+            Shape::Text(text) => Some(font.glyphs(&text.words)),
+            _ => None,
+        })
+        .flatten()
+        .map(|(glyph, _)| glyph)
+        .collect();
+    svg.push_str("<defs>\n");
+    for glyph in glyphs {
+        let mut path = String::new();
+        for piece in font.outline(glyph) {
+            let _ = match piece {
+                Piece::Move(x, y) => write!(path, "M{x} {y}"),
+                Piece::Line(x, y) => write!(path, "L{x} {y}"),
+                Piece::Quadratic(x1, y1, x, y) => write!(path, "Q{x1} {y1} {x} {y}"),
+                Piece::Cubic(x1, y1, x2, y2, x, y) => {
+                    write!(path, "C{x1} {y1} {x2} {y2} {x} {y}")
+                }
+                Piece::Close => write!(path, "Z"),
+            };
+        }
+        if !path.is_empty() {
+            let _ = writeln!(svg, "<path id=\"g{glyph}\" d=\"{path}\"/>");
+        }
+    }
+    svg.push_str("</defs>\n");
+}
+
+fn draw_shape(svg: &mut String, font: &Font, shape: &Shape) {
+    let _ = match shape {
+        Shape::Line {
+            spots,
+            width,
+            color,
+            is_dashed,
+        } => writeln!(
+            svg,
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\"{}/>",
+            points(spots),
+            hex(*color),
+            if *is_dashed {
+                " stroke-dasharray=\"4 5\""
+            } else {
+                ""
+            }
+        ),
+        Shape::Filled { spots, color } => writeln!(
+            svg,
+            "<polygon points=\"{}\" fill=\"{}\"/>",
+            points(spots),
+            hex(*color)
+        ),
+        Shape::Circles {
+            centers,
+            radius,
+            width,
+            color,
+        } => draw_circles(svg, centers, *radius, *width, *color),
+        Shape::Text(text) => draw_text(svg, font, text),
+    };
+}
+
+fn draw_circles(
+    svg: &mut String,
+    centers: &[Spot],
+    radius: f32,
+    width: f32,
+    color: Color,
+) -> std::fmt::Result {
+    let color = hex(color);
+    if let ([(x, y)], true) = (centers, width > 0.0) {
+        return writeln!(
+            svg,
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\"/>"
+        );
+    }
+    // Many dots are one path of points with round caps.
+    let mut dots = String::new();
+    for (x, y) in centers {
+        write!(dots, "M{x:.1} {y:.1}h0")?;
+    }
+    writeln!(
+        svg,
+        "<path d=\"{dots}\" stroke=\"{color}\" stroke-width=\"{}\"/>",
+        2.0 * radius
+    )
+}
+
+fn draw_text(svg: &mut String, font: &Font, text: &Text) -> std::fmt::Result {
+    let scale = text.size / font.units();
+    let (x, y) = text.at;
+    let turn = if text.is_upward { " rotate(-90)" } else { "" };
+    let bold = if text.is_bold {
+        format!(
+            " stroke=\"{}\" stroke-width=\"{:.0}\"",
+            hex(text.color),
+            font.units() * super::BOLD
+        )
+    } else {
+        String::new()
+    };
+    write!(
+        svg,
+        "<g transform=\"translate({x:.1} {y:.1}){turn} scale({scale:.5} -{scale:.5})\" fill=\"{}\"{bold} role=\"img\" aria-label=\"{}\">",
+        hex(text.color),
+        escaped(&text.words)
+    )?;
+    let start = match text.anchor {
+        Anchor::Start => 0.0,
+        Anchor::Middle => -font.width(&text.words, font.units()) / 2.0,
+        Anchor::End => -font.width(&text.words, font.units()),
+    };
+    for ((glyph, at), letter) in font.glyphs(&text.words).into_iter().zip(text.words.chars()) {
+        if !letter.is_whitespace() {
+            write!(svg, "<use href=\"#g{glyph}\" x=\"{:.0}\"/>", start + at)?;
+        }
+    }
+    writeln!(svg, "</g>")
+}
+
+fn points(spots: &[Spot]) -> String {
+    let spot = |(x, y): &Spot| format!("{x:.1},{y:.1}");
+    spots.iter().map(spot).collect::<Vec<_>>().join(" ")
 }
 
 fn hex([red, green, blue]: Color) -> String {
@@ -76,16 +164,17 @@ fn hex([red, green, blue]: Color) -> String {
 }
 
 /// Text escaped for XML.
-pub(in super::super) fn escaped(words: &str) -> String {
-    let mut text = String::with_capacity(words.len());
-    for c in words.chars() {
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
         match c {
-            '&' => text.push_str("&amp;"),
-            '<' => text.push_str("&lt;"),
-            '>' => text.push_str("&gt;"),
-            c if c.is_control() => text.push('\u{fffd}'),
-            c => text.push(c),
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            c if c.is_control() => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
         }
     }
-    text
+    escaped
 }

@@ -118,18 +118,6 @@ impl Course {
         &self.points
     }
 
-    /// First place of the path.
-    #[must_use]
-    pub fn start(&self) -> Option<Place> {
-        self.ends.map(|(first, _)| first)
-    }
-
-    /// Last place.
-    #[must_use]
-    pub fn end(&self) -> Option<Place> {
-        self.ends.map(|(_, last)| last)
-    }
-
     /// Distance from the end of the path to its beginning, inches: the error of a closed round.
     #[must_use]
     pub fn closing_error_in(&self) -> Option<f64> {

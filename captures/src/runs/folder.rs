@@ -9,6 +9,7 @@ use groundwave_protocol::decoder::{Counters, Decoder};
 use super::label::LabelError;
 use super::{Course, Label};
 use crate::runs::figures::Figures;
+use crate::track::Track;
 use crate::{Capture, CaptureError};
 
 /// Bytes of a file that are searched for a line of a robot.
@@ -54,6 +55,26 @@ impl Run {
             counters,
             problem,
         })
+    }
+
+    /// As [`Self::read`], with the track for a picture.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_with_track(path: &Path) -> Result<(Self, Track), RunError> {
+        let label = Label::of(path)?;
+        let mut capture = Capture::open(path)?;
+        let mut course = Course::default();
+        let (track, counters, problem) =
+            Track::read_with(&mut capture, |at, received| course.take(at, received));
+        let name = path.display().to_string();
+        let run = Self {
+            figures: Figures::of(name, label, &course, track.duration, &counters),
+            course,
+            counters,
+            problem,
+        };
+        Ok((run, track))
     }
 }
 

@@ -8,7 +8,6 @@ pub mod course;
 pub mod figures;
 pub mod folder;
 pub mod label;
-pub mod overlay;
 pub mod sketch;
 
 pub use comparison::Comparison;

@@ -1,0 +1,295 @@
+//! Reads a track from the lines of a capture.
+
+use std::collections::HashSet;
+use std::time::Duration;
+
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Infrared, Mode};
+use groundwave_protocol::telemetry::{Body, StateLine};
+
+use super::route::Routes;
+use super::thin::{interval, merge_gaps, reduce};
+use super::{Event, Holder, Place, Point, Track};
+use crate::bumps::Bumps;
+use crate::gaps::Gaps;
+use crate::odometer::{Odometer, Step};
+use crate::pieces::Piece;
+use crate::{Capture, CaptureError, Session};
+
+/// Maximum points; a longer track is thinned out to half of them.
+const POINTS_MAX: usize = 20_000;
+
+/// Maximum places kept of each kind of event, the first ones; all events are counted.
+const EVENTS_MAX: usize = 2_000;
+
+/// Maximum detections kept of each sensor, and the cell that has one of them, inches.
+const DETECTIONS_MAX: usize = 20_000;
+const CELL_IN: f32 = 2.0;
+
+/// Minimum distance of two points, inches; shorter steps are joined.
+const STEP_IN: f32 = 0.4;
+
+/// Least tolerance of a track that is thinned out, inches.
+const TOLERANCE_IN: f32 = 0.05;
+
+/// Radius of the robot, inches.
+const RADIUS_IN: f32 = 5.5;
+
+/// Angle of each sonar, and of each infrared detector, from straight ahead, degrees.
+const SONAR_DEG: f32 = 7.5;
+const INFRARED_DEG: f32 = 45.0;
+
+/// Place of each sonar: its distances ahead and to its side, inches.
+const SONAR_IN: (f32, f32) = (5.0, 1.5);
+
+/// Greatest range of an echo that is shown, inches: far ones come from several reflections.
+const ECHO_MAX_IN: u16 = 120;
+
+#[derive(Default)]
+pub(super) struct Fold {
+    pub(super) track: Track,
+    odometer: Odometer,
+    last: Option<Point>,
+    /// Whether the last point has been kept.
+    is_kept: bool,
+    gaps: Gaps,
+    counters: Counters,
+    has_restarted: bool,
+    active: [bool; 2],
+    bumps: Bumps,
+    mode: Option<Mode>,
+    routes: Routes,
+    cells: [HashSet<(i32, i32)>; 2],
+}
+
+impl Fold {
+    pub(super) fn take_all(
+        &mut self,
+        capture: &mut Capture,
+        decoder: &mut Decoder,
+        take: &mut impl FnMut(Duration, &Received),
+    ) -> Result<(), CaptureError> {
+        while let Some((at, piece)) = capture.next_piece()? {
+            match piece {
+                Piece::Received(mut bytes) => {
+                    if !bytes.is_empty() {
+                        self.track.duration = at;
+                    }
+                    while let Some(received) = decoder.next_line(&mut bytes) {
+                        self.take(at, &received, decoder.counters());
+                        take(at, &received);
+                    }
+                }
+                Piece::Event(event) => {
+                    if event.is_loss_of_link() {
+                        self.interrupt(decoder);
+                    }
+                    self.routes.take_event(&event);
+                }
+                Piece::Missing(_) | Piece::Damaged(_) => self.interrupt(decoder),
+                Piece::Sent(_) | Piece::Repeated(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) const fn interrupt(&mut self, decoder: &mut Decoder) {
+        decoder.interrupt();
+        self.gaps.interrupt();
+    }
+
+    /// Takes a line, with the decoder's counts after it.
+    pub(super) fn take(&mut self, at: Duration, received: &Received, counters: &Counters) {
+        if let Some(line) = self.gaps.take_line(counters) {
+            self.add_gap(line);
+        }
+        if counters.restarts > self.counters.restarts {
+            self.has_restarted = true;
+            self.happen(Event::Restart, self.place());
+        }
+        self.counters = *counters;
+        let step = self.odometer.take(at, received);
+        let Received::Line(line, _) = received else {
+            return;
+        };
+        match &line.body {
+            Body::State(state) => {
+                self.mode = Some(state.mode);
+                self.take_state(state, step.map(|(step, _)| step));
+            }
+            Body::Status(status) => self.routes.take_status(self.mode, status),
+            Body::Counters(counters) => self.bumps.take_counters(counters),
+            Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
+        }
+    }
+
+    fn take_state(&mut self, state: &StateLine, step: Option<Step>) {
+        let place = (
+            state.x_tenths_in as f32 / 10.0,
+            state.y_tenths_in as f32 / 10.0,
+        );
+        let point = Point {
+            place,
+            holder: state.layers.holder().map_or(Holder::Prowl, Holder::Layer),
+            is_apart: step != Some(Step::Driven),
+            line: self.counters.lines + self.counters.ack_lines,
+        };
+        if step == Some(Step::Reset) && !std::mem::take(&mut self.has_restarted) {
+            self.happen(Event::PoseSet, place);
+        }
+        self.track.heading_deg = state.theta_deg;
+        self.add(point);
+        self.last = Some(point);
+        if self.bumps.take_state(state) {
+            let side_deg = match state.bump {
+                Bump::Left => -45.0,
+                Bump::LeftCenter => -22.5,
+                Bump::RightCenter => 22.5,
+                Bump::Right => 45.0,
+                _ => 0.0,
+            };
+            let touched = ahead(place, f32::from(state.theta_deg) + side_deg, RADIUS_IN);
+            self.happen(Event::Bump, touched);
+        }
+        let now = [
+            !matches!(state.cliff, Cliff::None | Cliff::NotFitted),
+            state.drive == Drive::Stalled,
+        ];
+        let before = std::mem::replace(&mut self.active, now);
+        let events = [Event::Edge, Event::Stall];
+        for (event, (now, before)) in events.into_iter().zip(now.into_iter().zip(before)) {
+            if now && !before {
+                self.happen(event, place);
+            }
+        }
+        self.detect(state, place);
+    }
+
+    /// Notes what the sonars and the infrared detectors saw.
+    fn detect(&mut self, state: &StateLine, place: Place) {
+        let heading_deg = f32::from(state.theta_deg);
+        let sonars = [(-1.0, state.sonar_left_in), (1.0, state.sonar_right_in)];
+        for (side, range_in) in sonars {
+            if let Some(range_in) = range_in.filter(|range_in| *range_in <= ECHO_MAX_IN) {
+                let (forward_in, aside_in) = SONAR_IN;
+                let eye = ahead(
+                    ahead(place, heading_deg, forward_in),
+                    heading_deg + 90.0 * side,
+                    aside_in,
+                );
+                let echo = ahead(eye, heading_deg + side * SONAR_DEG, f32::from(range_in));
+                note(&mut self.cells[0], &mut self.track.echoes_in, echo);
+            }
+        }
+        let infrared = [
+            (
+                -1.0,
+                matches!(state.infrared, Infrared::Left | Infrared::Both),
+            ),
+            (
+                1.0,
+                matches!(state.infrared, Infrared::Right | Infrared::Both),
+            ),
+        ];
+        for (side, detects) in infrared {
+            if detects {
+                let at = ahead(place, heading_deg + side * INFRARED_DEG, RADIUS_IN);
+                note(&mut self.cells[1], &mut self.track.infrared_in, at);
+            }
+        }
+    }
+
+    fn add(&mut self, point: Point) {
+        let points = &mut self.track.points;
+        self.is_kept = !points.last().is_some_and(|last| {
+            let (x, y) = last.place;
+            let is_short = (point.place.0 - x).hypot(point.place.1 - y) < STEP_IN;
+            is_short && !point.is_apart && point.holder == last.holder
+        });
+        if !self.is_kept {
+            return;
+        }
+        points.push(point);
+        if points.len() >= POINTS_MAX {
+            let tolerance_in = self.track.tolerance_in.max(TOLERANCE_IN);
+            self.track.tolerance_in = reduce(
+                points,
+                &mut self.track.gap_lines,
+                POINTS_MAX / 2,
+                tolerance_in,
+            );
+        }
+    }
+
+    fn add_gap(&mut self, line: u64) {
+        let Track {
+            points, gap_lines, ..
+        } = &mut self.track;
+        let place = |line| interval(points, line);
+        if gap_lines
+            .last()
+            .is_none_or(|last| place(*last) != place(line))
+        {
+            gap_lines.push(line);
+        }
+    }
+
+    /// The robot's place.
+    fn place(&self) -> Place {
+        self.last.map_or((0.0, 0.0), |point| point.place)
+    }
+
+    fn happen(&mut self, event: Event, place: Place) {
+        let events = &mut self.track.events[event as usize];
+        events.count += 1;
+        if events.places_in.len() < EVENTS_MAX {
+            events.places_in.push(place);
+        }
+    }
+
+    /// The track, with the metadata of its capture.
+    pub(super) fn finish(mut self, capture: &Capture) -> Track {
+        self.end();
+        let session = capture.session();
+        let said = |key: &str| session?.get(key).cloned();
+        self.track.start = said("start");
+        self.track.link = said("link");
+        self.track.truth = said(Session::TRUTH).and_then(|truth| serde_json::from_str(&truth).ok());
+        self.track
+    }
+
+    /// Completes the track at the end of its lines.
+    pub(super) fn end(&mut self) {
+        self.track.gaps = self.gaps.count();
+        while let Some(line) = self.gaps.settle() {
+            self.add_gap(line);
+        }
+        if let Some(last) = self.last
+            && !self.is_kept
+        {
+            self.track.points.push(last);
+        }
+        let Track {
+            points, gap_lines, ..
+        } = &mut self.track;
+        merge_gaps(points, gap_lines);
+        self.track.lines_lost = self.counters.lines_lost;
+        self.track.events[Event::Bump as usize].count = self.bumps.total();
+        self.track.distance_in = self.odometer.distance_in;
+        self.track.waypoints = std::mem::take(&mut self.routes.waypoints);
+    }
+}
+
+/// The place at a distance in a direction, degrees clockwise from +Y.
+fn ahead((x_in, y_in): Place, direction_deg: f32, distance_in: f32) -> Place {
+    let (sin, cos) = direction_deg.to_radians().sin_cos();
+    (x_in + distance_in * sin, y_in + distance_in * cos)
+}
+
+/// Notes a detection, one in each cell.
+fn note(cells: &mut HashSet<(i32, i32)>, places: &mut Vec<Place>, place: Place) {
+    let cell = |at_in: f32| (at_in / CELL_IN).round() as i32;
+    if places.len() < DETECTIONS_MAX && cells.insert((cell(place.0), cell(place.1))) {
+        places.push(place);
+    }
+}
