@@ -128,7 +128,17 @@ fn compare_draws_two_runs() {
         assert!(text.contains(fact), "{fact} is not in\n{text}");
     }
     let svg = fs::read_to_string(folder.path().join("both.svg")).unwrap();
-    assert_eq!(svg.matches("<polyline").count(), 2);
+    for fact in [
+        "before and b",
+        "1  before",
+        "2  b",
+        "start (",
+        "end (",
+        "closing error ",
+        "x, feet",
+    ] {
+        assert!(svg.contains(&format!("aria-label=\"{fact}")), "{fact}");
+    }
     let again = groundwave(folder.path(), &compare);
     assert_eq!(again.status.code(), Some(2), "a drawing was overwritten");
 

@@ -312,43 +312,29 @@ fn the_picture_shows_what_happened() {
         "bump (",
         "sonar",
         "prowl",
-        "path not received",
-        "60 in = 5 ft",
+        "not received (",
+        "x, feet",
         "house-noisy",
     ] {
-        assert!(svg.contains(word), "no {word}");
+        assert!(svg.contains(&format!("aria-label=\"{word}")), "no {word}");
     }
     // Every bump is a cross of two strokes, and the legend has another one.
-    let crosses = |svg: &str| {
-        let strokes = svg.lines().filter(|line| {
-            line.contains("stroke=\"#000000\" stroke-width=\"2\"")
-                && line
-                    .split("points=\"")
-                    .nth(1)
-                    .unwrap()
-                    .split('"')
-                    .next()
-                    .unwrap()
-                    .split(' ')
-                    .count()
-                    == 2
-        });
-        strokes.count() / 2
+    let is_stroke = |line: &&str| {
+        let (_, points) = line.split_once("points=\"").unwrap_or_default();
+        let (points, _) = points.split_once('"').unwrap_or_default();
+        line.contains("stroke=\"#000000\" stroke-width=\"2\"") && points.split(' ').count() == 2
     };
-    let bumps = svg
-        .split("bump (")
-        .nth(1)
-        .unwrap()
-        .split(')')
-        .next()
-        .unwrap();
+    let crosses = svg.lines().filter(is_stroke).count() / 2;
+    let (_, bumps) = svg.split_once("aria-label=\"bump (").unwrap();
+    let (bumps, _) = bumps.split_once(')').unwrap();
     // The robot's count may differ from the bumps in its lines.
     let shown = bumps.split(", ").last().unwrap();
     let shown = shown.trim_end_matches(" shown");
-    assert_eq!(crosses(&svg), shown.parse::<usize>().unwrap() + 1);
+    assert_eq!(crosses, shown.parse::<usize>().unwrap() + 1);
 
     let png = tiny_skia::Pixmap::load_png(file("a.png")).unwrap();
-    assert!(png.width() >= 1280 && png.height() == 960);
+    assert_eq!(size(&svg), (png.width() / 2, png.height() / 2));
+    assert!(png.width() > png.height(), "the path is wider than high");
     let has = |red, green, blue| {
         let pixels = png.pixels().iter();
         pixels
@@ -357,11 +343,20 @@ fn the_picture_shows_what_happened() {
     };
     assert!(has(0x56, 0xb4, 0xe9) > 200, "no sonar");
     assert!(has(0xd5, 0x5e, 0x00) > 100, "no bumpers");
-    assert!(has(0, 0, 0) > 500, "no words");
+    assert!(has(0, 0, 0) > 500, "no marks");
+    assert!(has(0x1f, 0x24, 0x30) > 500, "no words");
     assert!(has(0xff, 0xff, 0xff) > 1_000_000, "no paper");
 }
 
-/// A picture has a dashed line exactly where `info` counts lost lines.
+/// Width and height of an SVG.
+fn size(svg: &str) -> (u32, u32) {
+    let (_, view) = svg.split_once("viewBox=\"0 0 ").unwrap();
+    let (view, _) = view.split_once('"').unwrap();
+    let (width, height) = view.split_once(' ').unwrap();
+    (width.parse().unwrap(), height.parse().unwrap())
+}
+
+/// A picture names the gaps that `info` counts, and has a dashed line only with some.
 #[test]
 fn pictures_and_info_have_the_same_gaps() {
     for name in [
@@ -372,10 +367,31 @@ fn pictures_and_info_have_the_same_gaps() {
     ] {
         let file = format!("{}/captures/{name}", env!("CARGO_MANIFEST_DIR"));
         let (info, _) = expect(0, &["info", "--json", &file]);
+        let info: serde_json::Value = serde_json::from_str(&info).unwrap();
+        let gaps = info["gaps"].as_u64().unwrap();
         let (svg, _) = expect(0, &["export", "--to", "svg", &file, "-o", "-"]);
-        let dashes = svg.contains("stroke-dasharray");
-        assert_eq!(dashes, !info.contains("\"lines_lost\":0,"), "{name}");
-        assert_eq!(dashes, svg.contains("not received"), "{name}");
+        assert_eq!(gaps > 0, svg.contains("stroke-dasharray"), "{name}");
+        assert_eq!(gaps > 0, info["lines_lost"] != 0, "{name}");
+        let named = svg.contains(&format!("not received ({gaps} gap"));
+        assert_eq!(gaps > 0, named, "{name}");
+    }
+}
+
+#[test]
+fn a_folder_of_captures_with_names_of_any_alphabet_becomes_pictures() {
+    let folder = scratch("many-pictures");
+    let out = folder.join("out");
+    let one = [streams::clean(1)].concat();
+    for (name, bytes) in [("küche.txt", streams::clean(400)), ("台所 2.txt", one)] {
+        fs::write(folder.join(name), bytes).unwrap();
+    }
+    let captures = folder.join("*.txt");
+    let [captures, to] = [&captures, &out].map(|path| path.to_str().unwrap());
+    expect(0, &["export", captures, "--to", "svg", "--output-dir", to]);
+    for name in ["küche", "台所 2"] {
+        let svg = fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
+        assert!(svg.contains(&format!("<title>{name}</title>")), "{svg}");
+        assert!(!svg.contains("NaN"), "{svg}");
     }
 }
 

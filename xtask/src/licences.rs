@@ -5,7 +5,7 @@ use std::process::Command;
 use serde_json::Value;
 use spdx::{Expression, LicenseReq};
 
-/// Permissive licences, and MPL-2.0, whose terms stay within its own files.
+/// Permissive licences; MPL-2.0, whose terms stay within its own files; OFL-1.1, which covers a font.
 const ALLOWED: &[&str] = &[
     "0BSD",
     "Apache-2.0",
@@ -17,6 +17,7 @@ const ALLOWED: &[&str] = &[
     "MIT",
     "MIT-0",
     "MPL-2.0",
+    "OFL-1.1",
     "Unicode-3.0",
     "Unlicense",
     "WTFPL",

@@ -160,7 +160,7 @@ pub(super) fn path(
 fn marks(sheet: &Sheet, font: &Font, track: &Track) -> Layer {
     let mut shapes = Vec::new();
     if let Some(first) = track.points.first() {
-        mark::start(&mut shapes, sheet.spot(first.place), BLACK);
+        mark::start(&mut shapes, sheet.spot(first.place), mark::START, BLACK);
     }
     let routes = track.waypoints.iter().map(|waypoint| waypoint.route).max();
     for waypoint in &track.waypoints {

@@ -12,6 +12,9 @@ use groundwave_protocol::status_codes::Layer;
 pub(super) const PATH: f32 = 2.6;
 pub(super) const HALO: f32 = 5.0;
 
+/// Radius of the ring around a start, pixels.
+pub(super) const START: f32 = 8.0;
+
 /// Half of the width of a line in the legend, pixels.
 const REACH: f32 = 15.0;
 
@@ -40,7 +43,7 @@ pub(super) fn draw(shapes: &mut Vec<Shape>, font: &Font, symbol: Symbol, at: Spo
         Symbol::Path(color) => shapes.push(Shape::line(across, 5.0, color)),
         Symbol::Gap => shapes.push(gap(across)),
         Symbol::Event(kind) => event(shapes, kind, at),
-        Symbol::Start(color) => start(shapes, at, color),
+        Symbol::Start(color) => start(shapes, at, START, color),
         Symbol::End(color, heading_deg) => end(shapes, at, heading_deg, color),
         Symbol::Waypoint(is_reached) => waypoint(shapes, font, at, "1", is_reached),
         Symbol::Echo => shapes.extend(dots(
@@ -130,9 +133,10 @@ fn closed(spots: &[Spot]) -> Vec<Spot> {
     spots.iter().chain(&spots[..1]).copied().collect()
 }
 
-pub(super) fn start(shapes: &mut Vec<Shape>, center: Spot, color: Color) {
+/// Draws a ring around the start.
+pub(super) fn start(shapes: &mut Vec<Shape>, center: Spot, radius: f32, color: Color) {
     for (width, color) in [(6.0, PAPER), (3.0, color)] {
-        shapes.push(Shape::ring(center, 8.0, width, color));
+        shapes.push(Shape::ring(center, radius, width, color));
     }
 }
 

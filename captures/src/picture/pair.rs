@@ -49,9 +49,11 @@ pub(super) fn draw(runs: [&Run<'_>; 2]) -> Option<Picture> {
         name: "marks",
         shapes: Vec::new(),
     };
-    for (run, color) in runs.into_iter().zip(COLORS) {
+    // Starts at one place show as two rings.
+    let radii = [mark::START + 4.5, mark::START];
+    for ((run, color), radius) in runs.into_iter().zip(COLORS).zip(radii) {
         if let (Some(first), Some(last)) = (run.track.points.first(), run.track.points.last()) {
-            mark::start(&mut marks.shapes, sheet.spot(first.place), color);
+            mark::start(&mut marks.shapes, sheet.spot(first.place), radius, color);
             let heading_deg = f32::from(run.track.heading_deg);
             mark::end(
                 &mut marks.shapes,

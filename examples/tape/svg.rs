@@ -12,7 +12,6 @@ const BACKGROUND: &str = "#14171c";
 const FOREGROUND: &str = "#c8ccd4";
 
 /// One screen.
-#[allow(dead_code, reason = "each picture uses its own part")]
 pub fn still(screen: &Buffer) -> String {
     let mut svg = head(screen);
     for row in 0..screen.area.height {
@@ -23,7 +22,6 @@ pub fn still(screen: &Buffer) -> String {
 
 /// An endless animation of screens of one size, each shown for `each_s` seconds. A row that stays the same is drawn
 /// once.
-#[allow(dead_code, reason = "each picture uses its own part")]
 pub fn moving(screens: &[Buffer], each_s: f64) -> String {
     let Some(first) = screens.first() else {
         return String::new();

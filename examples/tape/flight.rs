@@ -14,6 +14,8 @@ use groundwave_protocol::{Waypoint, arq};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
 use sr04_sim::{Simulation, SimulationConfig, World};
 
 /// A robot in the house, its station and its dashboard.
@@ -25,11 +27,10 @@ pub struct Flight {
     size: (u16, u16),
 }
 
-#[allow(dead_code, reason = "each picture uses its own part")]
 impl Flight {
     /// Starts the demo on a screen of `size` columns and rows.
-    pub fn begin(seed: u64, size: (u16, u16)) -> Result<Self, Box<dyn Error>> {
-        let world = World::built_in("house").ok_or("the house comes with the simulator")?;
+    pub fn begin(name: &str, seed: u64, size: (u16, u16)) -> Result<Self, Box<dyn Error>> {
+        let world = World::built_in(name).ok_or_else(|| format!("no built-in world `{name}`"))?;
         let mut flight = Self {
             simulation: Simulation::new(&SimulationConfig::new(world, seed)),
             station: Station::new(arq::Config::new(1), true),
@@ -44,7 +45,7 @@ impl Flight {
         flight.tell(Event::Resize { width, height });
         flight.tell(Event::Truth(truth(flight.simulation.outlines())));
         flight.station.handle_link(LinkEvent::Opened {
-            name: format!("demo, house seed {seed}"),
+            name: format!("demo, {name} seed {seed}"),
             can_send: true,
         });
         Ok(flight)
@@ -65,31 +66,30 @@ impl Flight {
     }
 
     /// Sends a waypoint list.
-    pub fn send_route(&mut self, points: &[(i16, i16)]) {
-        let point = |&(x_in, y_in): &(i16, i16)| Waypoint { x_in, y_in };
-        let route = Request::Route(points.iter().map(point).collect());
+    pub fn send_route(&mut self, points: Vec<Waypoint>) {
+        let route = Request::Route(points);
         self.station.handle_request(self.now, route, None);
         self.settle();
     }
 
-    /// Presses keys, one after the other.
-    pub fn press(&mut self, keys: &str) {
-        for c in keys.chars() {
-            let code = if c == '\n' {
-                KeyCode::Enter
-            } else {
-                KeyCode::Char(c)
-            };
-            self.tell(Event::Key(KeyEvent::new(code, KeyModifiers::NONE)));
-        }
+    /// Presses a key.
+    pub fn press(&mut self, key: KeyCode) {
+        self.tell(Event::Key(KeyEvent::new(key, KeyModifiers::NONE)));
     }
 
-    /// The screen as it is now.
-    pub fn screen(&self) -> Result<Buffer, Box<dyn Error>> {
+    /// The screen as it is now, with a caption in a row of its own below it.
+    pub fn screen(&self, caption: Option<&str>) -> Result<Buffer, Box<dyn Error>> {
         let (width, height) = self.size;
         let mut terminal = Terminal::new(TestBackend::new(width, height))?;
         terminal.draw(|frame| view::draw(&self.model, self.now, frame.buffer_mut()))?;
-        Ok(terminal.backend().buffer().clone())
+        let mut screen = terminal.backend().buffer().clone();
+        if let Some(caption) = caption {
+            screen.resize(Rect::new(0, 0, width, height + 2));
+            let left = width.saturating_sub(caption.chars().count() as u16) / 2;
+            let bold = Style::new().add_modifier(Modifier::BOLD);
+            screen.set_stringn(left, height + 1, caption, width.into(), bold);
+        }
+        Ok(screen)
     }
 
     fn settle(&mut self) {
