@@ -464,6 +464,9 @@ impl Pair {
     fn step(&mut self) {
         self.co.step();
         let (now, heard) = (self.co.now(), Heard::default());
+        if self.second.poll_timeout().is_some_and(|at| at <= now) {
+            self.second.handle_timeout(now);
+        }
         while let Some(line) = self.second.poll_shared_line() {
             let line = line.to_line();
             if let Some(asked) = self.broker.handle_line(SECOND, Ok(&line)) {
@@ -613,6 +616,22 @@ fn stop_outlives_a_lost_connection_to_the_station() {
         (pair.fate(stop), pair.fate(waits)),
         (Some(CONFIRMED), Some(CONFIRMED))
     );
+    assert!(!pair.co.modes.contains(&Mode::Prowl));
+    // After a long time the robot must not start to move.
+    let now = pair.co.now();
+    pair.second.handle_shared_lost(now);
+    let late = pair.request(Request::Mode(Mode::Prowl));
+    let stop = pair.request(Request::Stop);
+    let later = pair.request(Request::Mode(Mode::Prowl));
+    for _ in 0..20_000 {
+        pair.step();
+    }
+    let timed_out = Some(CommandStatus::Failed(Failure::TimedOut));
+    let stopped = Some(CommandStatus::Failed(Failure::Stopped));
+    assert_eq!((pair.fate(late), pair.fate(later)), (stopped, timed_out));
+    let now = pair.co.now();
+    pair.second.handle_shared(now, true);
+    pair.run_until(20, |pair| pair.fate(stop) == Some(CONFIRMED));
     assert!(!pair.co.modes.contains(&Mode::Prowl));
 }
 

@@ -240,6 +240,9 @@ impl Station {
             }
         } else {
             self.waiting.push_back(Waiting { id, request });
+            if let Some(shared) = &mut self.shared {
+                shared.wait(now);
+            }
         }
         self.settle(now);
         id
@@ -308,6 +311,9 @@ impl Station {
     /// Handles deadlines that have passed.
     pub fn handle_timeout(&mut self, now: Moment) {
         self.fop.handle_timeout(micros(now));
+        if self.shared_give_up_at().is_some_and(|at| at <= now) {
+            self.cancel_waiting(now, Failure::TimedOut);
+        }
         self.settle(now);
         if let Some(tuner) = &mut self.tuner {
             let verdict = tuner.handle_timeout(now);
@@ -346,10 +352,17 @@ impl Station {
     pub fn poll_timeout(&self) -> Option<Moment> {
         let fop = self.fop.poll_timeout().map(Duration::from_micros);
         let tuner = self.tuner.as_ref().and_then(Tuner::poll_timeout);
-        [fop, tuner, self.listener.poll_timeout()]
+        let shared = self.shared_give_up_at();
+        [fop, tuner, shared, self.listener.poll_timeout()]
             .into_iter()
             .flatten()
             .min()
+    }
+
+    /// When the commands that wait for another station's connection are given up.
+    fn shared_give_up_at(&self) -> Option<Moment> {
+        let shared = self.shared.as_ref().filter(|_| !self.waiting.is_empty());
+        shared.and_then(Shared::give_up_at)
     }
 
     /// The decoder's totals.

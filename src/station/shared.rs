@@ -1,7 +1,7 @@
 //! Delivery by another station that shares its link: commands leave as its lines, its answers become statuses.
 //!
 //! One command is under way at a time, as on a radio; STOP overtakes. A STOP is repeated on the next connection; another
-//! command that was under way on a lost connection is told as not confirmed.
+//! command that was under way on a lost connection is told as not confirmed, and one that waits for a connection soon too.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -14,10 +14,15 @@ use crate::share::{Ask, ClientLine, StationLine};
 /// Timeout of a command. The other station gives up much earlier on a robot that does not answer.
 const TIMEOUT: Duration = Duration::from_mins(10);
 
+/// How long commands other than STOP wait for a lost connection: a late one may move the robot unexpectedly.
+const GIVE_UP: Duration = Duration::from_secs(15);
+
 /// The lines to the other station.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shared {
     is_open: bool,
+    /// Time of the loss of the connection, or of the latest command after it.
+    waits_since: Moment,
     lines: VecDeque<ClientLine>,
 }
 
@@ -44,6 +49,16 @@ impl Shared {
         }
     }
 
+    /// Notes a command that waits.
+    pub(super) const fn wait(&mut self, now: Moment) {
+        self.waits_since = now;
+    }
+
+    /// When commands have waited too long for a connection.
+    pub(super) fn give_up_at(&self) -> Option<Moment> {
+        (!self.is_open).then(|| self.waits_since + GIVE_UP)
+    }
+
     /// Asks for the command; returns `false` on a lost connection.
     pub(super) fn begin(&mut self, next: &Waiting) -> bool {
         if self.is_open {
@@ -66,7 +81,7 @@ impl Station {
         self.fop.cancel();
         let mut shared = Shared {
             is_open: true,
-            lines: VecDeque::new(),
+            ..Shared::default()
         };
         for (id, _) in &self.stops {
             shared.ask(*id, Request::Stop);
@@ -84,7 +99,10 @@ impl Station {
     /// Takes the loss of the connection to the other station.
     pub fn handle_shared_lost(&mut self, now: Moment) {
         if self.is_shared() {
-            self.shared = Some(Shared::default());
+            self.shared = Some(Shared {
+                waits_since: now,
+                ..Shared::default()
+            });
             if let Some(id) = self.current.take() {
                 self.report(now, id, CommandStatus::Failed(Failure::TimedOut));
             }
