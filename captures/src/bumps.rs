@@ -16,7 +16,8 @@ pub(super) struct Bumps {
     /// Contacts in lines A since.
     seen: u32,
     is_touching: bool,
-    last: Option<(u16, u16)>,
+    /// Uptime, boots and bumps of the latest line C.
+    last: Option<(u32, u16, u16)>,
 }
 
 impl Bumps {
@@ -30,10 +31,13 @@ impl Bumps {
 
     /// Takes a line C; a boot resets the robot's count.
     pub(super) fn take_counters(&mut self, counters: &CountersLine) {
-        let now = (counters.boots, counters.bumps);
+        let now = (counters.uptime_s, counters.boots, counters.bumps);
         let seen = std::mem::take(&mut self.seen);
         self.counted += match self.last.replace(now) {
-            Some((boots, bumps)) if boots == counters.boots => {
+            // A robot without a lasting count of its boots is told by its uptime.
+            Some((uptime_s, boots, bumps))
+                if boots == counters.boots && uptime_s <= counters.uptime_s =>
+            {
                 u32::from((counters.bumps + COUNT_MODULUS - bumps) % COUNT_MODULUS)
             }
             _ => seen,
@@ -43,5 +47,31 @@ impl Bumps {
     /// Number of contacts.
     pub(super) const fn total(&self) -> u32 {
         self.counted + self.seen
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groundwave_protocol::telemetry::{FirmwareVersion, HOLDERS};
+
+    #[test]
+    fn a_boot_begins_the_count_anew_also_where_boots_are_not_counted() {
+        let mut bumps = Bumps::default();
+        for (uptime_s, boots, count) in [(10, 1, 5), (20, 1, 9), (2, 1, 0), (9, 1, 1), (3, 2, 0)] {
+            bumps.take_counters(&CountersLine {
+                robot_id: 4,
+                uptime_s,
+                boots,
+                version: FirmwareVersion { major: 1, minor: 0 },
+                ticks_won: [0; HOLDERS],
+                frames_heard: 0,
+                frames_rejected: 0,
+                ticks_late: 0,
+                bumps: count,
+                failsafe: None,
+            });
+        }
+        assert_eq!(bumps.total(), 5);
     }
 }

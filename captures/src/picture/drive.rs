@@ -45,11 +45,14 @@ fn notes(track: &Track, problem: Option<&CaptureError>) -> Vec<String> {
             track.tolerance_in
         ));
     }
-    if track.truth.is_some() && track.events(Event::Restart).count > 0 {
-        notes.push(
-            "Positions after a restart count from the place of the restart; the walls do not fit them."
-                .to_owned(),
-        );
+    if track.events(Event::Restart).count > 0 {
+        let walls = match &track.truth {
+            Some(_) => ", where the walls do not fit them",
+            None => "",
+        };
+        notes.push(format!(
+            "After a restart, positions count from the place of the restart{walls}."
+        ));
     }
     notes.extend(problem.map(ToString::to_string));
     notes
@@ -139,6 +142,9 @@ pub(super) fn path(
         shapes: Vec::new(),
     });
     let tolerance_in = TOLERANCE / sheet.pixels_per_in;
+    // Lines of one colour together become one path of an SVG.
+    let mut stretches: Vec<&Stretch> = stretches.iter().collect();
+    stretches.sort_by_key(|stretch| stretch.holder);
     for Stretch { holder, places_in } in stretches {
         let kept = simplify(places_in, tolerance_in);
         let spots: Vec<Spot> = kept

@@ -95,6 +95,20 @@ impl Shape {
         }
     }
 
+    /// Whether both are lines of one style.
+    pub(super) fn is_line_like(&self, other: &Self) -> bool {
+        let style = |shape: &Self| match shape {
+            Self::Line {
+                width,
+                color,
+                is_dashed,
+                ..
+            } => Some((*width, *color, *is_dashed)),
+            _ => None,
+        };
+        style(self).is_some() && style(self) == style(other)
+    }
+
     pub(super) fn disc(center: Spot, radius: f32, color: Color) -> Self {
         Self::ring(center, radius, 0.0, color)
     }

@@ -21,8 +21,8 @@ pub(super) fn draw(picture: &Picture, font: &Font) -> String {
     for layer in &picture.layers {
         // Writing to a string cannot fail.
         let _ = writeln!(svg, "<g id=\"{}\">", layer.name);
-        for shape in &layer.shapes {
-            draw_shape(&mut svg, font, shape);
+        for alike in layer.shapes.chunk_by(Shape::is_line_like) {
+            draw_alike(&mut svg, font, alike);
         }
         svg.push_str("</g>\n");
     }
@@ -62,17 +62,21 @@ fn define(svg: &mut String, font: &Font, layers: &[Layer]) {
     svg.push_str("</defs>\n");
 }
 
-fn draw_shape(svg: &mut String, font: &Font, shape: &Shape) {
-    let _ = match shape {
+/// Draws a shape, or lines of one style, which become one path: a day's drive has thousands.
+fn draw_alike(svg: &mut String, font: &Font, alike: &[Shape]) {
+    let Some(first) = alike.first() else {
+        return;
+    };
+    let _ = match first {
         Shape::Line {
-            spots,
             width,
             color,
             is_dashed,
+            ..
         } => writeln!(
             svg,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\"{}/>",
-            points(spots),
+            "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\"{}/>",
+            lines(alike),
             hex(*color),
             if *is_dashed {
                 " stroke-dasharray=\"4 5\""
@@ -94,6 +98,21 @@ fn draw_shape(svg: &mut String, font: &Font, shape: &Shape) {
         } => draw_circles(svg, centers, *radius, *width, *color),
         Shape::Text(text) => draw_text(svg, font, text),
     };
+}
+
+/// The path of lines.
+fn lines(shapes: &[Shape]) -> String {
+    let mut path = String::new();
+    for shape in shapes {
+        let Shape::Line { spots, .. } = shape else {
+            continue;
+        };
+        for (number, (x, y)) in spots.iter().enumerate() {
+            let command = if number == 0 { 'M' } else { 'L' };
+            let _ = write!(path, "{command}{x:.1} {y:.1}");
+        }
+    }
+    path
 }
 
 fn draw_circles(

@@ -207,6 +207,10 @@ fn true_walls_replace_detections() {
     let known = Picture::of_track("a", &track, None).unwrap();
     is_whole(&known);
     assert!(layer(&known, "detections").is_empty());
+    assert!(layer(&known, "notes").is_empty());
+    track.events[Event::Restart as usize].count = 1;
+    let restarted = Picture::of_track("a", &track, None).unwrap();
+    assert!(texts(layer(&restarted, "notes")).any(|it| it.words.contains("walls do not fit")));
     assert_eq!(layer(&known, "walls").len(), 3);
 }
 
