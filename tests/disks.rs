@@ -217,7 +217,7 @@ fn recover_says_what_it_did_to_people_and_to_programs() {
     let good = fs::read(&path).unwrap();
     let mut bad = good.clone();
     // Chunks come first, and records between them are shorter.
-    let place = bad.len() / 4;
+    let place = bad.len() / 8;
     bad[place] ^= 1;
     fs::write(&path, bad).unwrap();
     let (out, err) = expect(1, &["recover", "--json", name]);
