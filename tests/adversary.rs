@@ -760,7 +760,7 @@ fn no_claim_is_false_and_no_route_is_mixed_on_a_hostile_link() {
         totals += of_trial;
     }
     println!("{totals:?}");
-    // Trials in which nothing succeeds would prove nothing.
+    // Trials in which nothing succeeds would show nothing.
     assert!(totals.confirmed > totals.commands / 4, "{totals:?}");
     assert!(totals.stops > 0 && totals.routes > 0, "{totals:?}");
     assert!(totals.refused_replays > 0, "{totals:?}");

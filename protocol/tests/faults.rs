@@ -88,9 +88,9 @@ fn only_stop_is_sent_until_it_is_proven() {
                 .start(world.now_us, Task::Order(Order::Mode(Mode::Prowl)))
         );
         world.finish();
-        let proven = world.events.iter().position(|e| *e == STOPPED);
+        let confirmed = world.events.iter().position(|e| *e == STOPPED);
         let concluded = world.events.iter().rposition(|e| *e == DONE);
-        assert!(proven.is_some() && proven < concluded, "seed {seed}");
+        assert!(confirmed.is_some() && confirmed < concluded, "seed {seed}");
         for _ in 0..240 * 3 {
             world.step();
         }
@@ -119,7 +119,7 @@ fn stopped_line(sequence: u8) -> Received {
     Received::Line(line, line.encode())
 }
 
-/// A line with mode stop may be older than an order that started the robot: only the acknowledgement proves a STOP.
+/// A line with mode stop may be older than an order that started the robot: only the acknowledgement confirms a STOP.
 #[test]
 fn a_late_line_of_a_stopped_robot_proves_no_stop() {
     let mut fop = Fop::new(Config::new(1));
@@ -248,7 +248,7 @@ fn a_stop_before_the_latest_request_does_not_prove_it() {
     assert_eq!(fop.poll_timeout(), None);
 }
 
-/// The downlink is slower than the requests, so a line shows an earlier receipt than the latest. It proves the requests
+/// The downlink is slower than the requests, so a line shows an earlier receipt than the latest. It confirms the requests
 /// before that STOP left, once.
 #[test]
 fn an_earlier_receipt_proves_the_requests_before_it() {
@@ -312,7 +312,7 @@ fn a_restart_proves_no_stop() {
     );
 }
 
-/// A task begun between two STOPs, before the first is proven, ends with the second.
+/// A task begun between two STOPs, before the first is confirmed, ends with the second.
 #[test]
 fn a_second_stop_ends_a_task_begun_after_the_first() {
     for seed in 0..50 {

@@ -21,7 +21,7 @@ struct Mutant {
 const ONCE: &str = "broken: each command executes at most once";
 const EPOCH: &str = "broken: nothing of a stale epoch executes";
 const WHOLE: &str = "broken: the active list is one that was sent, whole";
-const PROOF: &str = "broken: a command reported as done was done in the same life";
+const SAME_LIFE: &str = "broken: a command reported as done was done in the same life";
 const STOPPED: &str = "broken: nothing sent before a STOP executes after it";
 const TAKEN: &str = " bits [";
 
@@ -72,7 +72,7 @@ const MUTANTS: &[Mutant] = &[
         from: "ahead > AHEAD_MAX",
         to: "ahead > SEQUENCE_MODULUS",
         test: "search::orders",
-        finds: PROOF,
+        finds: SAME_LIFE,
     },
     Mutant {
         name: "a closed session confirms a STOP",

@@ -63,7 +63,7 @@ struct Stopping {
     has_left: bool,
     /// Whether STOP was requested again since the latest one left: the next one needs another receipt.
     is_renewed: bool,
-    /// Receipts before this one that still prove the requests before them.
+    /// Receipts before this one that still confirm the requests before them.
     earlier: u16,
     /// When to send it again.
     next_us: u64,
@@ -91,7 +91,7 @@ const LONG_LINES: u8 = 2;
 const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
 
-/// Period of keepalives during hand drive: a robot obeys drive frames only while they are proven fresh.
+/// Period of keepalives during hand drive: a robot obeys drive frames only while a keepalive shows them to be fresh.
 const ALIVE_PERIOD_US: u64 = 1_000_000;
 
 /// Silence of a half-duplex robot after which a STOP is sent out of turn. A shorter one would jam the robot's lines.
@@ -106,7 +106,7 @@ const KEEPALIVES_PER_SILENCE: u64 = 10;
 const RECEIPT_COUNT_BITS: u32 = 5;
 const RECEIPT_COUNT_MAX: u16 = (1 << RECEIPT_COUNT_BITS) - 1;
 
-/// Period of STOP frames until one is proven.
+/// Period of STOP frames until one is confirmed.
 const STOP_PERIOD_US: u64 = 300_000;
 
 /// Last sequence of a session's commands and last tag of its lists: later ones would repeat earlier ones.
@@ -254,8 +254,8 @@ impl Fop {
         self.fail(Failure::Cancelled);
     }
 
-    /// Stops the robot, and sends nothing else until a line proves the STOP. Ends task, hand drive and session. A
-    /// further call extends the time to try, and has to be proven after the calls before it.
+    /// Stops the robot, and sends nothing else until a line confirms the STOP. Ends task, hand drive and session. A
+    /// further call extends the time to try, and has to be confirmed after the calls before it.
     pub fn stop(&mut self, now_us: u64) {
         self.lose_session(Failure::Stopped);
         // Repeated keys must neither abort nor delay the frame.

@@ -102,7 +102,7 @@ fn message(input: &mut Input, farm: &Farm) -> Message {
     }
 }
 
-/// Any acknowledgement and any user action at any time: each result is proven by the latest line, and timeouts lie in the
+/// Any acknowledgement and any user action at any time: each result follows from the latest line, and timeouts lie in the
 /// future.
 pub fn fop(input: &[u8]) {
     let mut input = Input(input);

@@ -115,10 +115,10 @@ pub enum Step {
 pub const ONCE: &str = "each command executes at most once";
 pub const EPOCH: &str = "nothing of a stale epoch executes";
 pub const WHOLE: &str = "the active list is one that was sent, whole";
-pub const PROOF: &str = "a command reported as done was done in the same life";
+pub const SAME_LIFE: &str = "a command reported as done was done in the same life";
 pub const REFUSAL: &str = "a command reported as refused was not done";
 pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
-pub const STOP_PROOF: &str = "a confirmed STOP was taken after its request";
+pub const STOP_AFTER_REQUEST: &str = "a confirmed STOP was taken after its request";
 pub const ENDS: &str = "a channel that works again ends every task";
 
 /// Share of states continued over a good channel: one in this number.
@@ -128,10 +128,10 @@ const CONTINUED_ONE_IN: u64 = 64;
 const ROUNDS_MAX: usize = 60;
 
 /// Situations that a search must reach to be meaningful.
-const PROVEN: &str = "something is proven";
-const PROVEN_AFTER_REBOOT: &str = "something is proven after a reboot";
-const LIST_PROVEN: &str = "a list is proven";
-const STOP_PROVEN: &str = "STOP is proven";
+const CONFIRMED: &str = "something is confirmed";
+const CONFIRMED_AFTER_REBOOT: &str = "something is confirmed after a reboot";
+const LIST_CONFIRMED: &str = "a list is confirmed";
+const STOP_CONFIRMED: &str = "STOP is confirmed";
 
 macro_rules! always {
     ($name:ident) => {
@@ -260,13 +260,13 @@ impl Model for Setting {
             .iter()
             .any(|(_, requests)| !requests.is_empty())
         {
-            properties.push(sometimes!(PROVEN));
+            properties.push(sometimes!(CONFIRMED));
         }
         if self.owners_differ {
             properties.extend([
                 always!(ONCE),
                 always!(EPOCH),
-                always!(PROOF),
+                always!(SAME_LIFE),
                 always!(REFUSAL),
                 Property::always(ENDS, |_, state: &State| state.ends_well()),
             ]);
@@ -274,16 +274,16 @@ impl Model for Setting {
         if self.stops > 0 {
             properties.extend([
                 always!(AFTER_STOP),
-                always!(STOP_PROOF),
-                sometimes!(STOP_PROVEN),
+                always!(STOP_AFTER_REQUEST),
+                sometimes!(STOP_CONFIRMED),
             ]);
         }
         if self.reboots > 0 {
-            properties.push(sometimes!(PROVEN_AFTER_REBOOT));
+            properties.push(sometimes!(CONFIRMED_AFTER_REBOOT));
         }
         let mut requests = self.stations.iter().flat_map(|(_, requests)| requests);
         if requests.any(|request| matches!(request, Request::List(_))) {
-            properties.push(sometimes!(LIST_PROVEN));
+            properties.push(sometimes!(LIST_CONFIRMED));
         }
         properties
     }
@@ -381,24 +381,24 @@ impl State {
                         }
                         continue;
                     };
-                    self.happened.push(PROVEN);
+                    self.happened.push(CONFIRMED);
                     if line.boots > 1 {
-                        self.happened.push(PROVEN_AFTER_REBOOT);
+                        self.happened.push(CONFIRMED_AFTER_REBOOT);
                     }
                     if digest.is_some() {
-                        self.happened.push(LIST_PROVEN);
+                        self.happened.push(LIST_CONFIRMED);
                     }
                     let same = ground.epoch == Some(self.robot.epoch());
                     let active = self.robot.farm.lists().active();
                     let lost = same && digest.is_some_and(|digest| digest != digest_of(active));
                     if deed.map(|deed| deed.epoch) != ground.epoch || lost && owners_differ {
-                        self.happened.push(PROOF);
+                        self.happened.push(SAME_LIFE);
                     }
                 }
                 FopEvent::Stop(CommandStatus::Confirmed { .. }) => {
-                    self.happened.push(STOP_PROVEN);
+                    self.happened.push(STOP_CONFIRMED);
                     if self.robot.stops == ground.stops_before[1] {
-                        self.happened.push(STOP_PROOF);
+                        self.happened.push(STOP_AFTER_REQUEST);
                     }
                 }
                 _ => {}
@@ -406,17 +406,17 @@ impl State {
         }
     }
 
-    /// Handles events of timers and operators, which prove no result; notes the end of a task.
+    /// Handles events of timers and operators, which confirm nothing; notes the end of a task.
     fn drain(&mut self) {
         for ground in &mut self.grounds {
             let ground = Arc::make_mut(ground);
             while let Some(event) = ground.next_event() {
-                let proves = matches!(
+                let confirms = matches!(
                     event,
                     FopEvent::Task(CommandStatus::Confirmed { .. } | CommandStatus::Refused(_))
                         | FopEvent::Stop(CommandStatus::Confirmed { .. })
                 );
-                assert!(!proves, "{event:?} though no line arrived");
+                assert!(!confirms, "{event:?} though no line arrived");
             }
         }
     }

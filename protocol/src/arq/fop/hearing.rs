@@ -107,7 +107,7 @@ impl Fop {
         self.robot_id == Some(robot_id)
     }
 
-    /// Recognizes the proof of a STOP: its receipt. Nothing else proves that the robot took a STOP after this station's
+    /// Recognizes the confirmation of a STOP: its receipt. Nothing else shows that the robot took a STOP after this station's
     /// request: a late line may hold the state after a STOP and before another station's order.
     fn check_stop(&mut self, ack: Ack) {
         let Some(stopping) = &mut self.stopping else {
@@ -127,7 +127,7 @@ impl Fop {
         self.push(FopEvent::Stop(confirmed));
     }
 
-    /// Recognizes an earlier receipt. It proves the requests before it, though not the latest.
+    /// Recognizes an earlier receipt. It confirms the requests before it, though not the latest.
     fn check_earlier_stops(&mut self, ack: Ack) {
         let (Some(stopping), Detail::Stopped { receipt }) = (&mut self.stopping, ack.detail) else {
             return;
