@@ -5,6 +5,7 @@ mod guards;
 mod hiding;
 mod layers;
 mod lines;
+mod shown;
 mod uplink;
 
 use crate::angle::Angle;
@@ -16,7 +17,7 @@ use crate::cliff::{CliffGuard, Command};
 use crate::drive::{Counts, DriveTrain, Motion};
 use crate::failsafe::Guard;
 use crate::infrared::Infrared;
-use crate::odometry::{Odometer, Pose};
+use crate::odometry::Odometer;
 use crate::parameters::Parameters;
 use crate::pid::Gains;
 use crate::rng::Rng;
@@ -25,10 +26,10 @@ use crate::song::{Song, SongPlayer};
 use crate::telemetry::{Events, Schedule, Transmitter};
 use autonomy::Autonomy;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::arq::{Farm, Lists};
+use groundwave_protocol::arq::Farm;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
-use groundwave_protocol::telemetry::{Ack, HOLDERS};
+use groundwave_protocol::telemetry::HOLDERS;
 
 /// Sonar horizon while prowling: all that the sonar can resolve.
 const PROWL_HORIZON_IN: u16 = 180;
@@ -396,107 +397,5 @@ impl Robot {
         if let Some(ticks) = won.and_then(|place| self.ticks_won.get_mut(place)) {
             *ticks = ticks.wrapping_add(1);
         }
-    }
-
-    /// Current mode.
-    #[must_use]
-    pub const fn mode(&self) -> Mode {
-        self.mode
-    }
-
-    /// Pose by odometry.
-    #[must_use]
-    pub const fn pose(&self) -> Pose {
-        self.odometer.pose()
-    }
-
-    /// Winner of the arbitration, even if a guard controls the motors; `None` while they are off.
-    #[must_use]
-    pub const fn holder(&self) -> Option<Holder> {
-        self.holder
-    }
-
-    /// Guard that controls the motors in place of the holder.
-    #[must_use]
-    pub const fn guarded(&self) -> Option<MotorGuard> {
-        self.guarded
-    }
-
-    /// Requests of all layers at the last tick, in falling priority.
-    #[must_use]
-    pub const fn requests(&self) -> &Requests {
-        &self.requests
-    }
-
-    /// Whether the bumper layer works the robot free from a switch that stays closed.
-    #[must_use]
-    pub const fn is_bumper_jammed(&self) -> bool {
-        self.layers.bumpers.is_jammed()
-    }
-
-    /// Whether a wheel does not reach its speed at full pulse width.
-    #[must_use]
-    pub const fn is_saturated(&self) -> bool {
-        self.drive.is_saturated()
-    }
-
-    /// Motion requested by the holder, or by a guard in its place.
-    #[must_use]
-    pub const fn motion(&self) -> Motion {
-        self.motion
-    }
-
-    /// Point that the robot is driving to.
-    #[must_use]
-    pub fn target(&self) -> Option<Waypoint> {
-        let list = self.farm.lists().active();
-        let enabled = self.enabled().contains(Layer::DeadReckoning);
-        self.layers
-            .dead_reckoning
-            .target(self.mode, list)
-            .filter(|_| enabled)
-    }
-
-    /// Current parameters.
-    #[must_use]
-    pub const fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
-
-    /// Both waypoint banks.
-    #[must_use]
-    pub const fn lists(&self) -> &Lists {
-        self.farm.lists()
-    }
-
-    /// Number of reached points of the active route.
-    #[must_use]
-    pub const fn driven(&self) -> u16 {
-        self.layers.dead_reckoning.driven()
-    }
-
-    /// Layers that the operator allows, among those fitted.
-    #[must_use]
-    pub fn allowed(&self) -> LayerMask {
-        self.allowed.and(self.fitted())
-    }
-
-    /// Acknowledgement at this moment.
-    #[must_use]
-    pub fn ack(&self) -> Ack {
-        self.farm.ack()
-    }
-
-    /// The infrared detectors.
-    #[must_use]
-    pub const fn infrared(&self) -> &Infrared {
-        &self.infrared
-    }
-
-    /// Whether the robot should make progress: standing in these modes means that it is stuck.
-    #[must_use]
-    pub fn should_move(&self) -> bool {
-        matches!(self.mode, Mode::Prowl | Mode::GoHome | Mode::Wander)
-            || self.motion != Motion::STILL
     }
 }
