@@ -119,7 +119,7 @@ pub(super) fn event(shapes: &mut Vec<Shape>, event: Event, (x, y): Spot) {
             vec![(x - 6.0, y), (x + 6.0, y)],
             vec![(x, y - 6.0), (x, y + 6.0)],
         ],
-        Event::PoseSet => vec![closed(&[
+        Event::OdometerReset => vec![closed(&[
             (x - 6.5, y),
             (x, y - 6.5),
             (x + 6.5, y),

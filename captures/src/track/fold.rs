@@ -135,7 +135,7 @@ impl Fold {
             line: self.counters.lines + self.counters.ack_lines,
         };
         if step == Some(Step::Reset) && !std::mem::take(&mut self.has_restarted) {
-            self.happen(Event::PoseSet, place);
+            self.happen(Event::OdometerReset, place);
         }
         self.track.heading_deg = state.theta_deg;
         self.add(point);

@@ -62,8 +62,8 @@ pub enum Event {
     Stall,
     /// The robot booted; its last place before.
     Restart,
-    /// The operator set the position; the new place.
-    PoseSet,
+    /// The odometer was reset without a restart, mostly because the operator set the position; the new place.
+    OdometerReset,
 }
 
 impl Event {
@@ -73,7 +73,7 @@ impl Event {
         Self::Edge,
         Self::Stall,
         Self::Restart,
-        Self::PoseSet,
+        Self::OdometerReset,
     ];
 
     /// Word for a legend.
@@ -84,7 +84,7 @@ impl Event {
             Self::Edge => "floor edge",
             Self::Stall => "stall",
             Self::Restart => "restart",
-            Self::PoseSet => "position set",
+            Self::OdometerReset => "odometer reset",
         }
     }
 }

@@ -99,7 +99,7 @@ fn a_restart_and_a_set_position_are_moves() {
         [vec![49.0, 50.0], vec![0.0, 1.0, 2.0], vec![70.0, 71.0]]
     );
     assert_eq!(track.events(Event::Restart).places_in, [(50.0, 0.0)]);
-    assert_eq!(track.events(Event::PoseSet).places_in, [(70.0, 0.0)]);
+    assert_eq!(track.events(Event::OdometerReset).places_in, [(70.0, 0.0)]);
     assert_eq!(track.gaps, 0);
     assert_eq!(track.since_reset().points.len(), 2);
 }
