@@ -81,13 +81,18 @@ fn keys() -> String {
          does not count while text is entered.\n",
     );
     let mut place = String::new();
-    for [context, keys, name, does] in Keymap::default().manual() {
-        if context != place {
+    for [context, group, keys, name, does] in Keymap::default().manual() {
+        let here = if group.is_empty() {
+            context.into_owned()
+        } else {
+            format!("{context}: {group}")
+        };
+        if here != place {
             let _ = writeln!(
                 text,
-                "\n## {context}\n\n| keys | action | name |\n|---|---|---|"
+                "\n## {here}\n\n| keys | action | name |\n|---|---|---|"
             );
-            place = context.into_owned();
+            place = here;
         }
         let keys: Vec<String> = keys
             .split(' ')

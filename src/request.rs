@@ -239,13 +239,13 @@ impl Request {
             | Self::Only(_)
             | Self::Scan
             | Self::Failsafe(_)
-            | Self::Parameter(_) => self.takes_away().is_some(),
+            | Self::Parameter(_) => self.turns_off().is_some(),
         }
     }
 
-    /// The protection of the robot that the command takes away.
+    /// The protection of the robot that the command turns off.
     #[must_use]
-    pub fn takes_away(&self) -> Option<&'static str> {
+    pub fn turns_off(&self) -> Option<&'static str> {
         match self {
             Self::Disable(layers) if layers.contains(Layer::Bumpers) => Some("its bumpers"),
             Self::Only(layers) if !layers.contains(Layer::Bumpers) => Some("its bumpers"),
@@ -348,7 +348,7 @@ mod tests {
 
     #[test]
     fn commands_that_take_a_protection_away_are_hazardous() {
-        for (words, takes_away) in [
+        for (words, turns_off) in [
             ("disable bumpers,sonar", true),
             ("disable sonar", false),
             ("only sonar", true),
@@ -364,8 +364,8 @@ mod tests {
         ] {
             let split: Vec<&str> = words.split(' ').collect();
             let request = Request::from_words(&split).expect(words);
-            assert_eq!(request.takes_away().is_some(), takes_away, "{words}");
-            assert_eq!(request.is_hazardous(), takes_away, "{words}");
+            assert_eq!(request.turns_off().is_some(), turns_off, "{words}");
+            assert_eq!(request.is_hazardous(), turns_off, "{words}");
         }
     }
 

@@ -54,11 +54,11 @@ fn wrong_words_are_reported_before_the_link_is_opened() {
         (&["sim", "--world", "offce"], "did you mean `office`?"),
         (
             &["send", link, "disable", "bumpers"],
-            "`disable bumpers` takes its bumpers away; add --yes",
+            "`disable bumpers` turns its bumpers off; add --yes",
         ),
         (
             &["param", link, "set", "cliff-guard", "0"],
-            "takes its cliff guard away; add --yes",
+            "turns its cliff guard off; add --yes",
         ),
         (
             &["param", link],

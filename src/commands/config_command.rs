@@ -71,9 +71,9 @@ fn summary(config: &Config) -> String {
     let robots = config.robots.keys().map(String::as_str).collect();
     let table = Keymap::default();
     let others = config.keys.manual().zip(table.manual());
-    let changed = others.filter(|(now, then)| now[1] != then[1]);
+    let changed = others.filter(|(now, then)| now[2] != then[2]);
     // A key for STOP counts in many places.
-    let (stops, others): (Vec<_>, Vec<_>) = changed.partition(|(now, _)| now[2] == "stop");
+    let (stops, others): (Vec<_>, Vec<_>) = changed.partition(|(now, _)| now[3] == "stop");
     let keys = match others.len() + usize::from(!stops.is_empty()) {
         0 => "default keys".to_owned(),
         1 => "1 key of your own".to_owned(),
@@ -93,7 +93,7 @@ fn commented() -> String {
              # their keys. STOP always has Space and Ctrl-S as well. Its keys here also count in sections that name no other\n\
              # key for it; a character does not count while text is entered.\n[keys]\n";
     let mut place = String::from("dashboard");
-    for [context, keys, name, does] in Keymap::default().manual() {
+    for [context, _, keys, name, does] in Keymap::default().manual() {
         if context != place {
             let _ = writeln!(text, "\n[keys.{context}]");
             place = context.into_owned();
@@ -141,7 +141,7 @@ mod tests {
             .unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{said}"));
         let keys = |config: &Config| {
             let rows = config.keys.manual();
-            let rows = rows.map(|[_, keys, name, _]| (name.into_owned(), keys.into_owned()));
+            let rows = rows.map(|[_, _, keys, name, _]| (name.into_owned(), keys.into_owned()));
             rows.collect::<Vec<_>>()
         };
         assert_eq!(keys(&config), keys(&Config::default()));

@@ -116,7 +116,7 @@ fn keys(roff: &mut Roff) {
     )]);
     let keymap = Keymap::default();
     let mut place = String::new();
-    for [context, keys, name, does] in keymap.manual() {
+    for [context, _, keys, name, does] in keymap.manual() {
         if context != place {
             roff.control("SS", [&*context]);
             place = context.into_owned();

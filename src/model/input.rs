@@ -139,11 +139,12 @@ impl Ui {
         repeated: bool,
     ) -> Vec<Effect> {
         match action {
-            Action::Stop => {
+            Action::Stop => return vec![self.stop()],
+            Action::AskMode => self.overlay = Overlay::Modes,
+            Action::Mode(mode) => {
                 self.overlay = Overlay::None;
-                return vec![Effect::Send(Request::Stop)];
+                return vec![Effect::Send(Request::Mode(mode))];
             }
-            Action::Mode(mode) => return vec![Effect::Send(Request::Mode(mode))],
             Action::ToggleLayer(layer) => return self.toggle(facts, layer),
             Action::Scan => return vec![Effect::Send(Request::Scan)],
             Action::ResetPose => self.ask_for(Request::Pose {
@@ -235,6 +236,15 @@ impl Ui {
         Vec::new()
     }
 
+    /// STOP, or in a replay, which has no robot, pause.
+    fn stop(&mut self) -> Effect {
+        if self.is_replay() {
+            return Effect::Playback(Control::TogglePause);
+        }
+        self.overlay = Overlay::None;
+        Effect::Send(Request::Stop)
+    }
+
     fn act_on_map(&mut self, facts: &Facts, action: Action) {
         let robot = facts.chart.pose();
         let map = &mut self.map;
@@ -321,7 +331,7 @@ impl Ui {
 
     /// Notes that the robot stays in mode user until another command.
     fn tell_what_follows_driving(&mut self) {
-        let text = "it stands in mode user: <mode-prowl> prowls, <mode-go-home> goes home, <enter-drive> drives on";
+        let text = "it stands in mode user: <modes/mode-prowl> prowls, <modes/mode-go-home> goes home, <enter-drive> drives on";
         self.note(Level::Info, self.told(text));
     }
 
@@ -356,8 +366,8 @@ impl Ui {
             ),
             other => {
                 let takes = other
-                    .takes_away()
-                    .map(|takes| format!(" It takes {takes} away."));
+                    .turns_off()
+                    .map(|part| format!(" This turns {part} off."));
                 let text = format!("Send `{other}`?{}", takes.unwrap_or_default());
                 (text, Then::Send(vec![request]))
             }

@@ -4,7 +4,7 @@ use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
 use super::editor::RouteAction;
-use super::keys::{Action, Context, Keymap};
+use super::keys::{Action, Context, Group, Keymap};
 use super::text_entry::TEXT_MAX;
 use super::{Facts, Overlay, Panel, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Moment};
@@ -103,13 +103,18 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
     let keys = keymap.rows().filter(|row| match row.action {
         Action::AskPalette | Action::Route(RouteAction::Leave) => false,
         Action::Route(_) => true,
-        _ => row.context == Context::Dashboard,
+        _ => {
+            matches!(row.context, Context::Dashboard | Context::Modes)
+        }
     });
     let keys = keys.map(|row| {
         let does = keymap.told(&row.does());
-        let title = match row.context {
-            Context::Route => format!("route: {does}"),
-            _ => does,
+        let title = match (row.context, row.action.group()) {
+            (Context::Dashboard, Group::Route) => format!("draft: {does}"),
+            (_, group @ (Group::Route | Group::Map | Group::Time)) => {
+                format!("{}: {does}", group.name())
+            }
+            (_, Group::Robot | Group::Panels | Group::Program) => does,
         };
         Entry {
             searched: format!(

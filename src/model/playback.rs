@@ -204,7 +204,7 @@ mod tests {
         let prowl = Effect::Send(Request::Mode(Mode::Prowl));
         let wanted =
             "What you see is PAST, 2 m 00 s ago. Send `mode prowl` to the robot as it is now?";
-        for keys in ["p", ":mode prowl\n"] {
+        for keys in ["mp", ":mode prowl\n"] {
             let mut scene = scene(true);
             let mut typed = || {
                 let mut effects = scene.type_text(keys.trim_end());
@@ -216,10 +216,10 @@ mod tests {
             assert_eq!(typed(), []);
             assert_eq!(question(&scene), wanted);
             assert_eq!(scene.type_text("n"), []);
-            scene.type_text("p");
+            scene.type_text("mp");
             assert_eq!(scene.type_text("y"), std::slice::from_ref(&prowl));
         }
-        for keys in [" ", "p ", "n ", "? "] {
+        for keys in [" ", "mp ", "m ", "n ", "? "] {
             let stop = Effect::Send(Request::Stop);
             assert_eq!(scene(true).type_text(keys), [stop], "{keys}");
         }
@@ -227,9 +227,9 @@ mod tests {
 
     #[test]
     fn commands_by_key_ask_in_the_past() {
-        for key in "prhWv4CO".chars() {
+        for key in ["mp", "mr", "mh", "mw", "v", "4", "C", "O"] {
             let mut scene = scene(true);
-            assert_eq!(scene.type_text(&key.to_string()), [], "{key}");
+            assert_eq!(scene.type_text(key), [], "{key}");
             let asked = question(&scene);
             assert!(asked.contains("PAST, 2 m 00 s ago"), "{key}: {asked}");
             let effects = scene.type_text("y");
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn a_capture_has_no_robot() {
-        for keys in ["p", " ", "4", ":stop\n", "x", "C"] {
+        for keys in ["mp", " ", "4", ":stop\n", "x", "C"] {
             let mut scene = scene(false);
             let mut effects = scene.type_text(keys.trim_end_matches('\n'));
             if keys.ends_with('\n') {
@@ -282,12 +282,12 @@ mod tests {
         let travel = |travel| vec![Effect::Playback(travel)];
         let jump = |to, forward| travel(Control::Jump { to, forward });
         for (keys, wanted) in [
-            ("k", travel(Control::TogglePause)),
+            ("p", travel(Control::TogglePause)),
             (",", travel(Control::Step { forward: false })),
             (".", travel(Control::Step { forward: true })),
             ("<", travel(Control::Speed(0.5))),
             (">", travel(Control::Speed(2.0))),
-            ("m", travel(Control::Mark)),
+            ("a", travel(Control::Mark)),
             ("o", travel(Control::Loop)),
             ("G", travel(Control::Newest)),
             ("na", jump(Some(Landmark::Alarm), true)),
@@ -302,6 +302,12 @@ mod tests {
                 assert_eq!(scene(is_live).type_text(keys), wanted, "{keys}");
             }
         }
+        let pause = travel(Control::TogglePause);
+        assert_eq!(
+            scene(false).type_text(" "),
+            pause,
+            "a replay has nothing to stop"
+        );
         let mut scene = scene(true);
         scene.type_text("g+30s");
         let ahead = Position::Ahead(Moment::from_secs(30));

@@ -30,6 +30,8 @@ pub(crate) enum Overlay {
     Text(TextEntry),
     Drive(Stick),
     Palette(Palette),
+    /// The choice of a mode.
+    Modes,
     /// The choice of a landmark to jump to.
     Jump {
         forward: bool,
@@ -217,6 +219,7 @@ impl Ui {
             Overlay::Text(_) => Context::Text,
             Overlay::Drive(_) => Context::Drive,
             Overlay::Palette(_) => Context::Palette,
+            Overlay::Modes => Context::Modes,
             Overlay::Jump { .. } => Context::Jump,
             Overlay::Trace(_) => Context::Trace,
             Overlay::Why => Context::Why,

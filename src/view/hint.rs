@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use groundwave_protocol::status_codes::Mode;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -10,33 +9,22 @@ use ratatui::text::{Line, Span};
 use super::status::{file_name, shortened};
 use super::{Screen, put, width_of};
 use crate::hint::shell_word;
-use crate::model::keys::{Action, Context};
-use crate::model::link::{Connection, Health};
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
-use crate::playback::{Control, POSITION_HELP};
+use crate::playback::POSITION_HELP;
 
 /// Variants of the summary from longest to shortest: the first that fits is drawn.
-const TERSENESS: [Terseness; 4] = [
+const TERSENESS: [Terseness; 3] = [
     Terseness {
         short: false,
-        flow: true,
         name_columns: usize::MAX,
     },
     Terseness {
         short: true,
-        flow: true,
-        name_columns: usize::MAX,
-    },
-    // The status row has rate and loss too.
-    Terseness {
-        short: true,
-        flow: false,
         name_columns: usize::MAX,
     },
     Terseness {
         short: true,
-        flow: false,
         name_columns: 16,
     },
 ];
@@ -46,8 +34,6 @@ const TERSENESS: [Terseness; 4] = [
 struct Terseness {
     /// Shorter words, and files without their folders.
     short: bool,
-    /// Rate and loss.
-    flow: bool,
     /// Maximum length of a recording's name.
     name_columns: usize,
 }
@@ -159,23 +145,11 @@ impl Screen<'_> {
     fn facts(&self, terseness: Terseness) -> Line<'_> {
         let Terseness {
             short,
-            flow,
             name_columns,
         } = terseness;
         let theme = &self.theme;
-        let link = &self.facts.link;
         let separator = format!(" {} ", theme.glyphs.dot);
         let mut facts = Vec::new();
-        // A silent link has no rate.
-        if flow && matches!(link.health(self.now), Health::Good | Health::Weak) {
-            if link.newest_raw().is_some() {
-                let unit = if short { "/s" } else { " lines/s" };
-                facts.push(format!("{:.1}{unit}", link.lines_per_s(self.now)));
-            }
-            if let Some(loss) = link.loss(self.now) {
-                facts.push(format!("loss {:.1} %", loss * 100.0));
-            }
-        }
         let recording = &self.present.recording;
         let places: Vec<String> = [&recording.tee, &recording.mcap]
             .into_iter()
@@ -191,10 +165,12 @@ impl Screen<'_> {
             if let Some(name) = file.map(|name| shortened(&name, name_columns)) {
                 facts.push(format!("after leaving: groundwave recover {name}"));
             }
+        } else if self.ui.is_replay() {
+            // The robot of a replay is not there to be recorded.
         } else if !places.is_empty() {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));
-        } else if !self.ui.is_replay() {
+        } else {
             facts.push("not recorded".to_owned());
         }
         if let Some(command) = &self.ui.config.raw_copy {
@@ -205,37 +181,7 @@ impl Screen<'_> {
             };
             facts.push(format!("{how}: {command}"));
         }
-        let step = Action::Playback(Control::Step { forward: false });
-        let keys: &[(Action, &str)] = if self.ui.context() != Context::Dashboard {
-            &[]
-        } else if self.ui.is_replay() {
-            &[
-                (Action::Playback(Control::TogglePause), " stands still"),
-                (step, " a line back or on"),
-                (Action::AskMoment, " goes to a time"),
-            ]
-        } else if link.can_send && link.connection == Connection::Open {
-            &[(Action::Mode(Mode::GoHome), " sends it home")]
-        } else {
-            &[]
-        };
-        let keymap = &self.ui.config.keys;
-        let keys = keys.iter().map(|(action, does)| {
-            let labels = keymap.labels(Context::Dashboard, *action);
-            (labels, *does)
-        });
-        let mut spans = vec![Span::styled(facts.join(&separator), theme.plain)];
-        for (n, (labels, does)) in keys.filter(|(labels, _)| !labels.is_empty()).enumerate() {
-            let between = match n {
-                0 if facts.is_empty() => "",
-                0 => separator.as_str(),
-                _ => ", ",
-            };
-            spans.push(Span::raw(between.to_owned()));
-            spans.push(Span::styled(labels, theme.key));
-            spans.push(Span::raw(does));
-        }
-        Line::from(spans)
+        Line::styled(facts.join(&separator), theme.plain)
     }
 }
 

@@ -23,8 +23,17 @@ const HELP_COLUMNS: u16 = 80;
 /// Width of a command in the help, columns.
 const COMMAND_COLUMNS: usize = 18;
 
+/// A further context in the help: its heading and the actions to show.
+type Elsewhere = (&'static str, Context, fn(Action) -> bool);
+
 /// Further contexts in the help, one row each.
-const ELSEWHERE: [(&str, Context); 2] = [("driving", Context::Drive), ("typing", Context::Text)];
+const ELSEWHERE: [Elsewhere; 3] = [
+    ("modes", Context::Modes, |action| {
+        matches!(action, Action::Mode(_))
+    }),
+    ("driving", Context::Drive, |_| true),
+    ("typing", Context::Text, |_| true),
+];
 
 const ASCII_BORDER: border::Set<'_> = border::Set {
     top_left: "+",
@@ -46,7 +55,11 @@ impl Screen<'_> {
             Overlay::Why => self.why_window(buffer, area),
             Overlay::Runs(runs) => self.runs_window(buffer, area, runs),
             Overlay::Text(entry) => self.long_error(buffer, area, entry),
-            Overlay::None | Overlay::Drive(_) | Overlay::Jump { .. } | Overlay::Trace(_) => {}
+            Overlay::None
+            | Overlay::Drive(_)
+            | Overlay::Modes
+            | Overlay::Jump { .. }
+            | Overlay::Trace(_) => {}
         }
     }
 
@@ -105,10 +118,7 @@ impl Screen<'_> {
             Context::Dashboard
         };
         let keymap = &self.ui.config.keys;
-        let told: Vec<_> = keymap
-            .rows()
-            .filter(|binding| binding.context == of && !binding.help.is_empty())
-            .collect();
+        let told = self.help_lines(of);
         let others = ELSEWHERE.len() as u16;
         let rows =
             (told.len().div_ceil(2) as u16).min(area.height.saturating_sub(others + 2).max(1));
@@ -137,28 +147,44 @@ impl Screen<'_> {
         }
         let width = inner.width / 2;
         let told = told.into_iter().skip(page * 2 * usize::from(rows));
-        for (n, binding) in (0..2 * rows).zip(told) {
+        for (n, line) in (0..2 * rows).zip(told) {
             let (column, row) = (n / rows, n % rows);
             let half = Rect {
                 x: inner.x + column * width,
                 width: width.saturating_sub(1),
                 ..inner
             };
-            let label = format!("{} ", binding.label);
-            let line = Line::from(vec![
-                Span::styled(format!("{label:<LABEL_COLUMNS$}"), self.theme.key),
-                Span::raw(self.told(&binding.help)),
-            ]);
             put(buffer, half, row, &self.cut(line, usize::from(half.width)));
         }
-        for (row, (when, context)) in (rows..).zip(ELSEWHERE) {
+        for (row, (when, context, shows)) in (rows..).zip(ELSEWHERE) {
             let mut spans = vec![Span::styled(
                 format!("{when:<LABEL_COLUMNS$}"),
                 self.theme.dim,
             )];
-            spans.extend(self.named_keys(context, |_| true));
+            spans.extend(self.named_keys(context, shows));
             put(buffer, inner, row, &Line::from(spans));
         }
+    }
+
+    /// The keys of a context, those of the dashboard under headings.
+    fn help_lines(&self, of: Context) -> Vec<Line<'_>> {
+        let mut lines = Vec::new();
+        let mut heading = None;
+        for row in self.ui.config.keys.rows() {
+            if row.context != of || row.help.is_empty() {
+                continue;
+            }
+            let group = row.action.group();
+            if of == Context::Dashboard && heading.replace(group) != Some(group) {
+                lines.push(Line::styled(group.name(), self.theme.title));
+            }
+            let label = format!("{} ", row.label);
+            lines.push(Line::from(vec![
+                Span::styled(format!("{label:<LABEL_COLUMNS$}"), self.theme.key),
+                Span::raw(self.told(&row.help)),
+            ]));
+        }
+        lines
     }
 
     fn commands_help(&self, buffer: &mut Buffer, area: Rect) {

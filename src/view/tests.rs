@@ -213,7 +213,7 @@ fn a_flight_at_120_by_40() {
     row(&screen, "simulator's truth");
     row(
         &screen,
-        "loss 4.3 % · groundwave-20250314T092653Z.mcap · raw: cat /dev/pts/5 · h sends it home",
+        "recorded in groundwave-20250314T092653Z.mcap · raw in another terminal: cat /dev/pts/5",
     );
     assert!(row(&screen, "1 ▶ BUMPERS").contains("HOLDS"));
     assert!(row(&screen, "4 △ sonar").contains("12 %"), "by line C");
@@ -228,7 +228,7 @@ fn a_flight_at_80_by_24() {
     row(&sensors, "loss 4.3 %");
     row(
         &sensors,
-        "groundwave-20250314T092653Z.mcap · raw: cat /dev/pts/5 · h sends it home",
+        "groundwave-20250314T092653Z.mcap · raw: cat /dev/pts/5",
     );
     assert!(row(&sensors, "● sim").ends_with("◉ REC"));
     for (panel, words) in [

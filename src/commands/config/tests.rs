@@ -97,8 +97,8 @@ fn mistakes_have_line_and_column() {
             "2:1: no key does `scna`; did you mean `scan`?",
         ),
         (
-            "[keys]\nscan = \"p\"\n",
-            "2:1: `p` cannot be the key for `scan`: it is the key for `mode-prowl`",
+            "[keys]\nscan = \"x\"\n",
+            "2:1: `x` cannot be the key for `scan`: it is the key for `cancel-commands`",
         ),
         (
             "[keys]\nleave-drive = \"x\"\n",

@@ -72,8 +72,8 @@ impl Script {
     /// Fails on a command that takes a protection of the robot away.
     fn refuse_hazards(&self) -> Result<(), Fault> {
         for (index, Line { request, .. }) in self.lines.iter().enumerate() {
-            if let Some(takes) = request.takes_away() {
-                let why = format!("`{request}` takes {takes} away; add --yes to send it");
+            if let Some(part) = request.turns_off() {
+                let why = format!("`{request}` turns {part} off; add --yes to send it");
                 return Err(usage(why).within(self.place(index), ""));
             }
         }

@@ -207,7 +207,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "battery low",
-        hint: "call it home (<mode-go-home>) and charge it",
+        hint: "call it home (<modes/mode-go-home>) and charge it",
         unit: "V",
         logged_here: true,
         source: Source::Status,

@@ -10,6 +10,7 @@ use crate::playback::{Control, Landmark};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     Stop,
+    AskMode,
     Mode(Mode),
     ToggleLayer(Layer),
     Scan,
@@ -67,7 +68,68 @@ pub(crate) enum Action {
     Quit,
 }
 
+/// A heading of the help: the actions of the dashboard by what they concern.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Group {
+    Robot,
+    Route,
+    Map,
+    Panels,
+    Time,
+    Program,
+}
+
+impl Group {
+    /// Its name.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Robot => "robot",
+            Self::Route => "route",
+            Self::Map => "map",
+            Self::Panels => "panels",
+            Self::Time => "time",
+            Self::Program => "program",
+        }
+    }
+}
+
 impl Action {
+    /// Its heading in the help of the dashboard.
+    pub(crate) const fn group(self) -> Group {
+        match self {
+            Self::AddWaypoint
+            | Self::UndoDraft
+            | Self::RedoDraft
+            | Self::EditRoute
+            | Self::DiscardDraft
+            | Self::SendDraft
+            | Self::AskRouteFile
+            | Self::ClearList
+            | Self::Route(_) => Group::Route,
+            Self::MoveCursor { .. }
+            | Self::Follow
+            | Self::Zoom(_)
+            | Self::Pan { .. }
+            | Self::ToggleTruth => Group::Map,
+            Self::NextPanel
+            | Self::Show(_)
+            | Self::Enlarge
+            | Self::TurnPage(_)
+            | Self::NextPlotWindow
+            | Self::AcknowledgeAlarms
+            | Self::ToggleBell
+            | Self::Trace
+            | Self::Why => Group::Panels,
+            Self::Playback(_)
+            | Self::Speed(_)
+            | Self::AskMoment
+            | Self::AskJump { .. }
+            | Self::ToggleRecording => Group::Time,
+            Self::Help | Self::Close | Self::Redraw | Self::Suspend | Self::Quit => Group::Program,
+            _ => Group::Robot,
+        }
+    }
+
     /// Whether it shows another moment.
     pub(crate) const fn moves_in_time(self) -> bool {
         matches!(
@@ -103,9 +165,8 @@ impl Action {
     }
 
     /// Whether the footer shows it before the others that concern no single panel.
-    pub(crate) const COMMON: [Self; 7] = [
-        Self::Mode(Mode::Prowl),
-        Self::Mode(Mode::GoHome),
+    pub(crate) const COMMON: [Self; 6] = [
+        Self::AskMode,
         Self::NextPanel,
         Self::EditRoute,
         Self::AskCommand,
@@ -118,6 +179,7 @@ impl Action {
         matches!(
             self,
             Self::Stop
+                | Self::AskMode
                 | Self::Mode(_)
                 | Self::ToggleLayer(_)
                 | Self::Scan

@@ -110,13 +110,6 @@ impl Keymap {
         row.map_or_else(String::new, Row::first_key)
     }
 
-    /// The keys of a row and of the rows it describes.
-    pub(crate) fn labels(&self, context: Context, action: Action) -> &str {
-        let mut rows = self.rows();
-        let row = rows.find(|row| row.context == context && row.action == action);
-        row.map_or("", |row| &row.labels)
-    }
-
     /// A text with key names in place of action names: `<scan>` becomes the first key of that action on the dashboard,
     /// `<route/route-undo>` that of another context, `<toggle-layer-bumpers..>` the keys of a row and of the rows it
     /// describes. An action without a key keeps its name, which the palette finds; other brackets stay.
@@ -140,10 +133,13 @@ impl Keymap {
         let name = only.unwrap_or(name);
         let is_it = |row: &Row| row.name == name && row.context.name() == place;
         let at = self.rows().position(is_it)?;
-        let keys = match only {
+        let mut keys = match only {
             Some(_) => self.0[at].labels.to_string(),
             None => self.0[at].first_key(),
         };
+        if self.0[at].context == Context::Modes && !keys.is_empty() {
+            keys = format!("{} {keys}", self.label(Context::Dashboard, Action::AskMode));
+        }
         Some(if keys.is_empty() {
             name.to_owned()
         } else {
@@ -163,12 +159,16 @@ impl Keymap {
         action(key).or_else(|| action(KeyEvent { modifiers, ..key }).filter(is_stop))
     }
 
-    /// Rows of the manual: context, keys, name in the configuration and description.
-    pub fn manual(&self) -> impl Iterator<Item = [Cow<'_, str>; 4]> {
+    /// Rows of the manual: context, group of the dashboard's rows, keys, name in the configuration and description.
+    pub fn manual(&self) -> impl Iterator<Item = [Cow<'_, str>; 5]> {
         self.rows().map(|row| {
-            let (context, name) = (row.context.name().into(), row.name.into());
+            let group = match row.context {
+                Context::Dashboard => row.action.group().name(),
+                _ => "",
+            };
             let does = self.told(&row.does()).into();
-            [context, row.key_names().into(), name, does]
+            let (context, name) = (row.context.name().into(), row.name.into());
+            [context, group.into(), row.key_names().into(), name, does]
         })
     }
 }

@@ -1,5 +1,7 @@
 //! Descriptions of single keys that share a line of the help.
 
+use groundwave_protocol::status_codes::Mode;
+
 use super::super::Caret;
 use super::super::editor::RouteAction;
 use super::Action;
@@ -10,16 +12,17 @@ use crate::request::layer_word;
 /// The description; `None` where the help has one.
 pub(super) fn alone(action: Action) -> Option<String> {
     let words = match action {
+        Action::Mode(mode) => return mode_words(mode).map(str::to_owned),
         Action::ToggleLayer(layer) => {
             format!("allow or forbid layer {}", layer_word(layer))
         }
         Action::MoveCursor { east, north } => {
-            format!("map: move the cursor {}", way(east.into(), north.into()))
+            format!("move the cursor {}", way(east.into(), north.into()))
         }
         Action::Pan { east, north } => {
-            format!("map: look further {}", way(east.into(), north.into()))
+            format!("look further {}", way(east.into(), north.into()))
         }
-        Action::Zoom(steps) => pick(steps, "map: zoom in", "map: zoom out"),
+        Action::Zoom(steps) => pick(steps, "zoom in", "zoom out"),
         Action::Show(panel) => {
             format!(
                 "the panel {}; again: enlarge it",
@@ -28,14 +31,13 @@ pub(super) fn alone(action: Action) -> Option<String> {
         }
         Action::TurnPage(steps) => pick(steps, "the next page", "the page before"),
         Action::Playback(Control::Step { forward }) => {
-            format!("time: a line {}", if forward { "on" } else { "back" })
+            format!("a line {}", if forward { "on" } else { "back" })
         }
-        Action::Playback(Control::Newest) => "time: back to now, or to the end".to_owned(),
-        Action::Playback(Control::Oldest) => "time: to the beginning".to_owned(),
-        Action::Speed(steps) => pick(steps, "time: faster", "time: slower"),
+        Action::Playback(Control::Newest) => "back to now, or to the end".to_owned(),
+        Action::Speed(steps) => pick(steps, "faster", "slower"),
         Action::AskJump { forward } => {
             let which = if forward { "after" } else { "before" };
-            format!("time: the alarm, bump, behaviour change, command or marker {which} this")
+            format!("the alarm, bump, behaviour change, command or marker {which} this")
         }
         Action::JumpAgain { forward } => {
             let which = if forward { "after" } else { "before" };
@@ -56,11 +58,25 @@ pub(super) fn alone(action: Action) -> Option<String> {
         Action::Recall(steps) => pick(steps, "the line typed after this", "the line typed before"),
         Action::Caret(Caret::Left) => "a character back".to_owned(),
         Action::Caret(Caret::Right) => "a character on".to_owned(),
-        Action::Caret(Caret::Start) => "to the beginning".to_owned(),
+        Action::Playback(Control::Oldest) | Action::Caret(Caret::Start) => {
+            "to the beginning".to_owned()
+        }
         Action::Caret(Caret::End) => "to the end".to_owned(),
         _ => return None,
     };
     Some(words)
+}
+
+const fn mode_words(mode: Mode) -> Option<&'static str> {
+    Some(match mode {
+        Mode::Prowl => "prowl: move about, drive the route",
+        Mode::GoHome => "home: back to the origin",
+        Mode::Wander => "wander for a while, then home",
+        Mode::Reactive => "reactive: wait to be pulled",
+        Mode::Passive => "passive: hide and wait",
+        Mode::Forage => "dock: charge the battery",
+        Mode::Stop | Mode::User | Mode::Calibrate => return None,
+    })
 }
 
 fn alone_in_route(action: RouteAction) -> Option<String> {

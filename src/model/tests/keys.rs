@@ -151,7 +151,7 @@ fn a_layer_key_asks_for_the_opposite_of_what_was_asked_or_reported() {
 }
 
 #[test]
-fn taking_a_protection_away_asks_first() {
+fn turning_a_protection_off_asks_first() {
     for keys in [
         "1",
         ":disable bumpers,sonar",
@@ -169,7 +169,11 @@ fn taking_a_protection_away_asks_first() {
         let Overlay::Question(question) = &scene.model.ui.overlay else {
             panic!("{keys}: no question");
         };
-        assert!(question.text.contains("It takes its "), "{}", question.text);
+        assert!(
+            question.text.contains("This turns its "),
+            "{}",
+            question.text
+        );
         let sent = scene.type_text("y");
         assert!(matches!(sent[..], [Effect::Send(_)]), "{keys}: {sent:?}");
     }
@@ -212,14 +216,21 @@ fn every_mode_that_is_asked_for_often_has_a_key() {
     for (key, mode) in [
         ("p", Mode::Prowl),
         ("r", Mode::Reactive),
-        ("P", Mode::Passive),
-        ("W", Mode::Wander),
+        ("s", Mode::Passive),
+        ("w", Mode::Wander),
         ("h", Mode::GoHome),
-        ("D", Mode::Forage),
+        ("d", Mode::Forage),
     ] {
+        let mut scene = scene();
+        assert_eq!(scene.type_text("m"), [], "the menu alone moves nothing");
         let wanted = Effect::Send(Request::Mode(mode));
-        assert_eq!(scene().type_text(key), [wanted], "{key}");
+        assert_eq!(scene.type_text(key), [wanted], "{key}");
+        assert_eq!(scene.model.ui.overlay, Overlay::None);
     }
+    let mut scene = scene();
+    scene.type_text("mx");
+    assert_eq!(scene.model.ui.overlay, Overlay::Modes, "x is no mode");
+    assert_eq!(scene.type_text(" "), [Effect::Send(Request::Stop)]);
 }
 
 #[test]
@@ -277,7 +288,7 @@ fn esc_and_a_key_in_one_burst_act_as_esc_and_stop() {
         } else {
             &[]
         };
-        for typed in ["", ":runs", ":mode wander", "?", "l"] {
+        for typed in ["", ":runs", ":mode wander", "?", "r"] {
             let mut scene = scene();
             scene.type_text(typed);
             assert_eq!(scene.event(alt(code)), wanted, "{code:?} after {typed:?}");

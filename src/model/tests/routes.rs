@@ -39,7 +39,7 @@ fn a_draft_never_outgrows_the_robots_list() {
 
 #[test]
 fn route_file_is_read_by_an_effect() {
-    for keys in ["l tour.txt ", ":route tour.txt"] {
+    for keys in ["r tour.txt ", ":route tour.txt"] {
         let mut scene = scene();
         scene.type_text(keys);
         assert_eq!(
@@ -111,7 +111,7 @@ fn a_route_is_driven_at_once_when_that_is_typed() {
 /// What is wrong with a name can be mended where it was typed.
 #[test]
 fn a_prompt_for_a_file_stays_until_the_file_is_right() {
-    for keys in ["ltuor.txt", ":route tuor.txt"] {
+    for keys in ["rtuor.txt", ":route tuor.txt"] {
         let mut scene = scene();
         scene.type_text(keys);
         scene.press(&[KeyCode::Enter]);

@@ -122,8 +122,8 @@ fn file_names_with_spaces_need_quotes() {
     for text in [
         ":route \"my tour.csv\"",
         ":route my tour.csv",
-        "l\"my tour.csv\"",
-        "lmy tour.csv",
+        "r\"my tour.csv\"",
+        "rmy tour.csv",
     ] {
         scene.type_text(text);
         assert_eq!(scene.press(&[KeyCode::Enter]), load, "{text}");

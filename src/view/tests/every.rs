@@ -191,13 +191,13 @@ pub(super) const STATES: &[State] = &[
             "PAST 2 m",
             "BATTERY LOW",
             "commands go to the robot now",
-            "k still",
+            "p pause",
         ],
     },
     State {
         name: "replay",
         make: |config| flight_at(config, |scene| playback(scene, false)),
-        facts: &["REPLAY ", "k still", ", . line"],
+        facts: &["REPLAY ", "p pause", ", . line"],
     },
     State {
         name: "replay_being_read",
@@ -244,7 +244,7 @@ pub(super) const STATES: &[State] = &[
             scene.ctrl('p');
             scene
         },
-        facts: &["commands", "STOP", "prowl: move about", "Enter do it"],
+        facts: &["commands", "STOP", "modes: prowl", "Enter do it"],
     },
     State {
         name: "question",

@@ -39,7 +39,7 @@ fn the_summary_is_never_cut() {
         }));
         for (width, height) in [(80, 24), (90, 30), (100, 30), (120, 40), (200, 60)] {
             let screen = screen(&scene, width, height);
-            let line = row(&screen, "h sends it home");
+            let line = row(&screen, "cat /dev/pts/123");
             assert!(
                 line.contains(named) && line.contains("cat /dev/pts/123"),
                 "{line}"
@@ -66,7 +66,7 @@ fn the_result_of_a_command_shows_on_the_smallest_screen() {
     let until = scene.redraw_at().unwrap();
     assert!(until <= scene.now + std::time::Duration::from_secs(1));
     scene.wait_ms(1000);
-    assert!(hint(&scene).contains("h sends it home"));
+    assert!(hint(&scene).contains("recorded") || hint(&scene).contains("mcap"));
 
     scene.ask(1, Request::Scan);
     scene.status_of(1, CommandStatus::Sent { frames: 1 });
@@ -90,11 +90,11 @@ fn a_receive_only_link_offers_no_commands() {
         name: "radio".to_owned(),
         can_send: false,
     }));
-    for keys in ["", ":", "l"] {
+    for keys in ["", ":", "r"] {
         scene.type_text(keys);
         let screen = screen(&scene, 80, 24);
         let footer = screen.lines().last().unwrap();
-        for word in ["STOP", "prowl", "drive", "layers", " send", "home"] {
+        for word in ["STOP", "modes", "drive", "layers", " send", "home"] {
             assert!(!footer.contains(word), "{footer}");
         }
         scene.press(&[KeyCode::Esc]);
@@ -112,7 +112,7 @@ fn a_prompt_names_the_keys_to_stop_and_to_leave() {
     let mut scene = flight(demo());
     for keys in [
         ":mode prowl",
-        "l/home/somebody/routes/a-route-with-a-long-name-to-the-lamp.txt",
+        "r/home/somebody/routes/a-route-with-a-long-name-to-the-lamp.txt",
     ] {
         scene.type_text(keys);
         for (width, height) in [(80, 24), (120, 40)] {
@@ -136,9 +136,9 @@ fn the_footer_names_the_keys_of_the_chosen_panel() {
     let footer = |scene: &Scene| screen(scene, 80, 24).lines().last().unwrap().to_owned();
     let mut scene = flight(demo());
     for (key, named) in [
-        (4, "Space STOP  T longer  p prowl"),
-        (5, "Space STOP  : command  p prowl"),
-        (8, "Space STOP  A ack  b bell  p prowl"),
+        (4, "Space STOP  T longer  m modes"),
+        (5, "Space STOP  : command  m modes"),
+        (8, "Space STOP  A ack  b bell  m modes"),
     ] {
         scene.press(&[KeyCode::F(key)]);
         assert!(footer(&scene).starts_with(named), "{}", footer(&scene));
@@ -221,21 +221,10 @@ fn hand_driving_names_its_keys_and_its_end() {
     scene.press(&[KeyCode::Esc]);
     row(
         &screen(&scene, 80, 24),
-        "it stands in mode user: p prowls, h goes home, d drives on",
+        "it stands in mode user: m p prowls, m h goes home, d drives on",
     );
     scene.press(&[KeyCode::F(6)]);
     row(&screen(&scene, 80, 24), "it stands in mode user");
-}
-
-#[test]
-fn a_silent_link_has_no_rate() {
-    let mut scene = flight(demo());
-    row(&screen(&scene, 120, 40), "2.9/s · loss 4.3 %");
-    scene.wait_ms(10_000);
-    scene.event(Event::Tick);
-    let silent = screen(&scene, 120, 40);
-    let hint = silent.lines().rev().nth(1).unwrap();
-    assert!(!hint.contains("/s") && !hint.contains("loss"), "{hint}");
 }
 
 /// An alarm and the PAST banner take one row each.
@@ -375,19 +364,6 @@ fn a_failed_recording_is_not_shown_as_recorded() {
     row(&screen, "R records on");
     row(&screen, "groundwave recover f.mcap");
     assert!(!screen.contains("recorded in"), "{screen}");
-}
-
-#[test]
-fn a_lost_link_offers_nothing_to_send() {
-    let mut scene = flight(demo());
-    row(&screen(&scene, 140, 40), "h sends it home");
-    let reason = "the connection is gone".to_owned();
-    scene.event(Event::Link(LinkEvent::Lost { reason }));
-    let lost = screen(&scene, 140, 40);
-    assert!(
-        !lost.contains("sends it home") && !lost.contains("plug the radio"),
-        "{lost}"
-    );
 }
 
 #[test]

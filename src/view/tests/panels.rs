@@ -78,7 +78,7 @@ fn an_alarm_shows_on_every_screen_until_acknowledged() {
     scene.type_text("z");
     let large = screen(&scene, 80, 24);
     insta::assert_snapshot!("alarms_enlarged", large);
-    row(&large, "call it home (h) and charge it");
+    row(&large, "call it home (m h) and charge it");
     row(&large, "· battery critical");
     row(&large, "(limit 11.2 V)");
     scene.type_text("A");

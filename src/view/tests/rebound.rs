@@ -22,7 +22,7 @@ fn all_otherwise() -> Keymap {
     let rebindings = table
         .manual()
         .zip(SYLLABLES..)
-        .map(|([context, _, name, _], key)| {
+        .map(|([context, _, _, name, _], key)| {
             let key = char::from_u32(key).unwrap();
             Rebinding {
                 context: context.into_owned(),
@@ -153,7 +153,7 @@ const MORE: &[(&str, Make, &str)] = &[
             scene.press(&[KeyCode::Esc]);
             scene
         },
-        "<mode-prowl> prowls, <mode-go-home> goes home, <enter-drive> drives on",
+        "<modes/mode-prowl> prowls, <modes/mode-go-home> goes home, <enter-drive> drives on",
     ),
     (
         "STOP in the past",
@@ -162,7 +162,7 @@ const MORE: &[(&str, Make, &str)] = &[
     ),
     (
         "a command in the past",
-        |config| past(config, "py"),
+        |config| past(config, "4y"),
         "it is sent to the robot now; <playback-newest> shows",
     ),
     (
@@ -209,7 +209,11 @@ const MORE: &[(&str, Make, &str)] = &[
         |config| flight(config),
         "<toggle-layer-sonar> △ sonar",
     ),
-    ("alarms", low, "call it home (<mode-go-home>) and charge it"),
+    (
+        "alarms",
+        low,
+        "call it home (<modes/mode-go-home>) and charge it",
+    ),
     ("more than a page", low, "<turn-page-less> 1/2"),
 ];
 
@@ -299,8 +303,8 @@ fn a_small_screen_names_the_stop_key() {
 
 #[test]
 fn an_action_without_a_key_is_not_offered() {
-    let shown = screen(&flight(but("mode-go-home", &[])), 200, 60);
-    assert!(!shown.contains("home"), "{shown}");
+    let shown = screen(&flight(but("ask-mode", &[])), 200, 60);
+    assert!(!shown.contains("mode "), "{shown}");
 }
 
 #[test]
