@@ -117,7 +117,7 @@ fn the_dashboard_obeys_keys_and_restores_the_terminal() {
         text.lines()
             .any(|line| line.contains("stop") && line.contains("confirmed"))
     });
-    watch.type_keys("p");
+    watch.type_keys("mp");
     watch.wait_for("prowl acknowledged", |text| {
         text.lines()
             .any(|line| line.contains("mode prowl") && line.contains("confirmed"))

@@ -155,7 +155,7 @@ fn esc_and_an_arrow_in_one_burst_send_nothing() {
         watch.type_keys(keys);
         watch.wait_for("no prompt", |text| !text.contains("Esc cancel"));
     }
-    watch.type_keys("p");
+    watch.type_keys("mp");
     watch.wait_for("confirmation", |text| {
         text.contains("mode prowl: confirmed")
     });
@@ -275,7 +275,7 @@ fn a_mark_of_a_live_session_comes_back_in_the_replay_of_its_recording() {
     let capture = capture.to_str().unwrap();
     let sim = Sim::start(&[]);
     let mut watch = watch(&sim, &["--record", capture], 120, 40);
-    watch.type_keys("m");
+    watch.type_keys("a");
     watch.wait_for("that it is marked", |text| {
         text.contains("n m and N m go to marks")
     });
@@ -292,7 +292,7 @@ fn a_mark_of_a_live_session_comes_back_in_the_replay_of_its_recording() {
     replay.wait_for("the mark in the bar of time", has_mark);
     replay.type_keys("Nm");
     replay.type_keys("nm");
-    replay.type_keys("m");
+    replay.type_keys("a");
     replay.wait_for("that it stood at the mark", |text| {
         text.contains("the mark at ") && !has_mark(text)
     });
