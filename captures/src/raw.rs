@@ -107,10 +107,18 @@ impl FileWorker for Worker {
     type Item = Vec<u8>;
 
     fn write(&mut self, bytes: Vec<u8>) -> Result<(), CaptureError> {
-        if let Err(error) = self.file.write_all(&bytes) {
-            return Err(self.failed(error));
+        let mut rest = &bytes[..];
+        while !rest.is_empty() {
+            match self.file.write(rest) {
+                Ok(0) => return Err(self.failed(io::ErrorKind::WriteZero.into())),
+                Ok(written) => {
+                    self.is_empty = false;
+                    rest = &rest[written..];
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(self.failed(error)),
+            }
         }
-        self.is_empty = false;
         Ok(())
     }
 
@@ -129,7 +137,7 @@ impl FileWorker for Worker {
 impl Worker {
     fn failed(&self, error: io::Error) -> CaptureError {
         let path = self.path.clone();
-        // The file may hold the beginning of the first read, or be appended to.
+        // The file may be appended to.
         let is_empty = self.is_empty && self.file.metadata().is_ok_and(|about| about.len() == 0);
         if is_empty {
             CaptureError::NothingWritten { path, error }
