@@ -77,36 +77,65 @@ impl Sides {
     }
 }
 
-/// Edge sensors that detect no floor.
+/// Edge sensors that detect no floor: a ring around the body, wired to eight inputs. Each input joins one to four
+/// sensors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[expect(clippy::struct_excessive_bools, reason = "one per sensor")]
-pub struct Edges {
-    /// Ahead of the left wheel.
-    pub left: bool,
-    /// Below the middle of the bumper.
-    pub center: bool,
-    /// Ahead of the right wheel.
-    pub right: bool,
-    /// Behind the tail wheel or a drive wheel; the three sensors share an input.
-    pub rear: bool,
-}
+pub struct Edges(u8);
 
 impl Edges {
+    /// Complete floor.
+    pub const NONE: Self = Self(0);
+    /// Below the middle of the bumper.
+    pub const AHEAD: Self = Self(1);
+    /// Ahead of the left wheel.
+    pub const AHEAD_LEFT: Self = Self(1 << 1);
+    /// Ahead of the right wheel.
+    pub const AHEAD_RIGHT: Self = Self(1 << 2);
+    /// Outside the left wheel.
+    pub const BESIDE_LEFT: Self = Self(1 << 3);
+    /// Outside the right wheel.
+    pub const BESIDE_RIGHT: Self = Self(1 << 4);
+    /// Behind the caster.
+    pub const BEHIND: Self = Self(1 << 5);
+    /// From the left of the caster to behind the left wheel.
+    pub const BEHIND_LEFT: Self = Self(1 << 6);
+    /// From the right of the caster to behind the right wheel.
+    pub const BEHIND_RIGHT: Self = Self(1 << 7);
+    /// No floor anywhere.
+    pub const ALL: Self = Self(u8::MAX);
+    /// The three inputs of the front.
+    pub const FRONT: Self = Self::AHEAD.or(Self::AHEAD_LEFT).or(Self::AHEAD_RIGHT);
+    /// The three inputs of the rear.
+    pub const REAR: Self = Self::BEHIND.or(Self::BEHIND_LEFT).or(Self::BEHIND_RIGHT);
+
+    /// The inputs with these bits.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
+    /// One bit per input.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
     /// Whether any sensor detects no floor.
     #[must_use]
     pub const fn any(self) -> bool {
-        self.left || self.center || self.right || self.rear
+        self.0 != 0
+    }
+
+    /// Whether any of these inputs detects no floor.
+    #[must_use]
+    pub const fn meets(self, inputs: Self) -> bool {
+        self.0 & inputs.0 != 0
     }
 
     /// The edges of either of two.
     #[must_use]
     pub const fn or(self, other: Self) -> Self {
-        Self {
-            left: self.left || other.left,
-            center: self.center || other.center,
-            right: self.right || other.right,
-            rear: self.rear || other.rear,
-        }
+        Self(self.0 | other.0)
     }
 }
 

@@ -5,9 +5,10 @@
 //! from the edge. In manual driving it only brakes, and the operator decides. Without any floor the robot has been
 //! lifted or has fallen, and the wheels stay still until it is put down.
 //!
-//! The sensors ahead of the wheels and below the middle of the bumper cover forward motion; the rear input covers the
-//! tail wheel and both drive wheels backward. A turn on the spot moves one wheel forward, the other and the tail
-//! backward; the sensor in each direction can stop it.
+//! A ring of sensors surrounds the body, closer than the corner of a stairwell is wide, so that no edge reaches a wheel
+//! or the caster unseen. The sensors are not perfect. The guard brakes in the tick of a first detection, while the edge
+//! is still far enough away, and acts on the edge when a second detection within eight ticks confirms it. After a false
+//! detection the robot goes on.
 
 use crate::angle::Angle;
 use crate::board::{COUNTS_PER_IN, Edges};
@@ -16,7 +17,7 @@ use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::{cps, ticks};
 
-/// Maximum reverse speed: the sensor behind the tail is less than an inch ahead of it.
+/// Maximum reverse speed: the sensors behind the caster are 2 in ahead of it.
 const BACK_MOST_CPS: i16 = cps(8);
 
 /// Maximum duration of braking: two or three ticks stop the robot.
@@ -43,8 +44,9 @@ const TURN_IN_S: i16 = 6;
 /// Minimum turn away from an edge ahead, 60 degrees; a random part of up to 60 degrees is added.
 const TURN_LEAST: u16 = 0x2AAB;
 
-/// Turn away from an edge alongside: 45 degrees, after which driving ahead leads away.
-const VEER: u16 = 0x2000;
+/// Ticks for which a detection is held, and detections among them that confirm an edge.
+const HELD_TICKS: usize = 8;
+const SURE_COUNT: u8 = 2;
 
 /// Maximum duration of a turn.
 const TURN_TICKS: u8 = 5 * ticks(1) as u8;
@@ -52,8 +54,8 @@ const TURN_TICKS: u8 = 5 * ticks(1) as u8;
 /// Delay after the robot has been put down.
 const PUT_DOWN_TICKS: u8 = ticks(1) as u8 / 2;
 
-/// Duration of a pivot on one wheel, with an edge behind and a bumper switch closed.
-const PIVOT_TICKS: u8 = 24;
+/// Duration of a swing: 40 degrees.
+const SWING_TICKS: u8 = 24;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum State {
@@ -72,8 +74,8 @@ enum State {
         heading: Angle,
         ticks_left: u8,
     },
-    /// Drives one wheel ahead with the other one still.
-    Pivot { right: bool, ticks_left: u8 },
+    /// Turns on the spot or on one wheel, between an edge and an obstacle or another edge.
+    Swing { motion: Motion, ticks_left: u8 },
     /// No floor at any sensor, or just put down.
     Lifted { ticks_left: u8 },
 }
@@ -83,8 +85,6 @@ enum State {
 struct Turn {
     right: bool,
     left_to_go: u16,
-    /// Whether the turn is away from an edge alongside: the sensors detect it throughout, and the wheels stay clear.
-    alongside: bool,
 }
 
 /// Decision of the guard for one tick.
@@ -111,6 +111,8 @@ pub enum Missing {
 #[derive(Clone, Debug, Default)]
 pub struct CliffGuard {
     state: State,
+    /// Detections of the past ticks, newest first.
+    history: [Edges; HELD_TICKS],
     /// Edges that it acts on.
     seen: Edges,
     /// Ticks until it reports again.
@@ -162,7 +164,9 @@ impl CliffGuard {
             return Command::Drive(motion);
         };
         self.report_ticks = self.report_ticks.saturating_sub(1);
-        if self.is_lifted(edges) {
+        self.remember(edges);
+        let sure = self.detected(SURE_COUNT);
+        if self.is_lifted(sure) {
             return Command::Brake;
         }
         if by_hand && !matches!(self.state, State::Brake { .. }) {
@@ -176,7 +180,6 @@ impl CliffGuard {
             ..self.wanted(motion)
         };
         let (left, right) = motion.wheels();
-        let ignored = matches!(self.state, State::Turn { turn, .. } if turn.alongside);
         let moves = |count: i16| {
             if count.abs() > STANDING_COUNTS {
                 count
@@ -185,16 +188,41 @@ impl CliffGuard {
             }
         };
         let rolls = (moves(counts.left), moves(counts.right));
-        if !ignored && (leads_over(edges, left, right) || leads_over(edges, rolls.0, rolls.1)) {
-            self.begin(edges, by_hand);
+        let is_barred = |by: Edges| {
+            leads_over(by, left, right)
+                || curves_over(by, left, right)
+                || leads_over(by, rolls.0, rolls.1)
+        };
+        if is_barred(sure) {
+            self.begin(by_hand);
             return self.brake(senses, edges, counts);
+        }
+        if is_barred(edges) {
+            return Command::Brake;
         }
         self.advance(senses);
         Command::Drive(motion)
     }
 
+    fn remember(&mut self, edges: Edges) {
+        self.history.rotate_right(1);
+        if let Some(newest) = self.history.first_mut() {
+            *newest = edges;
+        }
+    }
+
+    /// Inputs with at least this many detections in the past ticks.
+    fn detected(&self, least: u8) -> Edges {
+        let is_so = |bit: &u8| {
+            let seen = self.history.iter().filter(|then| then.bits() & bit != 0);
+            seen.count() >= usize::from(least)
+        };
+        let bits = (0..8).map(|shift| 1 << shift).filter(is_so);
+        Edges::from_bits(bits.fold(0, |all, bit| all | bit))
+    }
+
     fn is_lifted(&mut self, edges: Edges) -> bool {
-        let ticks_left = if edges.left && edges.center && edges.right && edges.rear {
+        let ticks_left = if edges == Edges::ALL {
             if !matches!(self.state, State::Lifted { .. }) {
                 self.report = Some(Missing::Below);
             }
@@ -213,13 +241,13 @@ impl CliffGuard {
         ticks_left > 0
     }
 
-    fn begin(&mut self, edges: Edges, by_hand: bool) {
+    fn begin(&mut self, by_hand: bool) {
+        let edges = self.detected(1);
         if self.report_ticks == 0 {
-            let ahead = edges.left || edges.center || edges.right;
-            self.report = Some(if ahead {
-                Missing::Ahead
-            } else {
+            self.report = Some(if edges.meets(Edges::REAR) && !edges.meets(Edges::FRONT) {
                 Missing::Behind
+            } else {
+                Missing::Ahead
             });
         }
         self.report_ticks = REPORT_TICKS;
@@ -263,9 +291,7 @@ impl CliffGuard {
             State::Turn { turn, .. } => {
                 Motion::new(0, if turn.right { TURN_IN_S } else { -TURN_IN_S })
             }
-            State::Pivot { right, .. } => {
-                Motion::new(TURN_IN_S / 2, if right { TURN_IN_S } else { -TURN_IN_S })
-            }
+            State::Swing { motion, .. } => motion,
         }
     }
 
@@ -306,13 +332,9 @@ impl CliffGuard {
                 if turn.left_to_go > 0 && *ticks_left > 0 {
                     return;
                 }
-                if turn.alongside {
-                    State::retreat(true, None)
-                } else {
-                    State::Watch
-                }
+                State::Watch
             }
-            State::Pivot { ticks_left, .. } => {
+            State::Swing { ticks_left, .. } => {
                 *ticks_left -= 1;
                 if *ticks_left > 0 {
                     return;
@@ -345,41 +367,72 @@ impl State {
 
 /// The retreat from the detected edges.
 fn retreat(seen: Edges, senses: &Senses) -> State {
-    let ahead = seen.left || seen.center || seen.right;
+    const LEFT: Edges = Edges::AHEAD_LEFT.or(Edges::BESIDE_LEFT);
+    const RIGHT: Edges = Edges::AHEAD_RIGHT.or(Edges::BESIDE_RIGHT);
     let by_chance = senses.random & 1 == 0;
     // Turn right from an edge on the left.
-    let right = if seen.left == seen.right {
+    let right = if seen.meets(LEFT) == seen.meets(RIGHT) {
         by_chance
     } else {
-        seen.left
+        seen.meets(LEFT)
     };
-    let turn = |least: u16, alongside| Turn {
-        right,
-        left_to_go: least,
-        alongside,
-    };
-    match (ahead, seen.rear) {
-        (true, true) => State::turn(turn(VEER, true), senses),
-        (false, true) if senses.bumper.any() => State::Pivot {
-            right: by_chance,
-            ticks_left: PIVOT_TICKS,
-        },
-        (false, true) => State::retreat(true, None),
-        _ => {
-            let more = (senses.random >> 8) as u16 % TURN_LEAST;
-            State::retreat(false, Some(turn(TURN_LEAST + more, false)))
+    // Back off an edge beside the robot too, the way it came: a turn could bring the wheel over its corner.
+    let is_ahead = seen.meets(Edges::FRONT.or(LEFT).or(RIGHT));
+    match (is_ahead, seen.meets(Edges::REAR)) {
+        (true, false) => {
+            let left_to_go = TURN_LEAST + (senses.random >> 8) as u16 % TURN_LEAST;
+            State::retreat(false, Some(Turn { right, left_to_go }))
         }
+        (false, true) if !senses.bumper.any() => State::retreat(true, None),
+        _ => swing(seen, right),
     }
 }
 
-/// Whether these wheel speeds carry the robot toward missing floor.
+/// The first swing, on the spot or on one wheel, that leads over none of the edges.
+fn swing(seen: Edges, right: bool) -> State {
+    let rotation_in_s = if right { TURN_IN_S } else { -TURN_IN_S };
+    let swings = [0, TURN_IN_S / 2, -TURN_IN_S / 2]
+        .into_iter()
+        .flat_map(|velocity_in_s| {
+            [rotation_in_s, -rotation_in_s].map(|rotation| Motion::new(velocity_in_s, rotation))
+        });
+    let is_free = |motion: &Motion| {
+        let (left, right) = motion.wheels();
+        !leads_over(seen, left, right) && !curves_over(seen, left, right)
+    };
+    swings
+        .into_iter()
+        .find(is_free)
+        .map_or(State::Watch, |motion| State::Swing {
+            motion,
+            ticks_left: SWING_TICKS,
+        })
+}
+
+/// Whether these wheel speeds carry a wheel or the caster toward missing floor.
 const fn leads_over(edges: Edges, left: i16, right: i16) -> bool {
-    let ahead = left as i32 + right as i32 > 0;
-    let front = edges.left || edges.center || edges.right;
-    (front && ahead)
-        || (edges.left && left > 0)
-        || (edges.right && right > 0)
-        || (edges.rear && (left < 0 || right < 0))
+    let path = left as i32 + right as i32;
+    // A turn on the spot also carries the caster to the side.
+    let (turns_right, turns_left) = (left > 0 && right < 0, left < 0 && right > 0);
+    // An edge beside the body is ahead of a wheel wherever it juts out.
+    let passes = left > 0 && right > 0;
+    (edges.meets(Edges::FRONT) && path > 0)
+        || (edges.meets(Edges::BESIDE_LEFT.or(Edges::BESIDE_RIGHT)) && passes)
+        || (edges.meets(Edges::REAR) && path < 0)
+        || (edges.meets(Edges::AHEAD_LEFT) && left > 0)
+        || (edges.meets(Edges::AHEAD_RIGHT) && right > 0)
+        || (edges.meets(Edges::BEHIND_LEFT) && (left < 0 || turns_right))
+        || (edges.meets(Edges::BEHIND_RIGHT) && (right < 0 || turns_left))
+}
+
+/// Whether these wheel speeds make an arc so narrow that its inner wheel can come over an edge beside it.
+const fn curves_over(edges: Edges, left: i16, right: i16) -> bool {
+    const fn is_inner(one: i16, other: i16) -> bool {
+        let (one, other) = (one as i32, other as i32);
+        one * other >= 0 && one.abs() * 5 < other.abs() * 4
+    }
+    (edges.meets(Edges::BESIDE_LEFT) && is_inner(left, right))
+        || (edges.meets(Edges::BESIDE_RIGHT) && is_inner(right, left))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The drive train: from a speed and a rotation of the robot to two pulse widths.
 
-use crate::board::Inputs;
+use crate::board::{Inputs, Side};
 use crate::pid::{Gains, Wheel};
 use crate::units::{TICKS_PER_S, cps};
 
@@ -142,6 +142,24 @@ impl DriveTrain {
     #[must_use]
     pub const fn is_held(&self) -> bool {
         self.left.is_held() || self.right.is_held()
+    }
+
+    /// The wheel whose encoder is broken. Where neither wheel turns, the robot is wedged.
+    #[must_use]
+    pub const fn mute_side(&self) -> Option<Side> {
+        if self.left.is_mute() && !self.right.is_silent() {
+            Some(Side::Left)
+        } else if self.right.is_mute() && !self.left.is_silent() {
+            Some(Side::Right)
+        } else {
+            None
+        }
+    }
+
+    /// Trusts both encoders again.
+    pub const fn trust_again(&mut self) {
+        self.left.trust_again();
+        self.right.trust_again();
     }
 
     /// Whether a wheel does not turn at high pulse width.

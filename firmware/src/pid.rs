@@ -118,6 +118,8 @@ pub struct Wheel {
     overload_ticks: u8,
     /// Whether the wheel has stalled and not moved since.
     is_stalled: bool,
+    /// Whether the wheel has stalled backward and forward since its last encoder edge.
+    silent: (bool, bool),
     /// Ticks without power left after a stall, and the direction in which the wheel stalled.
     rest_ticks: u8,
     stalled_backward: bool,
@@ -141,6 +143,9 @@ impl Wheel {
         if during != 0 {
             self.backward = during < 0;
         }
+        if edges > 0 {
+            self.silent = (false, false);
+        }
         let counts = edges.min(COUNTS_MAX) as i16;
         let counts = if self.backward { -counts } else { counts };
         let missed = i32::from(counts) * SPEED_PARTS - during;
@@ -161,7 +166,13 @@ impl Wheel {
     /// at the end of the tick.
     pub fn brake(&mut self, counts: i16) -> i16 {
         self.halt();
-        let during = counts.saturating_abs();
+        // A wheel does not stop at once: without any edge its encoder may be broken, and the motor model is the better guess.
+        let model = (self.speed_parts.abs() / SPEED_PARTS) as i16;
+        let during = if counts == 0 && self.is_silent() {
+            model
+        } else {
+            counts.saturating_abs()
+        };
         let now = match self.braked_counts {
             // Faster while braking: the assumed direction is wrong, so let the wheel run out.
             Some(before) if during > before + STANDING_COUNTS as i16 => 0,
@@ -259,7 +270,27 @@ impl Wheel {
             self.is_stalled = true;
             self.rest_ticks = REST_TICKS;
             self.stalled_backward = pwm < 0;
+            self.silent.0 |= pwm < 0;
+            self.silent.1 |= pwm > 0;
         }
+    }
+
+    /// Whether the encoder is broken: power in either direction gives no edge. An obstacle holds a wheel in one direction,
+    /// and in the other the wheel turns, if only by the play of its gears.
+    #[must_use]
+    pub const fn is_mute(&self) -> bool {
+        self.silent.0 && self.silent.1
+    }
+
+    /// Whether the wheel has stalled since its last encoder edge.
+    #[must_use]
+    pub const fn is_silent(&self) -> bool {
+        self.silent.0 || self.silent.1
+    }
+
+    /// Forgets the stalls without an edge: the operator has looked at the encoder.
+    pub const fn trust_again(&mut self) {
+        self.silent = (false, false);
     }
 
     /// Whether full pulse width does not reach the commanded speed.

@@ -12,7 +12,7 @@ use crate::angle::Angle;
 use crate::arbiter::{self, Holder, MotorGuard, Requests};
 use crate::arm::ServoArm;
 use crate::behaviours::{ALLOWED_AT_BOOT, BumpSequence, Layers, Passive, SensorSwitches, prowl};
-use crate::board::{Identity, Inputs, Outputs};
+use crate::board::{Identity, Inputs, Outputs, Side};
 use crate::cliff::{CliffGuard, Command};
 use crate::drive::{Counts, DriveTrain, Motion};
 use crate::failsafe::Guard;
@@ -51,6 +51,10 @@ const FAILSAFE_ACTS: &str = "failsafe: the ground is silent";
 
 /// Text when the operator has ended the failsafe.
 const FAILSAFE_OVER: &str = "failsafe is over";
+
+/// Texts when an encoder is broken.
+const LEFT_MUTE: &str = "left encoder is broken: power and no counts. I stop";
+const RIGHT_MUTE: &str = "right encoder is broken: power and no counts. I stop";
 
 /// Text when the robot has come home.
 const HOME_REACHED: &str = "I'm home";
@@ -186,6 +190,7 @@ impl Robot {
 
         // Odometry.
         let counts = self.drive.measure(inputs);
+        self.stop_for_a_mute_encoder();
         self.odometer.fit(&self.parameters);
         self.odometer.advance(counts.left, counts.right);
 
@@ -275,6 +280,18 @@ impl Robot {
             note_hz: self.song_player.tick(),
             arm_up: self.arm.is_up(),
             keep_parameters: core::mem::take(&mut self.must_keep),
+        }
+    }
+
+    /// Stops the robot when an encoder is broken: a wheel without counts runs at full power, and no guard knows its speed.
+    fn stop_for_a_mute_encoder(&mut self) {
+        if let Some(side) = self.drive.mute_side() {
+            self.drive.trust_again();
+            self.enter(Mode::Stop);
+            self.schedule.queue_text(match side {
+                Side::Left => LEFT_MUTE,
+                Side::Right => RIGHT_MUTE,
+            });
         }
     }
 

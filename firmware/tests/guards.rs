@@ -8,24 +8,9 @@ use groundwave_protocol::telemetry::{Body, StateLine};
 use sr04_firmware::arbiter::{Holder, MotorGuard};
 use sr04_firmware::board::{Edges, Sides, Switches};
 
-const FLOOR: Edges = Edges {
-    left: false,
-    center: false,
-    right: false,
-    rear: false,
-};
-
-const ON_THE_LEFT: Edges = Edges {
-    left: true,
-    ..FLOOR
-};
-
-const NOWHERE: Edges = Edges {
-    left: true,
-    center: true,
-    right: true,
-    rear: true,
-};
+const FLOOR: Edges = Edges::NONE;
+const ON_THE_LEFT: Edges = Edges::AHEAD_LEFT;
+const NOWHERE: Edges = Edges::ALL;
 
 fn on_floor() -> Bench {
     let mut bench = Bench::new();

@@ -11,6 +11,7 @@ mod body;
 mod channel;
 mod check;
 mod dimensions;
+mod faults;
 mod generate;
 mod geometry;
 mod library;
@@ -31,6 +32,7 @@ mod world;
 
 pub use body::Conditions;
 pub use channel::{ChannelSpec, ChannelSpecError, Modem, Radio, Squelch};
+pub use faults::Faults;
 pub use geometry::Pose;
 pub use plant::{Plant, Truth};
 pub use simulation::{Simulation, SimulationConfig};

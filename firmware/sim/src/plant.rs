@@ -1,11 +1,12 @@
 //! The world and the robot's body as seen from the pins of the robot's board.
 
-use sr04_firmware::board::{Echo, Inputs, Outputs, Sides, Switches};
+use sr04_firmware::board::{Echo, Inputs, Outputs, Side, Sides, Switches};
 
 use crate::body::arm::Arm;
 use crate::body::hook::Hook;
 use crate::body::{Body, Conditions};
 use crate::dimensions::{ARM_BEHIND_IN, RADIUS_IN};
+use crate::faults::Faulty;
 use crate::geometry::{Frame, Pose, Vec2};
 use crate::rng::{Rng, Stream};
 use crate::scene::Scene;
@@ -70,6 +71,7 @@ pub struct Plant {
     motion_rng: Rng,
     beacon_rng: Rng,
     snag_rng: Rng,
+    faulty: Faulty,
 }
 
 impl Plant {
@@ -108,6 +110,7 @@ impl Plant {
             motion_rng: rng(Stream::Motion),
             beacon_rng: rng(Stream::Beacon),
             snag_rng: rng(Stream::Snags),
+            faulty: Faulty::new(conditions.faults, seed),
         }
     }
 
@@ -165,19 +168,19 @@ impl Plant {
     /// The robot's sensor inputs for a tick. Call it once per tick: it takes the encoder edges and advances a pending
     /// echo.
     pub fn inputs(&mut self) -> Inputs {
-        let (counts_left, counts_right) = self.body.take_edges();
+        let (edges_left, edges_right) = self.body.take_edges();
         let (photo_left, photo_right) =
             self.light
                 .read(&self.scene, self.view(), &mut self.photocell_rng);
         Inputs {
-            counts_left,
-            counts_right,
+            counts_left: self.faulty.edges(Side::Left, edges_left),
+            counts_right: self.faulty.edges(Side::Right, edges_right),
             bumper: self.switches(),
             sonar: self.finished_echo(),
             photo_left: Some(photo_left),
             photo_right: Some(photo_right),
             battery_dv: self.body.battery().decivolts(),
-            cliff: Some(edges::detect(&self.scene, self.view())),
+            cliff: Some(edges::detect(&self.scene, self.view(), &mut self.faulty)),
             motion: Some(self.motion.sides()),
             top_hat: self.arm.top_hat(),
             beacon: self.beacon(),
@@ -186,10 +189,10 @@ impl Plant {
         }
     }
 
-    fn switches(&self) -> Switches {
+    fn switches(&mut self) -> Switches {
         let mut switches = self.body.switches();
         self.hook.press(&mut switches);
-        switches
+        self.faulty.switches(switches)
     }
 
     fn beacon(&mut self) -> Option<Sides> {

@@ -18,6 +18,7 @@ pub(crate) enum Stream {
     Beacon = 10,
     Snags = 11,
     House = 12,
+    Faults = 13,
 }
 
 /// One stream of random numbers.

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use groundwave_protocol::status_codes::Layer;
 use sr04_firmware::arbiter::Holder;
-use sr04_firmware::board::{COUNTS_PER_IN, Sides};
+use sr04_firmware::board::{COUNTS_PER_IN, Edges, Sides};
 use sr04_firmware::odometry::UNITS_PER_IN;
 
 use crate::simulation::Simulation;
@@ -87,10 +87,10 @@ impl<W: Write> Trace<W> {
             number(inputs.photo_left),
             number(inputs.photo_right),
             marks(&[
-                ('L', edges.left),
-                ('C', edges.center),
-                ('R', edges.right),
-                ('T', edges.rear),
+                ('L', edges.meets(Edges::AHEAD_LEFT.or(Edges::BESIDE_LEFT))),
+                ('C', edges.meets(Edges::AHEAD)),
+                ('R', edges.meets(Edges::AHEAD_RIGHT.or(Edges::BESIDE_RIGHT))),
+                ('T', edges.meets(Edges::REAR)),
             ]),
             sides(inputs.motion),
             u8::from(inputs.top_hat),

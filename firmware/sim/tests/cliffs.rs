@@ -1,6 +1,7 @@
 //! The robot never drives over an edge of the floor.
 
 use crate::common::{Rig, parameters};
+use sr04_firmware::board::Edges;
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::World;
 
@@ -39,10 +40,10 @@ impl Outcome {
                 break;
             }
             let edges = rig.inputs.cliff.unwrap_or_default();
-            let ahead = edges.left || edges.center || edges.right;
+            let ahead = edges.meets(Edges::FRONT);
             if edges.any() {
-                let toward =
-                    (ahead && truth.speed_in_s > 0.0) || (edges.rear && truth.speed_in_s < 0.0);
+                let toward = (ahead && truth.speed_in_s > 0.0)
+                    || (edges.meets(Edges::REAR) && truth.speed_in_s < 0.0);
                 if floor_ticks > 20 {
                     self.approaches += 1;
                     if toward {

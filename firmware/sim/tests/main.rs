@@ -4,6 +4,7 @@ mod cliffs;
 mod common;
 mod determinism;
 mod docking;
+mod faults;
 mod home;
 mod layers;
 mod physics;

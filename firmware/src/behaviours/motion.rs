@@ -18,8 +18,9 @@ const RETRY_TICKS: u16 = ticks(30);
 /// Ticks that a detection must last: a body gives a pulse of some tenths of a second, a false alarm often a single tick.
 const SURE_TICKS: u8 = 2;
 
-/// Rotation of a charge to one side: an arc of about 70 degrees in the default 1.5 s.
-const CHARGE_TURN_CPS: i16 = cps(8);
+/// Turn on the spot before a charge to one side, 60 degrees: an arc would slow the charge.
+const AIM_CPS: i16 = cps(16);
+const AIM_TICKS: u16 = 14;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum State {
@@ -33,7 +34,11 @@ enum State {
     /// Stows the arm before the charge.
     Retracting { rotation_cps: i16, ticks_left: u8 },
     /// Charges at the motion.
-    Charging { rotation_cps: i16, ticks_left: u16 },
+    Charging {
+        aim: Motion,
+        aim_ticks: u16,
+        ticks_left: u16,
+    },
 }
 
 /// State of the layer: raise, settle, arm, detect, stow, charge.
@@ -118,8 +123,8 @@ impl MotionDetector {
                     self.seen = sides;
                     self.state = State::Retracting {
                         rotation_cps: match (sides.left, sides.right) {
-                            (true, false) => -CHARGE_TURN_CPS,
-                            (false, true) => CHARGE_TURN_CPS,
+                            (true, false) => -AIM_CPS,
+                            (false, true) => AIM_CPS,
                             _ => 0,
                         },
                         ticks_left: SWING_TICKS,
@@ -153,11 +158,16 @@ impl Behaviour for MotionDetector {
                     // The parameter is in tenths of a second.
                     let charge_ticks = senses.parameters.get(Parameter::Charge) * TICKS_PER_S / 10;
                     self.state = State::Charging {
-                        rotation_cps: *rotation_cps,
+                        aim: Motion {
+                            velocity_cps: 0,
+                            rotation_cps: *rotation_cps,
+                        },
+                        aim_ticks: if *rotation_cps == 0 { 0 } else { AIM_TICKS },
                         ticks_left: charge_ticks as u16,
                     };
                 }
             }
+            State::Charging { aim_ticks, .. } if *aim_ticks > 0 => *aim_ticks -= 1,
             State::Charging { ticks_left, .. } => *ticks_left -= 1,
         }
         if let State::Charging { ticks_left: 0, .. } = self.state {
@@ -165,9 +175,10 @@ impl Behaviour for MotionDetector {
         }
         match self.state {
             State::Stowed => Request::QUIET,
-            State::Charging { rotation_cps, .. } => Request::raise(Motion {
+            State::Charging { aim, aim_ticks, .. } if aim_ticks > 0 => Request::raise(aim),
+            State::Charging { .. } => Request::raise(Motion {
                 velocity_cps: senses.top_cps(),
-                rotation_cps,
+                rotation_cps: 0,
             }),
             _ => Request::raise(Motion::STILL),
         }
@@ -254,10 +265,18 @@ mod tests {
             for _ in 1..SWING_TICKS {
                 assert_eq!(layer.decide(&at_rest(NONE)).motion, Motion::STILL);
             }
+            let aim_ticks = if sign == 0 { 0 } else { AIM_TICKS };
+            for _ in 0..aim_ticks {
+                let motion = layer.decide(&at_rest(NONE)).motion;
+                assert_eq!(
+                    (motion.velocity_cps, motion.rotation_cps),
+                    (0, AIM_CPS * sign)
+                );
+            }
             for tick in 0..30 {
                 let motion = layer.decide(&at_rest(NONE)).motion;
-                assert_eq!(motion.velocity_cps, Senses::idle().top_cps(), "tick {tick}");
-                assert_eq!(motion.rotation_cps.signum(), sign);
+                let full_speed = (Senses::idle().top_cps(), Senses::idle().top_cps());
+                assert_eq!(motion.wheels(), full_speed, "tick {tick}");
             }
             assert_eq!(layer.decide(&at_rest(NONE)), Request::QUIET);
             assert!(!layer.has_fired());

@@ -2,12 +2,7 @@ use super::*;
 use crate::parameters::Parameters;
 use proptest::prelude::*;
 
-const FLOOR: Edges = Edges {
-    left: false,
-    center: false,
-    right: false,
-    rear: false,
-};
+const FLOOR: Edges = Edges::NONE;
 
 fn senses(cliff: Edges) -> Senses<'static> {
     Senses {
@@ -16,19 +11,15 @@ fn senses(cliff: Edges) -> Senses<'static> {
     }
 }
 
-fn edges(bits: u8) -> Edges {
-    Edges {
-        left: bits & 1 != 0,
-        center: bits & 2 != 0,
-        right: bits & 4 != 0,
-        rear: bits & 8 != 0,
-    }
-}
-
 /// The guard's commands tick by tick while the robot stands at the same edges.
 fn reaction(cliff: Edges, wanted: Motion) -> impl Iterator<Item = Command> {
     let mut guard = CliffGuard::default();
     core::iter::from_fn(move || Some(guard.guard(&senses(cliff), Counts::default(), wanted, false)))
+}
+
+fn first_three(cliff: Edges, wanted: Motion) -> [Command; 3] {
+    let mut commands = reaction(cliff, wanted);
+    core::array::from_fn(|_| commands.next().expect("the reaction has no end"))
 }
 
 #[test]
@@ -50,10 +41,13 @@ fn each_sensor_blocks_only_motions_toward_it() {
         Motion::new(0, -6),
     ];
     let cases = [
-        (edges(1), [false, true, false, true]),
-        (edges(2), [false, true, true, true]),
-        (edges(4), [false, true, true, false]),
-        (edges(8), [true, false, false, false]),
+        (Edges::AHEAD_LEFT, [false, true, false, true]),
+        (Edges::AHEAD, [false, true, true, true]),
+        (Edges::AHEAD_RIGHT, [false, true, true, false]),
+        (Edges::BESIDE_LEFT, [false, true, true, true]),
+        (Edges::BEHIND, [true, false, true, true]),
+        (Edges::BEHIND_LEFT, [true, false, false, false]),
+        (Edges::BEHIND_RIGHT, [true, false, false, false]),
     ];
     for (cliff, allowed) in cases {
         for (motion, allowed) in [ahead, back, right, left].into_iter().zip(allowed) {
@@ -70,9 +64,14 @@ fn each_sensor_blocks_only_motions_toward_it() {
 
 #[test]
 fn edge_ahead_leads_to_backing_and_a_turn_away() {
-    for (cliff, sign) in [(edges(1), 1), (edges(4), -1)] {
+    for (cliff, sign) in [(Edges::AHEAD_LEFT, 1), (Edges::AHEAD_RIGHT, -1)] {
         let mut guard = CliffGuard::default();
         let wanted = Motion::new(12, 0);
+        assert_eq!(
+            guard.guard(&senses(cliff), Counts::default(), wanted, false),
+            Command::Brake
+        );
+        assert_eq!(guard.take_report(), None, "one detection may be false");
         assert_eq!(
             guard.guard(&senses(cliff), Counts::default(), wanted, false),
             Command::Brake
@@ -113,12 +112,51 @@ fn edge_behind_leads_ahead_and_backing_is_slow() {
         false,
     );
     assert_eq!(command, Command::Drive(Motion::new(-8, 0)));
-    let commands: [Option<Command>; 2] = {
-        let mut commands = reaction(edges(8), Motion::new(-8, 0));
-        [commands.next(), commands.next()]
-    };
-    assert_eq!(commands[0], Some(Command::Brake));
-    assert_eq!(commands[1], Some(Command::Drive(Motion::new(5, 0))));
+    let commands = first_three(Edges::BEHIND, Motion::new(-8, 0));
+    let ahead = Command::Drive(Motion::new(5, 0));
+    assert_eq!(commands, [Command::Brake, Command::Brake, ahead]);
+}
+
+#[test]
+fn false_detection_brakes_for_one_tick() {
+    let mut guard = CliffGuard::default();
+    let wanted = Motion::new(12, 0);
+    let mut step = |cliff| guard.guard(&senses(cliff), Counts::default(), wanted, false);
+    assert_eq!(step(Edges::AHEAD), Command::Brake);
+    for _ in 0..20 {
+        assert_eq!(step(FLOOR), Command::Drive(wanted));
+    }
+    assert!(guard.take_report().is_none() && !guard.acts());
+}
+
+#[test]
+fn edge_that_every_other_tick_misses_is_confirmed() {
+    let mut guard = CliffGuard::default();
+    let mut step =
+        |cliff| guard.guard(&senses(cliff), Counts::default(), Motion::new(12, 0), false);
+    step(Edges::AHEAD);
+    step(FLOOR);
+    step(Edges::AHEAD);
+    assert!(guard.acts() && guard.take_report() == Some(Missing::Ahead));
+}
+
+#[test]
+fn edge_beside_the_robot_leads_to_backing_the_way_it_came() {
+    for cliff in [Edges::BESIDE_LEFT, Edges::BESIDE_RIGHT] {
+        let commands = first_three(cliff, Motion::new(12, 0));
+        let back = Command::Drive(Motion::new(-5, 0));
+        assert_eq!(commands, [Command::Brake, Command::Brake, back]);
+    }
+}
+
+#[test]
+fn arc_backward_that_leads_over_an_edge_beside_is_barred() {
+    for (cliff, sign) in [(Edges::BESIDE_LEFT, 1), (Edges::BESIDE_RIGHT, -1)] {
+        let first = |motion| reaction(cliff, motion).next();
+        assert_eq!(first(Motion::new(-4, 4 * sign)), Some(Command::Brake));
+        let away = Motion::new(-4, -4 * sign);
+        assert_eq!(first(away), Some(Command::Drive(away)));
+    }
 }
 
 #[test]
@@ -126,15 +164,15 @@ fn manual_driving_is_stopped_but_not_moved() {
     let mut guard = CliffGuard::default();
     let ahead = Motion::new(8, 0);
     for tick in 0..100 {
-        let command = guard.guard(&senses(edges(2)), Counts::default(), ahead, true);
+        let command = guard.guard(&senses(Edges::AHEAD), Counts::default(), ahead, true);
         assert_eq!(command, Command::Brake, "tick {tick}");
-        assert_eq!(guard.take_report().is_some(), tick == 0);
+        assert_eq!(guard.take_report().is_some(), tick == 1);
     }
     let back = Motion::new(-5, 0);
     for _ in 0..2 {
-        guard.guard(&senses(edges(2)), Counts::default(), back, true);
+        guard.guard(&senses(Edges::AHEAD), Counts::default(), back, true);
     }
-    let command = guard.guard(&senses(edges(2)), Counts::default(), back, true);
+    let command = guard.guard(&senses(Edges::AHEAD), Counts::default(), back, true);
     assert_eq!(command, Command::Drive(back), "the operator may back off");
 }
 
@@ -143,14 +181,21 @@ fn lifted_robot_stands_until_put_down() {
     let mut guard = CliffGuard::default();
     let ahead = Motion::new(12, 0);
     let mut step = |bits, by_hand| {
-        let command = guard.guard(&senses(edges(bits)), Counts::default(), ahead, by_hand);
+        let command = guard.guard(
+            &senses(Edges::from_bits(bits)),
+            Counts::default(),
+            ahead,
+            by_hand,
+        );
         (command, guard.take_report())
     };
-    assert_eq!(step(15, false), (Command::Brake, Some(Missing::Below)));
+    assert_eq!(step(u8::MAX, false), (Command::Brake, None));
+    assert_eq!(step(u8::MAX, false), (Command::Brake, Some(Missing::Below)));
     for tick in 0..400 {
-        assert_eq!(step(15, tick % 2 == 0), (Command::Brake, None));
+        assert_eq!(step(u8::MAX, tick % 2 == 0), (Command::Brake, None));
     }
-    for _ in 1..PUT_DOWN_TICKS {
+    let until_down = usize::from(PUT_DOWN_TICKS) - 1 + HELD_TICKS - usize::from(SURE_COUNT);
+    for _ in 0..until_down {
         assert_eq!(step(0, false), (Command::Brake, None));
     }
     assert_eq!(step(0, false), (Command::Drive(ahead), None));
@@ -164,11 +209,11 @@ fn guard_that_is_off_or_not_fitted_passes_every_motion() {
     for senses in [
         Senses {
             parameters: &off,
-            ..senses(edges(15))
+            ..senses(Edges::ALL)
         },
         Senses {
             cliff: None,
-            ..senses(edges(15))
+            ..senses(Edges::ALL)
         },
     ] {
         let command = CliffGuard::default().guard(&senses, Counts::default(), ahead, false);
@@ -182,13 +227,13 @@ proptest! {
     #[test]
     fn commands_never_lead_over_an_edge(
         ticks in proptest::collection::vec(
-            (0_u8..16, -300_i16..300, -300_i16..300, -12_i16..12, -12_i16..12, any::<u32>(), any::<bool>(), any::<bool>()),
+            (any::<u8>(), -300_i16..300, -300_i16..300, -12_i16..12, -12_i16..12, any::<u32>(), any::<bool>(), any::<bool>()),
             1..200,
         ),
     ) {
         let mut guard = CliffGuard::default();
         for (bits, velocity_cps, rotation_cps, left, right, random, bumped, by_hand) in ticks {
-            let mut seen = senses(edges(bits));
+            let mut seen = senses(Edges::from_bits(bits));
             seen.random = random;
             seen.bumper.center = bumped;
             seen.path_counts = left + right;
@@ -196,10 +241,10 @@ proptest! {
             let wanted = Motion { velocity_cps, rotation_cps };
             let command = guard.guard(&seen, Counts { left, right }, wanted, by_hand);
             if let Command::Drive(motion) = command {
-                let front = bits & 7 != 0;
-                prop_assert!(!front || motion.velocity_cps <= 0, "{motion:?} with {bits:04b}");
-                let rear = bits & 8 != 0;
-                prop_assert!(!rear || motion.velocity_cps >= 0, "{motion:?} with {bits:04b}");
+                let front = Edges::from_bits(bits).meets(Edges::FRONT);
+                prop_assert!(!front || motion.velocity_cps <= 0, "{motion:?} with {bits:08b}");
+                let rear = Edges::from_bits(bits).meets(Edges::REAR);
+                prop_assert!(!rear || motion.velocity_cps >= 0, "{motion:?} with {bits:08b}");
             }
         }
     }

@@ -103,17 +103,20 @@ impl Events {
         }
     }
 
-    /// Letter of the edge sensors. The rear sensor has no letter of its own: it counts as several.
+    /// Letter of the edge sensors. The rear sensors have no letter of their own: they count as several.
     #[must_use]
     pub fn cliff_letter(&self) -> Cliff {
+        const LEFT: Edges = Edges::AHEAD_LEFT.or(Edges::BESIDE_LEFT);
+        const RIGHT: Edges = Edges::AHEAD_RIGHT.or(Edges::BESIDE_RIGHT);
         let Some(edges) = self.cliff else {
             return Cliff::NotFitted;
         };
-        match (edges.left, edges.center, edges.right, edges.rear) {
-            (false, false, false, false) => Cliff::None,
-            (true, false, false, false) => Cliff::Left,
-            (false, true, false, false) => Cliff::Center,
-            (false, false, true, false) => Cliff::Right,
+        let groups = [LEFT, Edges::AHEAD, RIGHT, Edges::REAR].map(|group| edges.meets(group));
+        match groups {
+            [false, false, false, false] => Cliff::None,
+            [true, false, false, false] => Cliff::Left,
+            [false, true, false, false] => Cliff::Center,
+            [false, false, true, false] => Cliff::Right,
             _ => Cliff::Several,
         }
     }

@@ -16,6 +16,7 @@ const TRIAL_WORLDS: &[(&str, &str)] = &[
     ("gap", include_str!("../worlds/gap.toml")),
     ("hall", include_str!("../worlds/hall.toml")),
     ("snags", include_str!("../worlds/snags.toml")),
+    ("stairwell", include_str!("../worlds/stairwell.toml")),
     ("step-in", include_str!("../worlds/step-in.toml")),
     ("two-doors", include_str!("../worlds/two-doors.toml")),
     ("walker", include_str!("../worlds/walker.toml")),

@@ -149,13 +149,7 @@ fn sides() -> Sides {
 }
 
 fn edges() -> Edges {
-    let bits = read();
-    Edges {
-        left: bits & 1 != 0,
-        center: bits & 2 != 0,
-        right: bits & 4 != 0,
-        rear: bits & 8 != 0,
-    }
+    Edges::from_bits(read())
 }
 
 /// Stops the robot. Using the argument would link `core::fmt`, which this target miscompiles.

@@ -15,6 +15,7 @@ mod tests;
 use sr04_firmware::board::{Outputs, PWM_MAX, Switches};
 
 use crate::dimensions::RADIUS_IN;
+use crate::faults::Faults;
 use crate::geometry::{Vec2, clockwise, heading};
 use crate::rng::Rng;
 use crate::scene::Scene;
@@ -69,6 +70,8 @@ pub struct Conditions {
     pub ideal_wheels: bool,
     /// Whether sensors have random errors. Without noise, equal situations give equal readings.
     pub noise: bool,
+    /// Faults of edge sensors, bumper switches and encoders.
+    pub faults: Faults,
 }
 
 impl Default for Conditions {
@@ -79,6 +82,7 @@ impl Default for Conditions {
             load_share: 0.08,
             ideal_wheels: false,
             noise: true,
+            faults: Faults::default(),
         }
     }
 }

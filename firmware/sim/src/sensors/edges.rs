@@ -3,77 +3,88 @@
 use sr04_firmware::board::Edges;
 
 use super::View;
+use crate::faults::Faulty;
 use crate::scene::Scene;
 
-/// Spots ahead of and behind a wheel, looked at from the ends of the bumper: inches to the right (mirrored for the
-/// left) and ahead. They lie a little outside the wheel's track, so that an edge met at a flat angle reaches a spot
-/// before it reaches the wheel.
-const AHEAD_OF_WHEEL_IN: (f64, f64) = (5.4, 4.0);
-const BEHIND_WHEEL_IN: (f64, f64) = (5.4, -3.0);
-/// Spot of the detector at the middle of the bumper.
-const CENTER_AHEAD_IN: f64 = 5.8;
-/// Spot of the detector behind the caster.
-const TAIL_AHEAD_IN: f64 = -5.8;
+/// Spots of the detectors on the right and the input of each: inches to the right and ahead. Each has a twin on the
+/// left. They form a ring around the body, 2 in apart: an edge of any shape, a corner too, reaches a spot at least 1 in
+/// before a wheel or the caster, and 3 in before at top speed.
+const RIGHT_SPOTS_IN: [(f64, f64, Edges); 11] = [
+    (2.0, 5.7, Edges::AHEAD_RIGHT),
+    (3.7, 4.9, Edges::AHEAD_RIGHT),
+    (5.4, 4.0, Edges::AHEAD_RIGHT),
+    (6.4, 2.4, Edges::BESIDE_RIGHT),
+    (6.8, 0.8, Edges::BESIDE_RIGHT),
+    (6.8, -0.8, Edges::BESIDE_RIGHT),
+    (6.3, -2.8, Edges::BEHIND_RIGHT),
+    (5.4, -4.0, Edges::BEHIND_RIGHT),
+    (4.7, -5.0, Edges::BEHIND_RIGHT),
+    (3.4, -6.0, Edges::BEHIND_RIGHT),
+    (1.8, -6.6, Edges::BEHIND_RIGHT),
+];
 
-/// Detectors that see no floor. `rear` combines three of them: behind the caster and behind each wheel.
-pub(crate) fn detect(scene: &Scene, view: View) -> Edges {
-    if scene.drops.is_empty() {
-        return Edges::default();
+/// Spots of the detectors at the middle of the bumper and behind the caster.
+const MIDDLE_SPOTS_IN: [(f64, Edges); 2] = [(5.9, Edges::AHEAD), (-6.9, Edges::BEHIND)];
+
+/// Number of detectors.
+pub(crate) const SPOTS: usize = 2 * RIGHT_SPOTS_IN.len() + MIDDLE_SPOTS_IN.len();
+
+/// Inputs whose detectors see no floor.
+pub(crate) fn detect(scene: &Scene, view: View, faulty: &mut Faulty) -> Edges {
+    if scene.drops.is_empty() && !faulty.has_edge_faults() {
+        return Edges::NONE;
     }
-    let has = |right_in: f64, ahead_in: f64| scene.drops.has(view.point(right_in, ahead_in));
-    let (aside, ahead) = AHEAD_OF_WHEEL_IN;
-    let (behind_aside, behind) = BEHIND_WHEEL_IN;
-    Edges {
-        left: has(-aside, ahead),
-        center: has(0.0, CENTER_AHEAD_IN),
-        right: has(aside, ahead),
-        rear: has(0.0, TAIL_AHEAD_IN) || has(-behind_aside, behind) || has(behind_aside, behind),
+    let sides = RIGHT_SPOTS_IN
+        .iter()
+        .flat_map(|&(right_in, ahead_in, input)| {
+            [
+                (right_in, ahead_in, input),
+                (-right_in, ahead_in, twin(input)),
+            ]
+        });
+    let middle = MIDDLE_SPOTS_IN
+        .iter()
+        .map(|&(ahead_in, input)| (0.0, ahead_in, input));
+    let mut edges = Edges::NONE;
+    for (spot, (right_in, ahead_in, input)) in sides.chain(middle).enumerate() {
+        let is_over = scene.drops.has(view.point(right_in, ahead_in));
+        if faulty.edge(spot, is_over) {
+            edges = edges.or(input);
+        }
+    }
+    edges
+}
+
+/// The left input of a right one.
+const fn twin(right: Edges) -> Edges {
+    match right {
+        Edges::AHEAD_RIGHT => Edges::AHEAD_LEFT,
+        Edges::BESIDE_RIGHT => Edges::BESIDE_LEFT,
+        _ => Edges::BEHIND_LEFT,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::faults::Faults;
     use crate::testing::{landing, view_at};
+
+    fn detect(scene: &Scene, view: View) -> Edges {
+        super::detect(scene, view, &mut Faulty::new(Faults::default(), 1))
+    }
 
     #[test]
     fn each_detector_sees_an_edge_below_its_spot() {
         // No floor north of y = 120.
         let scene = landing();
         let edges = |y_in, theta_deg| detect(&scene, view_at(60.0, y_in, theta_deg));
-        let none = Edges::default();
-        assert_eq!(edges(114.0, 0.0), none);
-        assert_eq!(
-            edges(114.5, 0.0),
-            Edges {
-                center: true,
-                ..none
-            }
-        );
-        let front = Edges {
-            left: true,
-            center: true,
-            right: true,
-            rear: false,
-        };
-        assert_eq!(edges(116.5, 0.0), front);
-        assert_eq!(edges(114.5, 180.0), Edges { rear: true, ..none });
-        assert_eq!(
-            edges(115.0, 90.0),
-            Edges {
-                left: true,
-                rear: true,
-                ..none
-            }
-        );
-        assert_eq!(
-            edges(115.0, -90.0),
-            Edges {
-                right: true,
-                rear: true,
-                ..none
-            }
-        );
+        assert_eq!(edges(114.0, 0.0), Edges::NONE);
+        assert_eq!(edges(114.2, 0.0), Edges::AHEAD);
+        assert_eq!(edges(116.5, 0.0), Edges::FRONT);
+        assert_eq!(edges(113.2, 180.0), Edges::BEHIND);
+        assert_eq!(edges(113.5, 90.0), Edges::BESIDE_LEFT);
+        assert_eq!(edges(113.5, -90.0), Edges::BESIDE_RIGHT);
     }
 
     #[test]

@@ -137,9 +137,9 @@ impl Stop {
                 // The arcs are so wide that both wheels turn in the same direction.
                 let is_on_the_way = speed_in_s.abs() >= DRIVING_IN_S
                     && if ahead {
-                        seen.left || seen.center || seen.right
+                        seen.meets(Edges::FRONT)
                     } else {
-                        seen.rear
+                        seen.meets(Edges::REAR)
                     };
                 self.state = if is_on_the_way {
                     Approaching::Seen {
@@ -216,7 +216,7 @@ fn approach(trial: &Trial, guard: i16) -> Option<Approach> {
             if let Some((velocity_in_s, rotation_in_s)) = by_hand
                 && tick % 5 == 0
             {
-                count += 1;
+                count = u8::wrapping_add(count, 1);
                 let heard = run.heard();
                 run.send(&Message::Drive(Drive {
                     velocity_in_s,
@@ -294,10 +294,7 @@ mod tests {
     fn longest_in(ticks: &[(bool, f64)]) -> Option<f64> {
         let (mut stop, mut now_in) = (Stop::default(), 0.0);
         for &(center, speed_in_s) in ticks {
-            let seen = Edges {
-                center,
-                ..Edges::default()
-            };
+            let seen = if center { Edges::AHEAD } else { Edges::NONE };
             stop.observe(seen, speed_in_s, now_in);
             now_in += speed_in_s / 20.0;
         }

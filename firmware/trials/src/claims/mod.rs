@@ -5,12 +5,14 @@ mod behaviour;
 mod bumpers;
 mod cliff;
 mod dead_reckoning;
+mod edges;
 mod home;
 mod hooks;
 mod infrared;
 mod modes;
 mod motion;
 mod odometry;
+mod passages;
 mod photo;
 mod pid;
 mod prowl;
@@ -41,7 +43,9 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
         modes::ALL,
         behaviour::ALL,
         cliff::ALL,
+        edges::ALL,
         whole::ALL,
+        passages::ALL,
     ]
     .concat()
 }
