@@ -58,7 +58,7 @@ const HOURS: f64 = 4.0;
 
 const STAIRWELL: Experiment = Experiment {
     name: "stairwell-hours",
-    trials: [1, 50],
+    trials: [1, 250],
     run: stairwell,
     claims: &[Claim {
         part: "cliff",

@@ -26,6 +26,13 @@ const WANDER: Experiment = Experiment {
         },
         Claim {
             part: "7 Dead reckoning",
+            says: "the same, judged by truth: believed at home and truly within 24 in of it",
+            figure: Figure::Share,
+            required: Required::Nothing,
+            shortfall: None,
+        },
+        Claim {
+            part: "7 Dead reckoning",
             says: "the same, when believed at home: true distance from home",
             figure: Figure::Mean {
                 unit: "in",
@@ -113,7 +120,11 @@ fn wander(trial: &Trial) -> Vec<Option<Reading>> {
         simulation.robot().mode() == Mode::Stop
     });
     let off_in = home.map(|_| distance_in(run.pose(), Pose::default()));
-    vec![success(home.is_some()), off_in.and_then(value)]
+    vec![
+        success(home.is_some()),
+        success(off_in.is_some_and(|off_in| off_in <= 24.0)),
+        off_in.and_then(value),
+    ]
 }
 
 /// The command that sets the pose of a robot at `start` relative to `origin`, with +Y north.

@@ -1,5 +1,7 @@
 //! The whole robot: repeatability and endurance.
 
+use std::collections::BTreeSet;
+
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Run, Setup};
 use sr04_sim::World;
@@ -46,9 +48,12 @@ const SURVIVAL: Experiment = Experiment {
         },
         Claim {
             part: "whole robot",
-            says: "the same: falls per hour",
-            figure: Figure::PerHour,
-            required: Required::AtMost(0.0),
+            says: "the same, those never stuck: floor covered (squares of a foot that the middle of the robot has been in)",
+            figure: Figure::Mean {
+                unit: "sq ft",
+                digits: 0,
+            },
+            required: Required::Nothing,
             shortfall: None,
         },
     ],
@@ -80,16 +85,18 @@ fn survival(trial: &Trial) -> Vec<Option<Reading>> {
     // A battery lasts five hours; foraging has trials of its own.
     setup.config.conditions.supply_v = Some(SUPPLY_V);
     let mut run = setup.start();
+    let mut floor = BTreeSet::new();
     let ended_s = run.until(HOURS * 3600.0, |simulation| {
-        simulation.is_stuck() || simulation.truth().has_fallen
+        let pose = simulation.truth().pose;
+        let foot = |inches: f64| (inches / 12.0).floor() as i32;
+        floor.insert((foot(pose.x_in), foot(pose.y_in)));
+        simulation.is_stuck()
     });
-    let (stuck, fell) = (run.simulation.is_stuck(), run.simulation.truth().has_fallen);
-    let hours = ended_s.map_or(HOURS, |seconds| seconds / 3600.0);
-    let events = |happened: bool| {
-        Some(Reading::Events {
-            count: u32::from(happened),
-            hours,
-        })
+    let stuck = ended_s.is_some();
+    let events = Reading::Events {
+        count: u32::from(stuck),
+        hours: ended_s.map_or(HOURS, |seconds| seconds / 3600.0),
     };
-    vec![success(!stuck), events(stuck), events(fell)]
+    let covered = (!stuck).then_some(Reading::Value(floor.len() as f64));
+    vec![success(!stuck), Some(events), covered]
 }
