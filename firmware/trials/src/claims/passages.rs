@@ -184,7 +184,11 @@ fn plan_x(start: Pose, seen: Pose) -> f64 {
 fn niche(trial: &Trial) -> Vec<Option<Reading>> {
     let world = rooms(18, false);
     let mut rng = trial.rng();
-    let facing_deg = if trial.index.is_multiple_of(2) { 90.0 } else { 270.0 };
+    let facing_deg = if trial.index.is_multiple_of(2) {
+        90.0
+    } else {
+        270.0
+    };
     let start = Pose {
         x_in: EAST_IN - 3.0 - rng.between(7.0, 14.0),
         y_in: MIDDLE_IN + rng.between(-2.0, 2.0),
