@@ -33,10 +33,13 @@ impl Watched {
         let mut model = Model::new(Config::default());
         model.update(Duration::ZERO, Event::Resize { width, height });
         let mut station = Station::new(arq::Config::new(1), true);
-        station.handle_link(LinkEvent::Opened {
-            name: "bench".to_owned(),
-            can_send: true,
-        });
+        station.handle_link(
+            Duration::ZERO,
+            LinkEvent::Opened {
+                name: "bench".to_owned(),
+                can_send: true,
+            },
+        );
         let mut watched = Self {
             simulation: Simulation::new(&SimulationConfig::new(world, 1)),
             station,

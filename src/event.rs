@@ -11,10 +11,11 @@ use groundwave_protocol::telemetry::{AckLine, Line};
 
 pub use groundwave_captures::event::{
     CommandId, CommandStatus, Failure, Landmark, Level, LineRate, LinkEvent, Mark, Moment, Notice,
-    NoticeCode, Reception, Remark, Truth,
+    NoticeCode, OutageCause, Reception, Remark, Truth,
 };
 
 use crate::figures::{Listed, Overlaid};
+use crate::outages::Outage;
 use crate::playback::Control;
 use crate::request::Request;
 use crate::statistics::Statistics;
@@ -44,6 +45,10 @@ pub enum Event {
         /// Time since which the kind lasts.
         since: Moment,
     },
+    /// A time without lines began, or one has ended.
+    Outage(Outage),
+    /// This station was suspended for this long, until now.
+    Suspended(Moment),
     /// A command was queued.
     Asked {
         /// The command.

@@ -3,7 +3,7 @@
 use groundwave_captures::messages::{StationEvent, StationEventKind, UplinkEvent};
 use groundwave_protocol::Waypoint;
 
-use crate::event::{CommandId, CommandStatus, Event, Mark, Notice, NoticeCode};
+use crate::event::{CommandId, CommandStatus, Event, Mark, Moment, Notice, NoticeCode};
 use crate::request::Request;
 
 /// The recorded form of an event; `None` for one that follows from the bytes.
@@ -20,6 +20,7 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
             notice.text.as_str(),
         )),
         Event::Mark(mark) => Some((*mark).into()),
+        Event::Suspended(duration) => Some(StationEvent::suspended(*duration)),
         _ => None,
     }
 }
@@ -33,6 +34,9 @@ pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
         // The station classifies the bytes again.
         StationEventKind::Reception(_) => None,
         StationEventKind::Mark(mark) => Some(Event::Mark(Mark::from(*mark))),
+        StationEventKind::Suspension(it) => {
+            Some(Event::Suspended(Moment::from_nanos(it.duration_ns)))
+        }
         StationEventKind::Notice(notice) => {
             let code = NoticeCode::from_code(&notice.code).unwrap_or(NoticeCode::Other);
             // The recorder adds this one itself.
@@ -137,6 +141,7 @@ mod tests {
         ] {
             assert_comes_back(&Event::Mark(Mark { ago, is_set }));
         }
+        assert_comes_back(&Event::Suspended(Duration::from_millis(61_250)));
         for link in [
             LinkEvent::Lost {
                 reason: "unplugged".to_owned(),

@@ -306,9 +306,10 @@ impl Trial {
                 operator.up.reset();
                 operator.down.reset();
                 operator.back_ms = Some(back_ms);
-                operator.station.handle_link(LinkEvent::Lost {
+                let lost = LinkEvent::Lost {
                     reason: "reset".to_owned(),
-                });
+                };
+                operator.station.handle_link(now, lost);
             }
             22 => {
                 let killed = &mut self.operators[n];
@@ -399,10 +400,13 @@ impl Trial {
         let operator = &mut self.operators[n];
         if operator.back_ms.is_some_and(|at_ms| at_ms <= now_ms) {
             operator.back_ms = None;
-            operator.station.handle_link(LinkEvent::Opened {
-                name: "tcp:robot".to_owned(),
-                can_send: true,
-            });
+            operator.station.handle_link(
+                now,
+                LinkEvent::Opened {
+                    name: "tcp:robot".to_owned(),
+                    can_send: true,
+                },
+            );
         }
         let is_open = operator.back_ms.is_none();
         for line in operator.down.arrived(now_ms) {

@@ -1,14 +1,17 @@
 //! Captures from end to end: either form holds exactly the received bytes.
 
 use crate::streams;
-use std::fs;
+use std::fs::{self, File};
 use std::io::{Cursor, Read};
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use groundwave::capture::convert::convert_raw;
 use groundwave::capture::decode::{DecodeError, Format, decode};
 use groundwave::capture::info::Info;
+use groundwave::capture::runs::folder::Run;
 use groundwave::capture::source::Form;
+use groundwave::capture::verify::verify_mcap;
 use groundwave::capture::{Capture, CaptureError, Existing, RawWriter, Recorder, Session};
 use groundwave_protocol::decoder::{Decoder, Received};
 use proptest::prelude::*;
@@ -221,7 +224,7 @@ fn info_tells_what_happened() {
     insta::assert_snapshot!("info_text", String::from_utf8(text).unwrap());
     insta::assert_snapshot!("info_json", serde_json::to_string_pretty(&mcap).unwrap());
     assert_eq!(raw.lines, mcap.lines);
-    assert_eq!(raw.rejected, mcap.rejected);
+    assert_eq!(raw.damaged, mcap.damaged);
     assert_eq!(raw.holders, mcap.holders);
 
     // 3.5 inches per slot without loss: the distance is exact.
@@ -232,7 +235,7 @@ fn info_tells_what_happened() {
         "{}",
         info.distance_in
     );
-    assert_eq!((info.lines_lost, info.bumps), (0, 14));
+    assert_eq!((info.loss.lines_lost, info.bumps), (0, 14));
     let share = |i: usize| (info.holders[i].holder, info.holders[i].share_pct.round());
     assert_eq!(
         [share(0), share(1), share(2)],
@@ -513,4 +516,75 @@ fn tools_that_others_wrote_agree() {
     let complained = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}{complained}");
     println!("{said}");
+}
+
+/// 55 s without a line, 165 lines: the sequence shows 65 of them, the robot's clock all.
+#[test]
+fn an_outage_has_the_same_figure_everywhere() {
+    let folder = TempDir::new().unwrap();
+    let sample = format!("{}/captures/house-clean.txt", env!("CARGO_MANIFEST_DIR"));
+    let mut stamped = String::new();
+    for (n, line) in fs::read_to_string(sample).unwrap().lines().enumerate() {
+        if line.len() == 78 && !(90..255).contains(&n) {
+            let at_s = 1_741_944_413.0 + n as f64 / 3.0;
+            stamped.extend([format!("{at_s:.3} {line}\r\n")]);
+        }
+    }
+    let text = folder.path().join("a.txt");
+    fs::write(&text, stamped).unwrap();
+    let mcap = folder.path().join("a.mcap");
+    let source = File::open(&text).unwrap();
+    convert_raw(source, None, File::create(&mcap).unwrap()).unwrap();
+    for path in [&text, &mcap] {
+        let info = Info::read(&mut Capture::open(path).unwrap());
+        assert_eq!((info.loss.lines_lost, info.loss.lines_lost_max), (165, 165));
+        let mut words = Vec::new();
+        info.write_text(&mut words).unwrap();
+        let words = String::from_utf8(words).unwrap();
+        assert!(
+            words.contains("outage     silent 55.3 s from 29.7 s: 165 lines lost"),
+            "{words}"
+        );
+        let run = Run::read(path).unwrap();
+        assert_eq!(run.figures.loss, info.loss);
+        let json = decoded(path, Format::Jsonl);
+        let row = json.lines().find(|line| line.contains("outage")).unwrap();
+        let row: serde_json::Value = serde_json::from_str(row).unwrap();
+        assert_eq!(
+            (&row["code"], &row["lines_lost"]),
+            (&"silent".into(), &165.into())
+        );
+        let csv = decoded(path, Format::Csv);
+        let columns = csv.lines().next().unwrap().split(',').count();
+        let row = csv.lines().find(|line| line.contains("outage")).unwrap();
+        assert_eq!(row.split(',').count(), columns, "{row}");
+        assert!(
+            row.ends_with(",outage,,,,silent,,29.667,85.0,165,165"),
+            "{row}"
+        );
+    }
+    let verdict = verify_mcap(File::open(&mcap).unwrap(), None).unwrap();
+    assert!(verdict.is_good(), "{verdict:?}");
+    assert_eq!(verdict.loss.lines_lost, 165);
+    assert_eq!(verdict.messages.get("/outages"), Some(&1));
+}
+
+#[test]
+fn tables_hold_commands() {
+    let path = format!("{}/captures/demo-commands.mcap", env!("CARGO_MANIFEST_DIR"));
+    let json = decoded(Path::new(&path), Format::Jsonl);
+    let commands: Vec<serde_json::Value> = json
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .filter(|record: &serde_json::Value| record["event"] == "command")
+        .collect();
+    assert_eq!(commands[0]["status"], "queued");
+    assert!(commands[0]["command"].is_string(), "{commands:?}");
+    assert!(
+        commands
+            .iter()
+            .any(|record| record["status"] == "confirmed")
+    );
+    let csv = decoded(Path::new(&path), Format::Csv);
+    assert_eq!(csv.matches(",command,").count(), commands.len());
 }

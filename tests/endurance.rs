@@ -125,13 +125,16 @@ impl Day {
         self.radio.set(&channel.parse().expect("a channel"));
         // Some outages are those of the cable.
         if channel.starts_with("out") && self.orders.is_multiple_of(2) {
-            self.station.handle_link(LinkEvent::Lost {
+            let lost = LinkEvent::Lost {
                 reason: "unplugged".to_owned(),
-            });
-            self.station.handle_link(LinkEvent::Opened {
+            };
+            let opened = LinkEvent::Opened {
                 name: "/dev/ttyUSB0".to_owned(),
                 can_send: true,
-            });
+            };
+            for event in [lost, opened] {
+                self.station.handle_link(self.now(), event);
+            }
         }
     }
 

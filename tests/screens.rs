@@ -34,10 +34,13 @@ fn screen_of(
     let mut station = Station::new(arq::Config::new(1), false);
     let mut model = Model::new(Config::default());
     model.update(Duration::ZERO, Event::Resize { width, height });
-    station.handle_link(LinkEvent::Opened {
-        name: "radio".to_owned(),
-        can_send: false,
-    });
+    station.handle_link(
+        Duration::ZERO,
+        LinkEvent::Opened {
+            name: "radio".to_owned(),
+            can_send: false,
+        },
+    );
     while let Some(chunk) = capture.next_chunk().expect("an undamaged capture") {
         if chunk.at > until {
             break;

@@ -598,9 +598,12 @@ fn stop_outlives_a_lost_connection_to_the_station() {
     let mut pair = Pair::new();
     let prowl = pair.request(Request::Mode(Mode::Prowl));
     pair.second.handle_shared_lost(Moment::ZERO);
-    pair.second.handle_link(LinkEvent::Lost {
-        reason: "gone".to_owned(),
-    });
+    pair.second.handle_link(
+        Moment::ZERO,
+        LinkEvent::Lost {
+            reason: "gone".to_owned(),
+        },
+    );
     let stop = pair.request(Request::Stop);
     let waits = pair.request(Request::Mode(Mode::Reactive));
     pair.run_until(5, |pair| pair.fate(prowl).is_some());

@@ -7,7 +7,9 @@ use std::f64::consts::FRAC_PI_2;
 use foxglove::messages::{
     FrameTransforms, Grid, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate,
 };
-use groundwave::capture::messages::{RawBytes, StationEvent, Telemetry, UplinkEvent};
+use groundwave::capture::messages::{
+    OutageMessage, RawBytes, StationEvent, Telemetry, UplinkEvent,
+};
 use groundwave::capture::topics::{Deriver, Origin, Topic, TopicMessage};
 use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent};
 use groundwave::recorded::to_recorded;
@@ -204,6 +206,7 @@ fn messages_are_as_derived_encoders_write_them() {
             Topic::Telemetry => again::<Telemetry>,
             Topic::Uplink => again::<UplinkEvent>,
             Topic::Station => again::<StationEvent>,
+            Topic::Outages => again::<OutageMessage>,
             Topic::Tf => again::<FrameTransforms>,
             Topic::Pose => again::<PoseInFrame>,
             Topic::Path => again::<PosesInFrame>,

@@ -151,10 +151,10 @@ fn a_lost_link_counts_nothing_as_lost_by_the_radio() {
     recorder.finish().unwrap();
     let verdict = verify_mcap(fs::File::open(&path).unwrap(), None).unwrap();
     let info = Info::read(&mut Capture::open(&path).unwrap());
-    assert_eq!(info.lines_lost, 0);
+    assert_eq!(info.loss.lines_lost, 0);
     assert_eq!(
-        (verdict.lines, verdict.lines_lost, verdict.gaps),
-        (info.lines.total(), info.lines_lost, 0)
+        (verdict.lines, verdict.loss.lines_lost, verdict.gaps),
+        (info.lines.total(), info.loss.lines_lost, 0)
     );
     assert!(verdict.is_good(), "{verdict:?}");
     fs::remove_dir_all(folder).unwrap();

@@ -1,7 +1,10 @@
 //! Captures as JSON lines and as CSV.
 //!
-//! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. A field
-//! that a line does not have is left out in JSON and empty in CSV.
+//! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. Commands,
+//! marks and outages are records with the fields of [`EventRecord`], of which `event` names the kind. A field that a record does not
+//! have is left out in JSON and empty in CSV.
+
+mod events;
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -9,7 +12,9 @@ use std::time::Duration;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 
 use super::messages::{Telemetry, Value};
-use super::{Capture, CaptureError};
+use super::outages::OutageList;
+use super::{Capture, CaptureError, Piece};
+use events::EventRecord;
 
 /// Output format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +36,8 @@ pub enum DecodeError {
     Output(#[from] io::Error),
 }
 
-/// Writes each intact line of a capture; returns the decoder's totals. `output` should be buffered unless it is a
-/// terminal.
+/// Writes each intact line, command, mark and outage of a capture; returns the decoder's totals. `output` should be buffered
+/// unless it is a terminal.
 ///
 /// # Errors
 /// When reading the capture or writing the output fails.
@@ -45,24 +50,92 @@ pub fn decode(
     if format == Format::Csv {
         write_header(output)?;
     }
-    let mut record = Vec::new();
-    let result = capture.for_each_line(&mut decoder, |at, received| {
-        record.clear();
-        match format {
-            Format::Jsonl => write_json(&mut record, at, received),
-            Format::Csv => write_csv(&mut record, at, received),
-        }?;
-        output.write_all(&record)?;
-        Ok(())
-    });
+    let mut records = Records {
+        format,
+        output,
+        record: Vec::new(),
+    };
+    let result = records.write_all(capture, &mut decoder);
     output.flush()?;
     result.map(|()| *decoder.counters())
+}
+
+/// Writes records one at a time.
+struct Records<'a, W> {
+    format: Format,
+    output: &'a mut W,
+    record: Vec<u8>,
+}
+
+impl<W: Write> Records<'_, W> {
+    fn write_all(
+        &mut self,
+        capture: &mut Capture,
+        decoder: &mut Decoder,
+    ) -> Result<(), DecodeError> {
+        let (mut outages, mut now) = (OutageList::default(), Duration::ZERO);
+        let mut written = 0;
+        while let Some((at, piece)) = capture.next_piece()? {
+            now = at;
+            match piece {
+                Piece::Received(mut bytes) => {
+                    while let Some(received) = decoder.next_own_line(&mut bytes) {
+                        outages.handle_line(at, &received, decoder.counters());
+                        self.write_line(at, &received)?;
+                    }
+                }
+                Piece::Missing(_) | Piece::Damaged(_) => {
+                    decoder.skip();
+                    outages.handle_missing();
+                }
+                Piece::Event(event) => {
+                    if event.is_loss_of_link() {
+                        decoder.interrupt();
+                    }
+                    outages.handle_event(at, &event);
+                    if let Some(event) = EventRecord::of(at, &event) {
+                        self.write_event(at, &event)?;
+                    }
+                }
+                Piece::Sent(_) | Piece::Repeated(_) => {}
+            }
+            for outage in &outages.ended()[written..] {
+                self.write_event(at, &EventRecord::of_outage(outage))?;
+            }
+            written = outages.ended().len();
+        }
+        for outage in &outages.into_outages(now)[written..] {
+            self.write_event(now, &EventRecord::of_outage(outage))?;
+        }
+        Ok(())
+    }
+
+    fn write_line(&mut self, at: Duration, received: &Received) -> io::Result<()> {
+        self.record.clear();
+        match self.format {
+            Format::Jsonl => write_json(&mut self.record, at, received),
+            Format::Csv => write_csv(&mut self.record, at, received),
+        }?;
+        self.output.write_all(&self.record)
+    }
+
+    fn write_event(&mut self, at: Duration, event: &EventRecord) -> io::Result<()> {
+        self.record.clear();
+        match self.format {
+            Format::Jsonl => event.write_json(&mut self.record, at),
+            Format::Csv => event.write_csv(&mut self.record, at),
+        }?;
+        self.output.write_all(&self.record)
+    }
 }
 
 fn write_header(output: &mut impl Write) -> io::Result<()> {
     output.write_all(b"at_s")?;
     for field in Telemetry::FIELDS {
         write!(output, ",{}", field.name)?;
+    }
+    for name in EventRecord::FIELDS {
+        write!(output, ",{name}")?;
     }
     output.write_all(b"\n")
 }
@@ -94,15 +167,28 @@ fn write_csv(output: &mut Vec<u8>, at: Duration, received: &Received) -> io::Res
         output.write_all(b",")?;
         match value {
             None => Ok(()),
-            Some(Value::Text(text)) if text.contains([',', '"']) => {
-                write!(output, "\"{}\"", text.replace('"', "\"\""))
-            }
-            Some(Value::Text(text)) => output.write_all(text.as_bytes()),
+            Some(Value::Text(text)) => write_csv_text(output, text),
             Some(Value::Word(word)) => output.write_all(word.as_bytes()),
             Some(number) => write_number(output, number),
         }
     })?;
+    write_commas(output, EventRecord::FIELDS.len())?;
     output.write_all(b"\n")
+}
+
+fn write_commas(output: &mut Vec<u8>, count: usize) -> io::Result<()> {
+    output.write_all(&COMMAS[..count.min(COMMAS.len())])
+}
+
+/// Empty fields of a table.
+const COMMAS: &[u8] = &[b','; 128];
+
+fn write_csv_text(output: &mut Vec<u8>, text: &str) -> io::Result<()> {
+    if text.contains([',', '"', '\n', '\r']) {
+        write!(output, "\"{}\"", text.replace('"', "\"\""))
+    } else {
+        output.write_all(text.as_bytes())
+    }
 }
 
 fn write_seconds(output: &mut Vec<u8>, at: Duration) -> io::Result<()> {

@@ -95,6 +95,8 @@ coded! {
         Label = "label",
         /// Answer to a key or a prompt.
         Operator = "operator",
+        /// Another robot speaks on the channel.
+        OtherRobot = "other-robot",
         /// State of the playback.
         Playback = "playback",
         /// Bytes are missing from a capture.
@@ -105,6 +107,24 @@ coded! {
         Configuration = "configuration",
         /// A code of a newer version.
         Other = "other",
+    }
+}
+
+coded! {
+    /// Cause of an outage.
+    OutageCause {
+        /// The link was lost.
+        Unplugged = "unplugged",
+        /// The link was open and next to nothing arrived.
+        Silent = "silent",
+        /// Bytes arrived and no line was intact.
+        Damaged = "damaged",
+        /// This station was suspended.
+        Suspended = "suspended",
+        /// The robot rebooted.
+        Rebooted = "rebooted",
+        /// Only the robot's clock shows it: the capture's times do not.
+        Gap = "gap",
     }
 }
 

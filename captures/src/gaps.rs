@@ -1,4 +1,4 @@
-//! Gaps: places between two intact lines where lines were lost or the link was interrupted. Summaries and pictures count
+//! Gaps: places between two intact lines where lines were lost or damaged, or the link was interrupted. Summaries and pictures count
 //! them here, so they agree.
 
 use std::collections::VecDeque;
@@ -35,7 +35,7 @@ impl Gaps {
 
     /// Takes the decoder's counts after an intact line; returns the line after a gap that no longer closes.
     pub(crate) fn take_line(&mut self, counters: &Counters) -> Option<u64> {
-        let lines = counters.lines + counters.ack_lines;
+        let lines = counters.intact();
         let (before, now) = (self.before.lines_lost, counters.lines_lost);
         if let Some(found) = before.checked_sub(now).filter(|found| *found > 0) {
             self.close(found, counters.restarts > self.before.restarts);

@@ -9,7 +9,8 @@ use serde::Serialize;
 use super::Capture;
 use super::runs::label::Label;
 use super::source::Form;
-use crate::statistics::{Rejected, Resync};
+use crate::outages::Outage;
+use crate::statistics::{Damaged, Loss, OtherRobot, Resync};
 use survey::Survey;
 
 /// Summary of a capture.
@@ -48,14 +49,18 @@ pub struct Info {
     pub missing_bytes: u64,
     /// Intact lines.
     pub lines: LineCounts,
-    /// Lines sent, by their sequence, that did not arrive intact.
-    pub lines_lost: u64,
-    /// Places between two intact lines where lines were lost or the link was interrupted.
+    /// Loss of lines.
+    #[serde(flatten)]
+    pub loss: Loss,
+    /// Places between two intact lines where lines were lost or damaged, or the link was interrupted.
     pub gaps: u64,
-    /// `lines_lost` in per cent of the lines sent.
-    pub loss_pct: f64,
-    /// Damaged lines by reason.
-    pub rejected: Rejected,
+    /// Damaged lines.
+    pub damaged: Damaged,
+    /// Another robot on the channel.
+    #[serde(flatten)]
+    pub other: OtherRobot,
+    /// Times without lines.
+    pub outages: Vec<Outage>,
     /// Bytes between intact lines, where there are any.
     pub resync: Option<Resync>,
     /// Downlink airtime, per cent; `None` of raw text, and where the capture was not made in real time: from a pipe or

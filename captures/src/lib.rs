@@ -12,6 +12,7 @@
 mod alarm_detector;
 mod backup;
 mod bumps;
+pub mod content;
 pub mod convert;
 pub mod cut;
 pub mod decode;
@@ -28,6 +29,7 @@ pub mod messages;
 pub mod name;
 pub mod observations;
 mod odometer;
+pub mod outages;
 pub mod picture;
 mod pieces;
 mod presence;

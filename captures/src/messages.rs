@@ -10,6 +10,8 @@ use groundwave_protocol::decoder::Received;
 
 pub use super::station_event::{StationEvent, StationEventKind};
 pub use super::uplink_event::UplinkEvent;
+use crate::event::Moment;
+use crate::outages::Outage;
 
 /// Bytes of a stream as they were read or sent.
 #[derive(Clone, PartialEq, Eq, prost::Message)]
@@ -20,6 +22,42 @@ pub struct RawBytes {
     /// The bytes.
     #[prost(bytes = "vec", tag = 2)]
     pub data: Vec<u8>,
+}
+
+/// A time without lines.
+#[derive(Clone, PartialEq, Eq, prost::Message)]
+pub struct OutageMessage {
+    /// A code of [`OutageCause`](crate::event::OutageCause).
+    #[prost(string, tag = 1)]
+    pub code: String,
+    /// Its beginning, nanoseconds since 1970.
+    #[prost(uint64, tag = 2)]
+    pub begin_ns: u64,
+    /// Its end, likewise; `None` if it has begun.
+    #[prost(uint64, optional, tag = 3)]
+    pub end_ns: Option<u64>,
+    /// Lines lost in it, at least.
+    #[prost(uint64, tag = 4)]
+    pub lines_lost: u64,
+    /// Lines lost in it, at most.
+    #[prost(uint64, tag = 5)]
+    pub lines_lost_max: u64,
+}
+
+impl OutageMessage {
+    /// The message of an outage whose moments count from `zero_ns` since 1970.
+    #[must_use]
+    pub fn new(zero_ns: u64, outage: &Outage) -> Self {
+        let since_1970_ns =
+            |at: Moment| zero_ns.saturating_add(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
+        Self {
+            code: outage.cause.code().to_owned(),
+            begin_ns: since_1970_ns(outage.begin),
+            end_ns: outage.end.map(since_1970_ns),
+            lines_lost: outage.lost.min,
+            lines_lost_max: outage.lost.max,
+        }
+    }
 }
 
 impl From<&Received> for Telemetry {

@@ -1,6 +1,6 @@
 //! The protobuf schemas stored in each MCAP.
 
-use super::messages::{RawBytes, StationEvent, Telemetry, UplinkEvent};
+use super::messages::{OutageMessage, RawBytes, StationEvent, Telemetry, UplinkEvent};
 
 /// `proto/groundwave.proto` compiled to a `FileDescriptorSet`; a test compares it with the text.
 pub const DESCRIPTORS: &[u8] = include_bytes!("proto/groundwave.binpb");
@@ -21,6 +21,10 @@ impl Schema for Telemetry {
 
 impl Schema for UplinkEvent {
     const NAME: &str = "groundwave.UplinkEvent";
+}
+
+impl Schema for OutageMessage {
+    const NAME: &str = "groundwave.Outage";
 }
 
 impl Schema for StationEvent {

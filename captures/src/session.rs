@@ -33,6 +33,9 @@ impl Session {
     /// The name of the metadata table that describes the session.
     pub(super) const TABLE: &str = "session";
 
+    /// Key of the note with the port's baud rate.
+    pub const BAUD: &str = "baud";
+
     /// Key of the note with the simulator's true state, as JSON.
     pub const TRUTH: &str = "truth";
 

@@ -25,9 +25,29 @@ pub struct Chunk<'a> {
     pub at: Duration,
     /// The bytes.
     pub bytes: &'a [u8],
-    /// Whether the link was interrupted or bytes are missing before these. No line spans the gap, and lines in it do
-    /// not count as lost.
-    pub is_interrupted: bool,
+    /// Whether bytes are missing before these.
+    pub is_after_missing: bool,
+    /// When the link was lost before these, if it was.
+    pub unplugged_at: Option<Duration>,
+    /// When the station was suspended before these, if it was.
+    pub suspended_at: Option<Duration>,
+}
+
+impl Chunk<'_> {
+    /// Whether the link was interrupted or bytes are missing before these; no line spans the gap.
+    #[must_use]
+    pub const fn is_interrupted(&self) -> bool {
+        self.is_after_missing || self.unplugged_at.is_some()
+    }
+
+    /// Tells a decoder about the gap before these bytes.
+    pub const fn tell_gap(&self, decoder: &mut Decoder) {
+        if self.is_after_missing {
+            decoder.skip();
+        } else if self.unplugged_at.is_some() {
+            decoder.interrupt();
+        }
+    }
 }
 
 /// Form of a capture.
@@ -287,7 +307,8 @@ impl Capture {
     /// Those of [`Self::next_piece`].
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
         let mut bytes = std::mem::take(&mut self.current);
-        let mut is_interrupted = false;
+        let mut is_after_missing = false;
+        let (mut unplugged_at, mut suspended_at) = (None, None);
         let at = loop {
             match self.next_piece()? {
                 None => return Ok(None),
@@ -296,8 +317,14 @@ impl Capture {
                     bytes.extend_from_slice(received);
                     break at;
                 }
-                Some((_, Piece::Missing(_) | Piece::Damaged(_))) => is_interrupted = true,
-                Some((_, Piece::Event(event))) => is_interrupted |= event.is_loss_of_link(),
+                Some((_, Piece::Missing(_) | Piece::Damaged(_))) => is_after_missing = true,
+                Some((at, Piece::Event(event))) if event.is_loss_of_link() => {
+                    unplugged_at.get_or_insert(at);
+                }
+                Some((at, Piece::Event(event))) => {
+                    let since = event.suspension().map(|it| at.saturating_sub(it));
+                    suspended_at = suspended_at.or(since);
+                }
                 Some((_, Piece::Sent(_) | Piece::Repeated(_))) => {}
             }
         };
@@ -306,7 +333,9 @@ impl Capture {
         Ok(Some(Chunk {
             at,
             bytes: &self.current,
-            is_interrupted,
+            is_after_missing,
+            unplugged_at,
+            suspended_at,
         }))
     }
 
@@ -320,10 +349,9 @@ impl Capture {
         mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
     ) -> Result<(), E> {
         while let Some(chunk) = self.next_chunk()? {
-            if chunk.is_interrupted {
-                decoder.interrupt();
-            }
-            for received in decoder.lines(chunk.bytes) {
+            chunk.tell_gap(decoder);
+            let mut bytes = chunk.bytes;
+            while let Some(received) = decoder.next_own_line(&mut bytes) {
                 take(chunk.at, &received)?;
             }
         }

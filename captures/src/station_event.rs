@@ -8,7 +8,7 @@ use crate::uplink_event::UplinkEvent;
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct StationEvent {
     /// The event; `None` for one of a newer version.
-    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5")]
+    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5, 6")]
     pub kind: Option<StationEventKind>,
 }
 
@@ -30,6 +30,9 @@ pub enum StationEventKind {
     /// A line for the log.
     #[prost(message, tag = 5)]
     Notice(NoticeMessage),
+    /// The station was suspended until now.
+    #[prost(message, tag = 6)]
+    Suspension(SuspensionMessage),
 }
 
 /// A [`LinkEvent`].
@@ -55,6 +58,14 @@ pub struct MarkMessage {
     /// Whether the mark was set; else it was cleared.
     #[prost(bool, tag = 2)]
     pub is_set: bool,
+}
+
+/// A suspension of the station.
+#[derive(Clone, Copy, PartialEq, Eq, prost::Message)]
+pub struct SuspensionMessage {
+    /// Its duration, nanoseconds.
+    #[prost(uint64, tag = 1)]
+    pub duration_ns: u64,
 }
 
 /// A notice.
@@ -178,7 +189,7 @@ impl StationEvent {
                 Reception::from_code(code) != Some(Reception::Lines)
             }
             Some(StationEventKind::Notice(notice)) => notice.level() > Level::Info,
-            Some(StationEventKind::Mark(_)) | None => false,
+            Some(StationEventKind::Mark(_) | StationEventKind::Suspension(_)) | None => false,
         }
     }
 
@@ -186,6 +197,24 @@ impl StationEvent {
     #[must_use]
     pub fn is_loss_of_link(&self) -> bool {
         matches!(&self.kind, Some(StationEventKind::Link(link)) if link.state == LinkMessage::LOST)
+    }
+
+    /// The end of a suspension that lasted for this long.
+    #[must_use]
+    pub fn suspended(duration: Moment) -> Self {
+        StationEventKind::Suspension(SuspensionMessage {
+            duration_ns: u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX),
+        })
+        .into()
+    }
+
+    /// Duration of the suspension that ends with it.
+    #[must_use]
+    pub fn suspension(&self) -> Option<Moment> {
+        match &self.kind {
+            Some(StationEventKind::Suspension(it)) => Some(Moment::from_nanos(it.duration_ns)),
+            _ => None,
+        }
     }
 
     /// Whether it is the notice with this code.

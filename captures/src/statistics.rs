@@ -1,26 +1,32 @@
 //! Link statistics. Sans-IO: time is a parameter, memory is bounded.
 //!
-//! - *Loss*: share of the lines sent, by their sequence, that did not arrive intact.
-//! - *Errors*: line feeds that ended no intact line, by reason.
+//! - *Loss*: share of the lines sent of which nothing recognizable arrived, by their sequence and the robot's clock. It is an
+//!   interval where the number of lost lines is known as one.
+//! - *Damaged*: lines that arrived and were not intact, by kind and type. They are not lost.
 //! - *Resync*: bytes between two intact lines, where there are any: the cost of an error until the decoder is back in step. One
 //!   wrong bit costs its line, 80 bytes. Bytes before the first line, or before a lost link is back, are no error.
 //! - *Again*: a repeated frame: the same STOP within a second, the same session request, the same command, or waypoints of which
 //!   some were sent before. Hand drive and keepalives are never repeated and not counted. The station repeats frames while it
 //!   waits for an acknowledgement, also on a link without loss.
 //! - *Confirmation*: from the moment a command was asked for until it was confirmed, the wait for its turn included.
-//! - *Airtime*: share of the time in which the radio carried bytes, noise included, at 240 a second. Bytes arrive in bunches, each
+//! - *Airtime*: share of the time in which the radio carried bytes, noise included, at the port's baud rate (2400 where it is unknown). Bytes arrive in bunches, each
 //!   of which was in the air before. Bytes handed to the device count as sent.
 
 mod airtime;
 mod uplink;
 
-use groundwave_protocol::decoder::Counters;
+use groundwave_protocol::decoder::{self, Counters, DamageKind};
 use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
 
 use crate::event::{CommandId, Moment};
+use crate::words::{interval_pct, lost_words};
 use airtime::Airtime;
 pub use airtime::share_pct;
 pub use uplink::Uplink;
+
+/// Bits of a byte on the wire, with its start and stop bits.
+pub const BITS_PER_BYTE: u32 = 10;
 
 /// Maximum commands under way that are timed; the oldest are dropped.
 const ASKED_MAX: usize = 64;
@@ -30,12 +36,14 @@ const ASKED_MAX: usize = 64;
 pub struct Statistics {
     /// Intact lines of all types.
     pub lines: u64,
-    /// Lines sent that did not arrive intact.
-    pub lines_lost: u64,
-    /// `lines_lost` in per cent of both.
-    pub loss_pct: f64,
-    /// Line feeds that ended no intact line.
-    pub rejected: Rejected,
+    /// Loss of lines.
+    #[serde(flatten)]
+    pub loss: Loss,
+    /// Damaged lines.
+    pub damaged: Damaged,
+    /// Another robot on the channel.
+    #[serde(flatten)]
+    pub other: OtherRobot,
     /// Cost of errors; `None` before the first.
     pub resync: Option<Resync>,
     /// STOPs, requests for a session, commands and waypoints sent.
@@ -52,26 +60,130 @@ pub struct Statistics {
     pub not_taken_bytes: u64,
 }
 
-/// Damaged lines by reason.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Rejected {
-    /// Wrong checksum.
-    pub crc: u64,
-    /// Bytes before a line feed that do not have the shape of a line.
-    pub shape: u64,
-    /// Right checksum but an invalid field: another version of the protocol.
-    pub field: u64,
+/// Lines sent of which nothing recognizable arrived.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Loss {
+    /// Their number, at least.
+    pub lines_lost: u64,
+    /// At most. The hundreds are known at the robot's next line C, and may stay uncertain after a long outage.
+    pub lines_lost_max: u64,
+    /// `lines_lost` in per cent of the lines sent.
+    pub loss_pct: f64,
+    /// `lines_lost_max` in per cent of the lines sent.
+    pub loss_max_pct: f64,
 }
 
-impl Rejected {
+impl Loss {
+    /// The decoder's counts.
+    #[must_use]
+    pub fn of(counters: &Counters) -> Self {
+        let lost = counters.lost();
+        let arrived = counters.intact() + counters.damaged_in_gaps;
+        Self {
+            lines_lost: lost.min,
+            lines_lost_max: lost.max,
+            loss_pct: per_cent(lost.min, arrived + lost.min),
+            loss_max_pct: per_cent(lost.max, arrived + lost.max),
+        }
+    }
+
+    /// The number of lines.
+    #[must_use]
+    pub fn lines(&self) -> String {
+        lost_words(decoder::Lost {
+            min: self.lines_lost,
+            max: self.lines_lost_max,
+        })
+    }
+
+    /// The share.
+    #[must_use]
+    pub fn share(&self) -> String {
+        interval_pct(self.loss_pct, self.loss_max_pct)
+    }
+}
+
+/// Lines of another robot on the channel, which are kept apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct OtherRobot {
+    /// Its id.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_robot: Option<u8>,
+    /// Its lines.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub other_lines: u64,
+}
+
+impl OtherRobot {
     /// The decoder's counts.
     #[must_use]
     pub const fn of(counters: &Counters) -> Self {
         Self {
-            crc: counters.crc_rejected,
-            shape: counters.shape_rejected,
-            field: counters.field_rejected,
+            other_robot: counters.other_robot,
+            other_lines: counters.other_lines + counters.other_ack_lines,
         }
+    }
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
+const fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
+/// Damaged lines by kind and type.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Damaged(decoder::Damaged);
+
+impl Damaged {
+    /// The decoder's counts.
+    #[must_use]
+    pub const fn of(counters: &Counters) -> Self {
+        Self(counters.damaged)
+    }
+
+    /// All of them.
+    #[must_use]
+    pub fn lines(&self) -> u64 {
+        self.0.total()
+    }
+
+    /// Number of each kind: wrong checksum, wrong length, unreadable field.
+    #[must_use]
+    pub fn kinds(&self) -> [u64; 3] {
+        [DamageKind::Checksum, DamageKind::Shape, DamageKind::Field]
+            .map(|kind| self.0.of_kind(kind))
+    }
+
+    /// Number of each type of which there are any.
+    pub fn types(&self) -> impl Iterator<Item = (char, u64)> {
+        self.0.by_type().filter(|(_, count)| *count > 0)
+    }
+
+    /// The types as text: `A 7, B 5`.
+    #[must_use]
+    pub fn types_words(&self) -> String {
+        let types = self
+            .types()
+            .map(|(letter, count)| format!("{letter} {count}"));
+        types.collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Serialize for Damaged {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let [checksum, shape, field] = self.kinds();
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("lines", &self.lines())?;
+        map.serialize_entry("checksum", &checksum)?;
+        map.serialize_entry("shape", &shape)?;
+        map.serialize_entry("field", &field)?;
+        for (letter, count) in self.types() {
+            map.serialize_entry(&letter, &count)?;
+        }
+        map.end()
     }
 }
 
@@ -114,11 +226,10 @@ pub fn per_cent(part: u64, whole: u64) -> f64 {
 impl Statistics {
     /// Takes the decoder's totals, which give all downlink statistics but airtime and resync.
     pub fn count(&mut self, counters: &Counters) {
-        let lines = counters.lines + counters.ack_lines;
-        self.lines = lines;
-        self.lines_lost = counters.lines_lost;
-        self.loss_pct = per_cent(counters.lines_lost, lines + counters.lines_lost);
-        self.rejected = Rejected::of(counters);
+        self.lines = counters.intact();
+        self.loss = Loss::of(counters);
+        self.damaged = Damaged::of(counters);
+        self.other = OtherRobot::of(counters);
     }
 }
 
@@ -178,6 +289,13 @@ pub struct LinkMeter {
 }
 
 impl LinkMeter {
+    /// Sets the radio's baud rate; 2400 until then.
+    pub fn set_baud(&mut self, baud: u32) {
+        for airtime in [&mut self.down, &mut self.up] {
+            airtime.set_rate(baud / BITS_PER_BYTE);
+        }
+    }
+
     /// Takes a number of bytes from the radio.
     pub fn take_received(&mut self, now: Moment, bytes: usize) {
         self.down.take(now, bytes);

@@ -1,5 +1,6 @@
 //! Words for codes and states of the wire.
 
+use groundwave_protocol::decoder::Lost;
 use groundwave_protocol::status_codes::{Layer, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
@@ -15,6 +16,26 @@ pub const fn outcome_words(outcome: Outcome) -> &'static str {
         Outcome::NotNow => "not in its present state",
         Outcome::Unknown => "its firmware does not know this command",
         Outcome::Failed => "it tried and could not",
+    }
+}
+
+/// A number of lost lines: `165`, or `165 to 265`.
+#[must_use]
+pub fn lost_words(Lost { min, max }: Lost) -> String {
+    if min == max {
+        min.to_string()
+    } else {
+        format!("{min} to {max}")
+    }
+}
+
+/// A share in per cent that is known as an interval: `7.5 %`, or `62.3 to 72.6 %`.
+#[must_use]
+pub fn interval_pct(min_pct: f64, max_pct: f64) -> String {
+    if min_pct < max_pct {
+        format!("{min_pct:.1} to {max_pct:.1} %")
+    } else {
+        format!("{min_pct:.1} %")
     }
 }
 

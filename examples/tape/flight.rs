@@ -44,10 +44,11 @@ impl Flight {
         let (width, height) = size;
         flight.tell(Event::Resize { width, height });
         flight.tell(Event::Truth(truth(flight.simulation.outlines())));
-        flight.station.handle_link(LinkEvent::Opened {
+        let opened = LinkEvent::Opened {
             name: format!("demo, {name} seed {seed}"),
             can_send: true,
-        });
+        };
+        flight.station.handle_link(Duration::ZERO, opened);
         Ok(flight)
     }
 

@@ -3,11 +3,19 @@
 //! At each line feed the decoder tries the last 80 bytes, then the last 14. There is no start character
 //! and no length field: only the checksum decides, so noise before an intact line never hides it.
 
+mod damage;
+mod reckoning;
+mod robots;
+
 use crate::LINE_BYTES;
 use crate::life::Life;
 use crate::telemetry::{
     ACK_LINE_BYTES, Ack, AckLine, Body, Detail, FieldError, Line, SEQUENCE_MODULUS, is_intact,
 };
+pub use damage::{DamageKind, Damaged};
+pub use reckoning::Lost;
+use reckoning::Reckoning;
+use robots::Robots;
 
 /// A line found in the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,9 +50,16 @@ impl Received {
         }
     }
 
-    /// Whether it is a line C, which holds the uptime.
-    const fn has_uptime(&self) -> bool {
-        matches!(self, Self::Line(line, _) if matches!(line.body, Body::Counters(_)))
+    /// Seconds since boot, modulo 1,000,000; `None` unless it is a line C.
+    #[must_use]
+    pub const fn uptime_s(&self) -> Option<u32> {
+        match self {
+            Self::Line(line, _) => match &line.body {
+                Body::Counters(counters) => Some(counters.uptime_s),
+                _ => None,
+            },
+            Self::Ack(_) => None,
+        }
     }
 
     /// The line's number, 0 to 99.
@@ -81,8 +96,39 @@ pub struct Counters {
     pub lines_lost: u64,
     /// Reboots of the robot, as recognized by [`Life`].
     pub restarts: u64,
+    /// Lines lost that the sequence does not show, mostly whole hundreds, by the uptime in lines C.
+    pub hidden: Lost,
+    /// Damaged lines. A line feed in noise ends none of them.
+    pub damaged: Damaged,
+    /// Damaged lines among `lines_lost`.
+    pub damaged_in_gaps: u64,
+    /// Lines of another robot among `lines`.
+    pub other_lines: u64,
+    /// Lines of another robot among `ack_lines`.
+    pub other_ack_lines: u64,
+    /// Id of another robot on the channel.
+    pub other_robot: Option<u8>,
     /// Bytes outside intact lines, including those of a line not complete yet.
     pub noise_bytes: u64,
+}
+
+impl Counters {
+    /// Intact lines of the robot that is followed.
+    #[must_use]
+    pub const fn intact(&self) -> u64 {
+        self.lines + self.ack_lines - self.other_lines - self.other_ack_lines
+    }
+
+    /// Lines that the robot sent and of which nothing recognizable arrived; damaged lines are not among them. The hundreds are
+    /// known at the next line C.
+    #[must_use]
+    pub const fn lost(&self) -> Lost {
+        let shown = self.lines_lost.saturating_sub(self.damaged_in_gaps);
+        self.hidden.and(Lost {
+            min: shown,
+            max: shown,
+        })
+    }
 }
 
 /// Finds lines in a stream; the result does not depend on how the stream is cut into pieces.
@@ -97,6 +143,13 @@ pub struct Decoder {
     life: Life,
     /// Lines counted as lost in the longest gap since the latest line C.
     longest_step: u64,
+    reckoning: Reckoning,
+    robots: Robots,
+    /// Whether the latest line is of the robot that is followed.
+    is_own: bool,
+    /// Damaged lines since the latest line of the robot that is followed, and the noise before that line.
+    damaged: u64,
+    noise_before: u64,
     last_field_error: Option<FieldError>,
     counters: Counters,
 }
@@ -110,6 +163,11 @@ impl Default for Decoder {
             newest: None,
             life: Life::default(),
             longest_step: 0,
+            reckoning: Reckoning::default(),
+            robots: Robots::default(),
+            is_own: true,
+            damaged: 0,
+            noise_before: 0,
             last_field_error: None,
             counters: Counters::default(),
         }
@@ -123,12 +181,21 @@ impl Decoder {
         &self.counters
     }
 
-    /// Marks an interruption of the link: lines sent during it do not count as lost, and a line received in
-    /// part is dropped.
+    /// Marks an interruption of the link: a line received in part is dropped, and lines sent meanwhile are lost.
     pub const fn interrupt(&mut self) {
+        self.fresh = 0;
+        if let Some(newest) = &mut self.newest {
+            // A line 1 to 5 behind is no late one after an interruption.
+            newest.is_late_possible = false;
+        }
+    }
+
+    /// Marks bytes that arrived and are missing from the stream: no line spans them, and lines among them do not count as lost.
+    pub const fn skip(&mut self) {
         self.newest = None;
         self.fresh = 0;
         self.longest_step = 0;
+        self.reckoning.forget();
     }
 
     /// The field error of the latest line that had a valid checksum and was not readable.
@@ -161,6 +228,17 @@ impl Decoder {
             }
         }
         None
+    }
+
+    /// As [`Self::next_line`], but without the lines of other robots on the channel. The robot heard first is followed; after
+    /// 15 lines in a row of another one, that one.
+    pub fn next_own_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
+        loop {
+            let received = self.next_line(bytes)?;
+            if self.is_own {
+                return Some(received);
+            }
+        }
     }
 
     /// The length of `bytes` up to and including the first CR LF. Counts the line feeds before it, which end no line: a flood
@@ -242,17 +320,28 @@ impl Decoder {
             (None, Some(error)) => {
                 self.counters.field_rejected += 1;
                 self.last_field_error = Some(error);
+                self.count_damaged(DamageKind::Field);
                 None
             }
             (None, None) => {
-                if shaped {
+                let kind = if shaped {
                     self.counters.crc_rejected += 1;
+                    DamageKind::Checksum
                 } else {
                     self.counters.shape_rejected += 1;
-                }
+                    DamageKind::Shape
+                };
+                self.count_damaged(kind);
                 None
             }
         }
+    }
+
+    /// Counts the bytes before a CR LF as a damaged line.
+    fn count_damaged(&mut self, kind: DamageKind) {
+        let seen = &self.window[self.filled - self.filled.min(self.fresh)..self.filled];
+        self.counters.damaged.count(kind, seen);
+        self.damaged += 1;
     }
 
     fn accept(&mut self, received: &Received, length: usize) {
@@ -262,17 +351,36 @@ impl Decoder {
             Received::Line(..) => self.counters.lines += 1,
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
+        self.is_own = self.robots.take(received);
+        self.counters.other_robot = self.robots.other_id();
+        if !self.is_own {
+            match received {
+                Received::Line(..) => self.counters.other_lines += 1,
+                Received::Ack(_) => self.counters.other_ack_lines += 1,
+            }
+            return;
+        }
         self.count_lost(received.sequence(), received.ack().boot);
+        self.damaged = 0;
+        self.noise_before = self.counters.noise_bytes;
+        if matches!(received, Received::Ack(line) if line.listens) {
+            self.reckoning.take_go_ahead();
+        }
         let has_restarted = self.life.take(received);
         self.counters.restarts += u64::from(has_restarted);
         if has_restarted {
             self.counters.lines_lost -= self.longest_step;
+            self.reckoning.forget();
             if let Some(newest) = &mut self.newest {
                 // The gap is not counted, so late lines in it are not subtracted.
                 newest.arrived = !0;
             }
         }
-        if has_restarted || received.has_uptime() {
+        if let Some(uptime_s) = received.uptime_s() {
+            let hidden = self.reckoning.take_uptime(uptime_s, &self.counters);
+            self.counters.hidden = self.counters.hidden.and(hidden);
+        }
+        if has_restarted || received.uptime_s().is_some() {
             self.longest_step = 0;
         }
     }
@@ -285,18 +393,32 @@ impl Decoder {
                 boot,
                 sequence,
                 arrived: !0,
+                is_late_possible: true,
             });
+            self.reckoning.forget();
             return;
         };
         let ahead = (sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
         let behind = (SEQUENCE_MODULUS - ahead) % SEQUENCE_MODULUS;
-        if behind > LATE_LINES_MAX {
+        if behind > LATE_LINES_MAX || behind > 0 && !newest.is_late_possible {
+            self.reckoning.advance(ahead);
             let lost = u64::from(ahead - 1);
             self.counters.lines_lost += lost;
+            let noise = self.counters.noise_bytes.saturating_sub(self.noise_before);
+            // The line feed of a line may be damaged, too.
+            if lost == 1 && self.damaged == 0 && ONE_LINE_NOISE.contains(&noise) {
+                self.counters.damaged.count(DamageKind::Shape, &[]);
+                self.damaged = 1;
+            }
+            self.counters.damaged_in_gaps += lost.min(self.damaged);
             self.longest_step = self.longest_step.max(lost);
             newest.sequence = sequence;
+            newest.is_late_possible = true;
             newest.arrived = newest.arrived.unbounded_shl(u32::from(ahead)) | 1;
-        } else if newest.arrived & 1 << behind == 0 {
+            return;
+        }
+        self.reckoning.set_behind(behind);
+        if newest.arrived & 1 << behind == 0 {
             // Counted as lost, but only late.
             newest.arrived |= 1 << behind;
             self.counters.lines_lost -= 1;
@@ -308,6 +430,9 @@ impl Decoder {
 /// Most lines by which a late or repeated line is behind the newest; beyond that it ends a long gap.
 const LATE_LINES_MAX: u8 = 5;
 
+/// Noise of a single damaged line, long or short, bytes.
+const ONE_LINE_NOISE: core::ops::RangeInclusive<u64> = 10..=90;
+
 /// The newest line by its sequence, from which the next ones are counted.
 #[derive(Clone, Copy, Debug)]
 struct Newest {
@@ -316,6 +441,8 @@ struct Newest {
     sequence: u8,
     /// Bit `n`: the line `n` before this one arrived or was sent before counting began.
     arrived: u8,
+    /// Whether the next line may be late: no interruption came since this one.
+    is_late_possible: bool,
 }
 
 /// Whether the bytes end like a line, with CR LF.

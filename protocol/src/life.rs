@@ -4,7 +4,7 @@ use crate::decoder::Received;
 use crate::telemetry::{Body, CountersLine, Line};
 
 /// Modulus of the uptime in line C, seconds.
-const UPTIME_ROUND_S: u32 = 1_000_000;
+pub(crate) const UPTIME_ROUND_S: u32 = 1_000_000;
 
 /// The present life of the robot, from boot to boot. Every line holds the boot counter modulo 8, lines B and C
 /// hold it modulo 1000, and line C holds the uptime: each tells apart lives that the one before confuses.

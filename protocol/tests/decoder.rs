@@ -322,9 +322,9 @@ fn an_uptime_that_runs_backwards_is_a_reboot_and_no_loss() {
     assert_eq!(seen(&far), (2, 0), "the uptime goes round");
 }
 
-/// Lines sent during the interruption are not lost ones, and two halves make no line.
+/// Two halves make no line.
 #[test]
-fn an_interrupted_link_loses_no_lines() {
+fn lines_sent_while_the_link_is_interrupted_are_lost_and_missing_bytes_are_not() {
     let line = |sequence| {
         let text = TextLine::new("here");
         let body = Body::Text(text);
@@ -335,11 +335,19 @@ fn an_interrupted_link_loses_no_lines() {
         }
         .encode()
     };
-    let mut decoder = Decoder::default();
-    assert_eq!(decoder.lines(&line(7)).count(), 1);
-    assert_eq!(decoder.lines(&line(8)[..40]).count(), 0);
-    decoder.interrupt();
-    assert_eq!(decoder.lines(&line(60)[40..]).count(), 0);
-    assert_eq!(decoder.lines(&line(61)).count(), 1);
-    assert_eq!(decoder.counters().lines_lost, 0);
+    for (is_link, lost) in [(true, 53), (false, 0)] {
+        let mut decoder = Decoder::default();
+        assert_eq!(decoder.lines(&line(7)).count(), 1);
+        assert_eq!(decoder.lines(&line(8)[..40]).count(), 0);
+        if is_link {
+            decoder.interrupt();
+        } else {
+            decoder.skip();
+        }
+        assert_eq!(decoder.lines(&line(60)[40..]).count(), 0);
+        assert_eq!(decoder.lines(&line(61)).count(), 1);
+        assert_eq!(decoder.counters().lines_lost, lost);
+        // The rest of a line is a damaged line.
+        assert_eq!(decoder.counters().lost().min, lost.saturating_sub(1));
+    }
 }

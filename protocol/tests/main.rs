@@ -7,6 +7,7 @@ mod delivery;
 mod faults;
 mod fuzz;
 mod receiver;
+mod reckoning;
 mod replay;
 mod search;
 mod vectors;

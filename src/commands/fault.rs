@@ -4,9 +4,12 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
-use crate::capture::CaptureError;
+use crate::capture::{Capture, CaptureError, content};
 use crate::hint;
 use crate::safe_text;
+
+/// Bytes of a file without a line that are examined.
+const CONTENT_BYTES: usize = 64 * 1024;
 
 /// Exit codes of the program; scripts rely on the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,9 +108,9 @@ impl Fault {
         Self::new(
             Exit::Usage,
             format!(
-                "{}: no line found in {bytes} bytes; the file is not a capture, or it holds only noise, as recorded at a \
-                 wrong baud rate",
-                path.display()
+                "{}: no line found in {bytes} bytes; the file is not a capture{}",
+                path.display(),
+                content_words(path).map_or_else(String::new, |words| format!(": {words}"))
             ),
         )
     }
@@ -146,4 +149,16 @@ impl From<CaptureError> for Fault {
         };
         Self::new(exit, error)
     }
+}
+
+/// What a file without a line holds; `None` of a stream, which is gone.
+fn content_words(path: &Path) -> Option<&'static str> {
+    let mut capture = path.is_file().then(|| Capture::open(path).ok()).flatten()?;
+    let mut head = Vec::new();
+    while head.len() < CONTENT_BYTES
+        && let Ok(Some(chunk)) = capture.next_chunk()
+    {
+        head.extend_from_slice(chunk.bytes);
+    }
+    Some(content::words(&head))
 }

@@ -12,7 +12,9 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::{Exit, Fault, out, say};
 use crate::capture::decode;
-use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Notice, NoticeCode};
+use crate::event::{
+    CommandId, CommandStatus, Event, Level, LinkEvent, Mark, Moment, Notice, NoticeCode,
+};
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::runtime::{Driver, Keeper};
 use crate::share::StatusJson;
@@ -241,6 +243,19 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
             "event": "reception",
             "code": reception.code(),
             "since_s": since.as_secs_f64(),
+        }),
+        Event::Outage(outage) => {
+            let mut value = json!(outage);
+            value["event"] = json!("outage");
+            value
+        }
+        Event::Suspended(duration) => {
+            json!({ "event": "suspended", "duration_s": duration.as_secs_f64() })
+        }
+        Event::Mark(Mark { ago, is_set }) => json!({
+            "event": "mark",
+            "status": if *is_set { "set" } else { "cleared" },
+            "begin_s": seconds(at.saturating_sub(*ago)),
         }),
         Event::Asked { id, request, by } => {
             let mut value = command_json(*id, &CommandStatus::Queued);

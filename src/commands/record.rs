@@ -9,6 +9,7 @@ use groundwave_protocol::decoder::Counters;
 use super::cli::Record;
 use super::config::Config;
 use super::{Exit, Fault, block_on, recording, say, say_progress, sharing, simulated};
+use crate::capture::words::lost_words;
 use crate::event::{Event, LinkEvent};
 use crate::io::link::{BAUD, Connection, Link};
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -42,13 +43,18 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     } else {
         (Some(output.clone()), None)
     };
+    let port_baud = spec.baud(baud);
     let keep = KeepOptions {
         tee,
         mcap,
         is_unnamed: options.output.is_none(),
         existing: recording::existing(options.append, options.force),
         link: name.clone(),
-        notes: simulator.iter().filter_map(simulated::truth_note).collect(),
+        notes: simulator
+            .iter()
+            .filter_map(simulated::truth_note)
+            .chain(recording::baud_note(port_baud))
+            .collect(),
         configuration: config.text.clone(),
         rotation: recording::rotation(options.rotate, config),
         // The recording runs from the start, so no time before it is needed.
@@ -64,7 +70,6 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let foxglove = sharing::foxglove(&sharing, &name).await?;
         let keeper = Keeper::open(&keep, started)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
-        let port_baud = spec.baud(baud);
         let link = Link::start(spec, baud, connection, sink, inputs);
         let driver = Driver::new(
             name,
@@ -92,7 +97,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
                 mcap.as_ref().unwrap_or(&output).display(),
                 counters.bytes,
                 counters.lines,
-                counters.lines_lost
+                lost_words(counters.lost())
             ));
         }
         Ok(())
@@ -138,7 +143,9 @@ async fn until_done(
                     let counters = driver.station().counters();
                     say_progress(format_args!(
                         "{} bytes received, {} lines, {} lost",
-                        counters.bytes, counters.lines, counters.lines_lost
+                        counters.bytes,
+                        counters.lines,
+                        lost_words(counters.lost())
                     ));
                 }
             }

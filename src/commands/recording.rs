@@ -8,9 +8,14 @@ use super::cli::RecordingArgs;
 use super::config::Config;
 use super::output::check_inputs;
 use super::{Exit, Fault};
-use crate::capture::{Existing, Rotation, name};
+use crate::capture::{Existing, Rotation, Session, name};
 use crate::hint::shell_word;
 use crate::runtime::{KeepOptions, Keeper};
+
+/// The note with the rate of a port.
+pub(super) fn baud_note(port_baud: Option<u32>) -> Option<(String, String)> {
+    port_baud.map(|baud| (Session::BAUD.to_owned(), baud.to_string()))
+}
 
 /// Opens the recordings that the options name.
 pub(super) fn open(

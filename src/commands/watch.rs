@@ -175,10 +175,13 @@ impl Plan {
         }
         let share = sharing::listen(&self.sharing)?;
         let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;
+        let port_baud = self.spec.baud(self.baud);
+        let mut notes = self.notes.clone();
+        notes.extend(recording::baud_note(port_baud));
         let keeper = recording::open(
             &self.recording,
             &self.name,
-            self.notes.clone(),
+            notes,
             &self.config,
             self.started,
         )?;
@@ -197,7 +200,7 @@ impl Plan {
             self.started,
             keeper.sent_sink(),
         )
-        .advising(self.spec.baud(self.baud))
+        .advising(port_baud)
         .telling(keeper.event_sink())
         .shared(share)
         .watched(foxglove);

@@ -111,7 +111,7 @@ impl Facts {
             }
             // Drawn with the next line.
             Event::Statistics(statistics) => {
-                self.link.take_statistics(**statistics);
+                self.link.take_statistics(statistics);
                 self.plots.take_statistics(now, statistics, &self.link);
                 is_shown = false;
             }
@@ -120,6 +120,17 @@ impl Facts {
             Event::Reception { reception, since } => self.link.take_reception(*reception, *since),
             Event::Asked { id, request, by } => self.take_asked(now, *id, request, by.as_deref()),
             Event::Recording(recording) => is_shown = self.take_recording(now, recording),
+            Event::Outage(outage) => {
+                is_shown = outage.end.is_some();
+                if is_shown {
+                    let text = outage.to_string();
+                    self.log.add(now, Level::Info, Subject::Station, text);
+                }
+            }
+            Event::Suspended(duration) => {
+                let text = format!("suspended for {:.1} s", duration.as_secs_f64());
+                self.log.add(now, Level::Warning, Subject::Station, text);
+            }
             Event::Truth(truth) => self.chart.take_truth(truth.clone()),
             Event::Notice(notice) => {
                 let text = notice.text.as_str();

@@ -18,8 +18,8 @@ const WINDOW: Moment = Moment::from_secs(20);
 /// Time without a line after which the robot is silent.
 pub(crate) const SILENT_AFTER: Moment = Moment::from_secs(2);
 
-/// Share of lines lost above which the link is weak.
-const WEAK_LOSS: f64 = 0.05;
+/// Share of lines lost or damaged above which the link is weak.
+const WEAK_SHARE: f64 = 0.05;
 
 /// The state of the connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -50,6 +50,30 @@ pub(crate) enum Health {
     Lost,
     /// Over for good.
     Ended,
+}
+
+/// Shares of the lines that the robot sent, 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shares {
+    pub(crate) lost: f64,
+    pub(crate) damaged: f64,
+}
+
+impl Shares {
+    /// Lost or damaged.
+    pub(crate) fn unusable(self) -> f64 {
+        self.lost + self.damaged
+    }
+
+    /// `loss 6.0 %`, and `damaged 2.0 %` where there are any.
+    pub(crate) fn words(self) -> Vec<String> {
+        let loss = format!("loss {:.1} %", self.lost * 100.0);
+        let damaged = format!("damaged {:.1} %", self.damaged * 100.0);
+        [Some(loss), (self.damaged > 0.0).then_some(damaged)]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
 }
 
 /// The link to the robot.
@@ -152,8 +176,8 @@ impl Link {
         }
     }
 
-    pub(super) const fn take_statistics(&mut self, statistics: Statistics) {
-        self.statistics = Some(statistics);
+    pub(super) const fn take_statistics(&mut self, statistics: &Statistics) {
+        self.statistics = Some(*statistics);
     }
 
     /// Link statistics, at most a second old.
@@ -199,12 +223,14 @@ impl Link {
 
     /// 80-byte lines a second over the window.
     pub(crate) fn lines_per_s(&self, now: Moment) -> f64 {
-        self.rate(now, |counters| counters.lines)
+        self.rate(now, |counters| counters.lines - counters.other_lines)
     }
 
     /// Acknowledgement lines a second over the window.
     pub(crate) fn acks_per_s(&self, now: Moment) -> f64 {
-        self.rate(now, |counters| counters.ack_lines)
+        self.rate(now, |counters| {
+            counters.ack_lines - counters.other_ack_lines
+        })
     }
 
     fn rate(&self, now: Moment, count: impl Fn(&Counters) -> u64) -> f64 {
@@ -221,13 +247,19 @@ impl Link {
         lines as f64 / until.saturating_sub(at).as_secs_f64().max(1.0)
     }
 
-    /// Share of lines lost over the window, 0 to 1; `None` without lines.
-    pub(crate) fn loss(&self, now: Moment) -> Option<f64> {
+    /// Shares of lines lost and damaged over the window, 0 to 1; `None` without lines. Where the number of lost lines is an
+    /// interval, its upper end counts.
+    pub(crate) fn shares(&self, now: Moment) -> Option<Shares> {
         let (_, then) = self.window_start(self.clock(now))?;
-        let received = |c: &Counters| c.lines + c.ack_lines;
-        let received = received(&self.counters).saturating_sub(received(then));
-        let lost = self.counters.lines_lost.saturating_sub(then.lines_lost);
-        (received + lost > 0).then(|| lost as f64 / (received + lost) as f64)
+        let since =
+            |count: fn(&Counters) -> u64| count(&self.counters).saturating_sub(count(then)) as f64;
+        let lost = since(|counters| counters.lost().max);
+        let damaged = since(|counters| counters.damaged.total());
+        let sent = since(Counters::intact) + lost + damaged;
+        (sent > 0.0).then(|| Shares {
+            lost: lost / sent,
+            damaged: damaged / sent,
+        })
     }
 
     /// Damaged lines over the window.
@@ -254,7 +286,13 @@ impl Link {
         match self.newest_age(now) {
             None => Health::Waiting,
             Some(age) if age >= SILENT_AFTER => Health::Silent,
-            Some(_) if self.loss(now).is_some_and(|loss| loss > WEAK_LOSS) => Health::Weak,
+            Some(_)
+                if self
+                    .shares(now)
+                    .is_some_and(|it| it.unusable() > WEAK_SHARE) =>
+            {
+                Health::Weak
+            }
             Some(_) => Health::Good,
         }
     }

@@ -199,7 +199,8 @@ impl Plots {
             (Trace::DarkRight, state.photo_right_pct.map(i16::from)),
             (
                 Trace::Loss,
-                link.loss(now).map(|share| (share * 100.0).round() as i16),
+                link.shares(now)
+                    .map(|it| (it.unusable() * 100.0).round() as i16),
             ),
         ];
         for (trace, value) in figures {

@@ -21,6 +21,7 @@ use crate::event::{CommandId, CommandStatus, Effect, Event, LinkEvent, Moment};
 use crate::figures::{Apart, Comparison, Figures, Listed, Overlaid};
 use crate::playback::Playback;
 use crate::request::Request;
+use crate::statistics::{Damaged, Loss};
 
 /// A model, the time, and the contents of the next lines.
 pub(crate) struct Scene {
@@ -334,6 +335,8 @@ pub(crate) fn overlaid() -> Arc<Overlaid> {
         closing_error_in: Some(closing_error_in),
         bumps: 2,
         restarts: 0,
+        loss: Loss::default(),
+        damaged: Damaged::default(),
         odometer_resets: 0,
     };
     Arc::new(Overlaid {

@@ -28,6 +28,9 @@ const BATCH_BYTES: u64 = 4096;
 /// Minimum time between two notices about a device that accepts no bytes.
 const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
 
+/// Time between two steps from which on the process was suspended.
+const SUSPENDED_AFTER: Duration = Duration::from_secs(5);
+
 /// Takes every byte that is sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 
@@ -66,6 +69,8 @@ pub struct Driver {
     told: Option<EventSink>,
     /// Bytes not accepted by the device at the last notice, and its time.
     told_not_taken: (u64, Option<Moment>),
+    /// When the latest step began.
+    stepped_at: Option<Moment>,
     share: Option<ShareServer>,
     live: Option<Live>,
     advising: Option<Advising>,
@@ -99,6 +104,7 @@ impl Driver {
             sent,
             told: None,
             told_not_taken: (0, None),
+            stepped_at: None,
             share: None,
             live: None,
             advising: None,
@@ -106,9 +112,13 @@ impl Driver {
         }
     }
 
-    /// Enables notices about a link without intact lines. `baud` is the port's rate, if the station sets it.
+    /// Enables notices about a link without intact lines. `baud` is the port's rate, if the station sets it; it also determines the
+    /// airtime.
     #[must_use]
-    pub const fn advising(mut self, baud: Option<u32>) -> Self {
+    pub fn advising(mut self, baud: Option<u32>) -> Self {
+        if let Some(baud) = baud {
+            self.station.set_baud(baud);
+        }
         self.advising = Some(Advising {
             baud,
             has_complained: false,
@@ -173,6 +183,7 @@ impl Driver {
 
     /// Waits for an input or the next deadline, then handles it. Cancel-safe.
     pub async fn step(&mut self) {
+        self.detect_suspension();
         let server = self.share.as_ref().and_then(ShareServer::poll_timeout);
         let live = self.live.as_ref().and_then(Live::poll_timeout);
         let deadline = [self.station.poll_timeout(), server, live]
@@ -216,6 +227,17 @@ impl Driver {
         self.tell_not_taken();
         // Timers and signals of the runtime have their turn also during a flood of inputs.
         tokio::task::yield_now().await;
+    }
+
+    /// Callers step at least every few seconds, so a longer time was a suspension of the process.
+    fn detect_suspension(&mut self) {
+        let now = self.now();
+        if let Some(stepped_at) = self.stepped_at.replace(now)
+            && now >= stepped_at + SUSPENDED_AFTER
+        {
+            self.station
+                .handle_suspension(now, now.saturating_sub(stepped_at));
+        }
     }
 
     fn handle_client(&mut self, input: FromClient) {
@@ -271,7 +293,7 @@ impl Driver {
                     let now = self.now();
                     self.station.handle_drive(now, velocity_in_s, rotation_in_s);
                 }
-                Wanted::Tell(event) => self.events.push_back(event),
+                Wanted::Tell(notice) => self.events.push_back(Event::Notice(notice)),
             }
         }
     }
@@ -317,11 +339,12 @@ impl Driver {
                 share,
             } => {
                 self.station_sends = sends(share.as_ref());
-                self.station.handle_link(LinkEvent::Opened {
+                let opened = LinkEvent::Opened {
                     name: renamed.unwrap_or_else(|| self.name.clone()),
                     can_send: self.can_send(),
-                });
+                };
                 let now = self.now();
+                self.station.handle_link(now, opened);
                 self.station.handle_shared(now, share.is_some());
                 if empty > 1 {
                     self.events.push_back(Event::Notice(Notice::new(
@@ -343,10 +366,11 @@ impl Driver {
                 self.station.handle_shared_line(now, &line);
             }
             LinkInput::Lost(reason) => {
-                self.station.handle_shared_lost(self.started.elapsed());
-                self.station.handle_link(LinkEvent::Lost { reason });
+                let now = self.now();
+                self.station.handle_shared_lost(now);
+                self.station.handle_link(now, LinkEvent::Lost { reason });
             }
-            LinkInput::Ended => self.station.handle_link(LinkEvent::Ended),
+            LinkInput::Ended => self.station.handle_link(self.now(), LinkEvent::Ended),
         }
     }
 

@@ -25,8 +25,8 @@ pub(super) enum Wanted {
         /// Speed of the left wheel less that of the right, inches a second.
         rotation_in_s: i8,
     },
-    /// Log this event.
-    Tell(Event),
+    /// Log this notice.
+    Tell(Notice),
 }
 
 impl ShareServer {
@@ -116,11 +116,11 @@ impl ShareServer {
                     });
                 }
                 Output::Warning(text) => {
-                    return Some(Wanted::Tell(Event::Notice(Notice::new(
+                    return Some(Wanted::Tell(Notice::new(
                         NoticeCode::ShareClient,
                         Level::Warning,
                         format!("shared link: {text}"),
-                    ))));
+                    )));
                 }
             }
         }

@@ -19,6 +19,7 @@ use crate::event::{
     CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode,
     Reception,
 };
+use crate::outages::Outages;
 use crate::request::Request;
 use crate::share::ClientLine;
 use crate::statistics::{LinkMeter, Statistics};
@@ -57,6 +58,9 @@ pub struct Station {
     stopped: bool,
     next_id: u32,
     reported_counters: Counters,
+    /// The other robot on the channel that was reported.
+    reported_other: Option<u8>,
+    outages: Outages,
     meter: LinkMeter,
     reported_statistics: Option<(Moment, Statistics)>,
     events: VecDeque<Event>,
@@ -80,14 +84,21 @@ impl Station {
             stopped: false,
             next_id: 1,
             reported_counters: Counters::default(),
+            reported_other: None,
+            outages: Outages::default(),
             meter: LinkMeter::default(),
             reported_statistics: None,
             events: VecDeque::new(),
         }
     }
 
+    /// Sets the radio's baud rate, for the airtime; 2400 until then.
+    pub fn set_baud(&mut self, baud: u32) {
+        self.meter.set_baud(baud);
+    }
+
     /// Takes a change of the connection.
-    pub fn handle_link(&mut self, event: LinkEvent) {
+    pub fn handle_link(&mut self, now: Moment, event: LinkEvent) {
         if !matches!(event, LinkEvent::Opened { .. }) {
             self.report_last_statistics();
         }
@@ -96,10 +107,23 @@ impl Station {
         self.meter.interrupt();
         match &event {
             LinkEvent::Opened { can_send, .. } => self.can_send = *can_send,
-            LinkEvent::Lost { .. } => self.decoder.interrupt(),
-            LinkEvent::Ended => self.can_send = false,
+            LinkEvent::Lost { .. } => {
+                self.decoder.interrupt();
+                self.outages.handle_unplugged(now);
+            }
+            LinkEvent::Ended => {
+                self.can_send = false;
+                self.outages.finish(now);
+            }
         }
         self.events.push_back(Event::Link(event));
+        self.report_outages();
+    }
+
+    /// Takes the end of a suspension of this station.
+    pub fn handle_suspension(&mut self, now: Moment, duration: Moment) {
+        self.outages.handle_suspension(now.saturating_sub(duration));
+        self.events.push_back(Event::Suspended(duration));
     }
 
     /// Whether the link is half duplex. The station then sends only while the robot is silent, so received bytes must
@@ -122,11 +146,15 @@ impl Station {
         self.meter.take_received(now, run.len());
         let mut bytes = run;
         let mut has_line = false;
-        while let Some(received) = self.decoder.next_line(&mut bytes) {
+        while let Some(received) = self.decoder.next_own_line(&mut bytes) {
             has_line = true;
-            self.meter.take_line(self.decoder.counters());
+            let counters = self.decoder.counters();
+            self.meter.take_line(counters);
+            self.outages.handle_line(now, &received, counters);
             self.handle_received(now, &received);
         }
+        self.report_outages();
+        self.report_other_robot();
         let heard = self.listener.take(now, run, has_line);
         self.report_reception(heard);
         if run.last() != Some(&b'\n') {
@@ -154,9 +182,28 @@ impl Station {
     }
 
     /// Takes a gap in the bytes; no line spans it.
-    pub const fn handle_interruption(&mut self) {
-        self.decoder.interrupt();
+    pub fn handle_interruption(&mut self) {
+        self.decoder.skip();
         self.meter.interrupt();
+        self.outages.handle_missing();
+    }
+
+    fn report_outages(&mut self) {
+        while let Some(outage) = self.outages.poll() {
+            self.events.push_back(Event::Outage(outage));
+        }
+    }
+
+    /// Names another robot on the channel, once.
+    fn report_other_robot(&mut self) {
+        let other = self.decoder.counters().other_robot;
+        if std::mem::replace(&mut self.reported_other, other) == other {
+            return;
+        }
+        if let Some(id) = other {
+            let text = format!("robot {id} speaks on this channel, too; its lines are kept apart");
+            self.notice(NoticeCode::OtherRobot, Level::Warning, &text);
+        }
     }
 
     /// Reports the latest statistics, if statistics were reported before.
@@ -321,6 +368,8 @@ impl Station {
         }
         let heard = self.listener.handle_timeout(now);
         self.report_reception(heard);
+        self.outages.handle_timeout(now);
+        self.report_outages();
         self.report_statistics(now);
     }
 
@@ -353,7 +402,8 @@ impl Station {
         let fop = self.fop.poll_timeout().map(Duration::from_micros);
         let tuner = self.tuner.as_ref().and_then(Tuner::poll_timeout);
         let shared = self.shared_give_up_at();
-        [fop, tuner, shared, self.listener.poll_timeout()]
+        let outage = self.outages.poll_timeout();
+        [fop, tuner, shared, self.listener.poll_timeout(), outage]
             .into_iter()
             .flatten()
             .min()

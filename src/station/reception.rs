@@ -1,15 +1,11 @@
 //! Classifies the received bytes when no intact line arrives: nothing, noise, damaged lines, or a robot at another baud
 //! rate. Only the newest bytes are examined, in bounded memory.
-//!
-//! Consecutive lines share most of their text. Sampled at a wrong rate, they still share most of the garbage, while
-//! noise does not repeat. The share of four-byte runs that occurred before therefore tells a wrong rate from noise, for
-//! all rates and all receivers. Printable bytes mean the right rate and a bad channel. If the radio is slower than the
-//! port, no bit differs from both of its neighbours.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use crate::event::{LineRate, Moment, Reception};
+use crate::capture::content::judge;
+use crate::event::{Moment, Reception};
 
 /// Time without an intact line before bytes are judged.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -19,26 +15,6 @@ const JUDGE_EVERY: Duration = Duration::from_secs(1);
 
 /// Number of newest bytes examined: four seconds of a busy radio.
 const WINDOW: usize = 1024;
-
-/// Minimum number of bytes for a judgement.
-const BYTES_MIN: usize = 128;
-
-/// Length of a run, bytes. In noise, a run of four repeats by chance at one place in a million.
-const RUN: usize = 4;
-
-/// Minimum share of repeated runs for bytes with structure. Measured: structure has 1.4 % and more between 300 and
-/// 19200 baud; noise up to 0.7 %, unless it changes more slowly than the baud rate. The ignored test
-/// `looks_of_everything` prints all these figures.
-const REPEATS_MIN: f64 = 0.01;
-
-/// Minimum share of printable bytes for the right rate. Measured: wrong rates have up to 52 %, noise up to 41 %,
-/// damaged lines 33 % to 100 %. The least comes from a receiver that takes a broken stop bit for a start bit and loses
-/// synchronization.
-const PRINTABLE_MIN: f64 = 0.6;
-
-/// Maximum share of bytes with a lone bit for a radio that is slower than the port. Measured: 0 % if it is slower, 53 %
-/// and more if it is faster.
-const ALONE_MAX: f64 = 0.1;
 
 /// Time after received text for which the rate counts as right.
 const TRUST: Duration = Duration::from_mins(1);
@@ -151,60 +127,6 @@ impl Listener {
         self.reported = Some(reception);
         is_news.then_some((reception, since))
     }
-}
-
-/// Features of bytes, each as a share of their number.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Looks {
-    printable: f64,
-    /// Bytes that begin a repeated run.
-    repeats: f64,
-    /// Bytes with a lone bit.
-    alone: f64,
-}
-
-impl Looks {
-    fn of(bytes: &[u8]) -> Self {
-        let share = |count: usize| count as f64 / bytes.len().max(1) as f64;
-        let printable = |byte: &&u8| matches!(byte, b' '..=b'~' | b'\r' | b'\n');
-        Self {
-            printable: share(bytes.iter().filter(printable).count()),
-            repeats: share(repeats(bytes)),
-            alone: share(bytes.iter().filter(|byte| has_bit_alone(**byte)).count()),
-        }
-    }
-}
-
-/// Classifies bytes without an intact line; `None` if there are too few.
-fn judge(bytes: &[u8]) -> Option<Reception> {
-    if bytes.len() < BYTES_MIN {
-        return None;
-    }
-    let looks = Looks::of(bytes);
-    Some(if looks.printable >= PRINTABLE_MIN {
-        Reception::Damaged
-    } else if looks.repeats < REPEATS_MIN {
-        Reception::Noise
-    } else if looks.alone < ALONE_MAX {
-        Reception::WrongRate(LineRate::Slower)
-    } else {
-        Reception::WrongRate(LineRate::Faster)
-    })
-}
-
-/// Number of repeated runs.
-fn repeats(bytes: &[u8]) -> usize {
-    let mut runs: Vec<&[u8]> = bytes.windows(RUN).collect();
-    runs.sort_unstable();
-    let seen = runs.len();
-    runs.dedup();
-    seen - runs.len()
-}
-
-/// Whether a bit of the byte differs from both of its neighbours.
-const fn has_bit_alone(byte: u8) -> bool {
-    let changes = (byte ^ (byte >> 1)) & 0x7F;
-    changes & (changes >> 1) != 0
 }
 
 #[cfg(test)]

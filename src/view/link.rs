@@ -11,7 +11,7 @@ use super::text::First;
 use super::{Screen, split_top};
 use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
-use crate::statistics::{Confirmation, Rejected, Resync, Statistics};
+use crate::statistics::{Confirmation, Resync, Statistics};
 
 /// Minimum height of the panel beside others, rows.
 pub(super) const ROWS_MIN: u16 = 5;
@@ -60,11 +60,11 @@ impl Screen<'_> {
         };
         let air = |pct: f64| format!("{pct:.0} % air, ");
         let mut down = format!(
-            "{}loss {:.1} %",
+            "{}loss {}",
             air(statistics.airtime_down_pct),
-            statistics.loss_pct
+            statistics.loss.share()
         );
-        let Rejected { crc, shape, field } = statistics.rejected;
+        let [crc, shape, field] = statistics.damaged.kinds();
         let errors = format!("{crc} CRC, {shape} shape, {field} field");
         let mut rows = Vec::new();
         if width >= TWO_COLUMNS {
@@ -73,6 +73,15 @@ impl Screen<'_> {
         } else {
             rows.push(("down", down, theme.plain));
             rows.push(("errors", errors, theme.plain));
+        }
+        let types = statistics.damaged.types_words();
+        if !types.is_empty() {
+            rows.push(("damaged", format!(" {types}"), theme.plain));
+        }
+        if let Some(id) = statistics.other.other_robot {
+            let lines = statistics.other.other_lines;
+            let other = format!("robot {id}: {lines} lines, kept apart");
+            rows.push(("others", other, theme.warning));
         }
         let acks_per_s = link.acks_per_s(self.now);
         if acks_per_s > 0.0 {

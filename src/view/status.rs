@@ -11,7 +11,7 @@ use ratatui::text::{Line, Span};
 use super::layout::WIDTH_FULL;
 use super::{Screen, columns, put, put_right, width_of};
 use crate::model::age;
-use crate::model::link::{Connection, Health};
+use crate::model::link::{Connection, Health, Shares};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::words;
 
@@ -102,11 +102,10 @@ impl Screen<'_> {
         let newest = link.newest_age(self.now).map(age::words);
         let flow = || {
             let rate = format!("  {:.1}/s", link.lines_per_s(self.now));
-            let loss = link
-                .loss(self.now)
-                .map(|loss| format!("  loss {:.1} %", loss * 100.0));
+            let shares = link.shares(self.now).map(Shares::words).unwrap_or_default();
+            let shares = shares.into_iter().map(|share| format!("  {share}"));
             let newest = newest.as_ref().map(|newest| format!("  newest {newest}"));
-            [Some(rate), loss, newest].into_iter().flatten().collect()
+            [rate].into_iter().chain(shares).chain(newest).collect()
         };
         let (glyph, style, words): (_, Style, String) = match link.health(self.now) {
             Health::Waiting => match self.instead_of_lines() {

@@ -37,7 +37,7 @@ impl Prefilter {
     /// Takes the next bytes received; returns whether they may contain a landmark.
     pub(super) fn may_hold(&mut self, mut bytes: &[u8]) -> bool {
         let mut may_hold = false;
-        while let Some(received) = self.decoder.next_line(&mut bytes) {
+        while let Some(received) = self.decoder.next_own_line(&mut bytes) {
             may_hold |= self.is_one(&received);
         }
         may_hold

@@ -2,17 +2,19 @@
 
 use std::time::Duration;
 
-use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::status_codes::Layer;
 use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line};
+use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use super::{HolderShare, Info, LineCounts, Robot, Sent};
 use crate::bumps::Bumps;
 use crate::gaps::Gaps;
 use crate::odometer::Odometer;
+use crate::outages::OutageList;
+use crate::session::Session;
 use crate::source::Chunk;
-use crate::statistics::{self, Rejected, per_cent, share_pct};
+use crate::statistics::{self, BITS_PER_BYTE, Damaged, Loss, OtherRobot, per_cent, share_pct};
 use crate::words::layer_word;
 use crate::{Capture, CaptureError};
 
@@ -23,11 +25,11 @@ const TICKS_ROUND_S: u32 = 200;
 const SHARE_MAX_PCT: f64 = 105.0;
 
 /// Airtime of `bytes` within `time`, per cent; `None` if the radio cannot carry them.
-fn plausible_share_pct(bytes: u64, time: Duration) -> Option<f64> {
+fn plausible_share_pct(bytes: u64, time: Duration, bytes_per_s: u32) -> Option<f64> {
     if time.is_zero() && bytes > 0 {
         return None;
     }
-    Some(share_pct(bytes, time)).filter(|share_pct| *share_pct <= SHARE_MAX_PCT)
+    Some(share_pct(bytes, time, bytes_per_s)).filter(|share_pct| *share_pct <= SHARE_MAX_PCT)
 }
 
 /// Totals so far.
@@ -45,6 +47,7 @@ pub(super) struct Survey {
     first_bytes: u64,
     gaps: Gaps,
     noise: statistics::Gaps,
+    outages: OutageList,
 }
 
 impl Survey {
@@ -54,12 +57,13 @@ impl Survey {
         decoder: &mut Decoder,
     ) -> Result<(), CaptureError> {
         while let Some(chunk) = capture.next_chunk()? {
-            let Chunk { at, mut bytes, .. } = chunk;
-            if chunk.is_interrupted {
-                decoder.interrupt();
+            chunk.tell_gap(decoder);
+            if chunk.is_interrupted() {
                 self.gaps.interrupt();
                 self.noise.interrupt();
             }
+            self.outages.handle_chunk(&chunk);
+            let Chunk { at, mut bytes, .. } = chunk;
             if at.is_zero() {
                 self.first_bytes += bytes.len() as u64;
             }
@@ -67,7 +71,8 @@ impl Survey {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
             };
-            while let Some(received) = decoder.next_line(&mut bytes) {
+            while let Some(received) = decoder.next_own_line(&mut bytes) {
+                self.outages.handle_line(at, &received, decoder.counters());
                 self.gaps.take_line(decoder.counters());
                 self.noise.take_line(decoder.counters());
                 self.odometer.take(at, &received);
@@ -141,7 +146,6 @@ impl Survey {
             })
             .collect();
         holders.sort_by(|a, b| b.share_pct.total_cmp(&a.share_pct));
-        let lines = seen.lines + seen.ack_lines;
         let volts = |dv: u16| f64::from(dv) / 10.0;
         let may_become_a_line = self.since_line_feed < LINE_BYTES as u64;
         let unfinished_bytes = if may_become_a_line {
@@ -150,10 +154,11 @@ impl Survey {
             0
         };
         let after_first = seen.bytes - self.first_bytes;
-        let airtime_down_pct = capture
-            .uplink()
-            .and_then(|_| plausible_share_pct(after_first, capture.end()));
         let said = |what: &str| capture.session()?.get(what).cloned();
+        let baud = said(Session::BAUD).and_then(|baud| baud.parse::<u32>().ok());
+        let bytes_per_s = baud.map_or(BYTES_PER_S, |baud| baud / BITS_PER_BYTE);
+        let share_pct = |bytes| plausible_share_pct(bytes, capture.end(), bytes_per_s);
+        let airtime_down_pct = capture.uplink().and_then(|_| share_pct(after_first));
         let version = said("software_version").map(|version| format!(" {version}"));
         Info {
             start: said("start"),
@@ -169,18 +174,18 @@ impl Survey {
             unfinished_bytes,
             missing_bytes: capture.missing_bytes(),
             lines: self.lines,
-            lines_lost: seen.lines_lost,
+            loss: Loss::of(seen),
             gaps: self.gaps.count(),
-            loss_pct: per_cent(seen.lines_lost, lines + seen.lines_lost),
-            rejected: Rejected::of(seen),
+            damaged: Damaged::of(seen),
+            other: OtherRobot::of(seen),
+            outages: self.outages.into_outages(capture.end()),
             resync: self.noise.resync(),
             airtime_down_pct,
             sent: capture.uplink().map(|uplink| Sent {
                 bytes: uplink.bytes(),
                 frames: uplink.frames(),
                 frames_again: uplink.frames_again(),
-                airtime_up_pct: airtime_down_pct
-                    .and_then(|_| plausible_share_pct(uplink.bytes(), capture.end())),
+                airtime_up_pct: airtime_down_pct.and_then(|_| share_pct(uplink.bytes())),
             }),
             robot: self.robot,
             restarts: seen.restarts,

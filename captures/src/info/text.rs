@@ -3,7 +3,10 @@
 use std::io::{self, Write};
 
 use super::{Info, LineCounts};
-use crate::statistics::Rejected;
+use crate::outages::Outage;
+
+/// Number of outages that the text lists; JSON has all.
+const OUTAGES_SHOWN: usize = 10;
 
 impl Info {
     /// Writes the run and its origin.
@@ -23,6 +26,44 @@ impl Info {
             writeln!(output, "stored     {words}")?;
         }
         Ok(())
+    }
+
+    fn write_damaged(&self, output: &mut impl Write) -> io::Result<()> {
+        let [checksum, shape, field] = self.damaged.kinds();
+        write!(
+            output,
+            "damaged    {checksum} checksum, {shape} shape, {field} field"
+        )?;
+        match self.damaged.types_words() {
+            types if types.is_empty() => writeln!(output)?,
+            types => writeln!(output, ": {types}")?,
+        }
+        match self.other.other_robot {
+            Some(id) => writeln!(
+                output,
+                "others     {} lines of robot {id}, kept apart",
+                self.other.other_lines
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the longest outages, in their order.
+    fn write_outages(&self, output: &mut impl Write) -> io::Result<()> {
+        let mut durations: Vec<_> = self.outages.iter().map(Outage::duration).collect();
+        durations.sort_unstable();
+        let least = durations.iter().rev().nth(OUTAGES_SHOWN - 1).copied();
+        let is_shown = |outage: &&Outage| {
+            outage.end.is_none() || least.is_none_or(|least| outage.duration() >= least)
+        };
+        let shown: Vec<_> = self.outages.iter().filter(is_shown).collect();
+        for outage in &shown {
+            writeln!(output, "outage     {outage}")?;
+        }
+        match self.outages.len() - shown.len() {
+            0 => Ok(()),
+            shorter => writeln!(output, "outages    {shorter} more, shorter"),
+        }
     }
 
     /// Writes the summary as text, one fact per line.
@@ -69,14 +110,13 @@ impl Info {
         )?;
         writeln!(
             output,
-            "loss       {} lines, {:.1} %, {} gaps",
-            self.lines_lost, self.loss_pct, self.gaps
+            "loss       {} lines, {}, {} gaps",
+            self.loss.lines(),
+            self.loss.share(),
+            self.gaps
         )?;
-        let Rejected { crc, shape, field } = self.rejected;
-        writeln!(
-            output,
-            "rejected   {crc} checksum, {shape} shape, {field} field"
-        )?;
+        self.write_damaged(output)?;
+        self.write_outages(output)?;
         if let Some(resync) = self.resync {
             writeln!(
                 output,

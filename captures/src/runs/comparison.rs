@@ -8,6 +8,7 @@ use super::Course;
 use super::course::Place;
 use crate::odometer::distance_in;
 pub use crate::runs::figures::{Apart, Comparison, Figures};
+use crate::statistics::{Damaged, Loss};
 
 /// Maximum places compared; time grows with the square.
 const PLACES_MAX: usize = 2048;
@@ -31,6 +32,8 @@ impl Figures {
             closing_error_in: course.closing_error_in(),
             bumps: course.bumps(),
             restarts: counters.restarts,
+            loss: Loss::of(counters),
+            damaged: Damaged::of(counters),
             odometer_resets: course.odometer_resets(),
         }
     }

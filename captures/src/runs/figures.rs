@@ -5,6 +5,8 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use crate::statistics::{Damaged, Loss};
+
 /// A place in the robot's frame: east and north, inches.
 pub type Place = (f64, f64);
 
@@ -28,12 +30,17 @@ pub struct Figures {
     pub bumps: u32,
     /// Restarts of the robot.
     pub restarts: u64,
+    /// Loss of lines.
+    #[serde(flatten)]
+    pub loss: Loss,
+    /// Damaged lines.
+    pub damaged: Damaged,
     /// Odometer resets in the middle: restarts and set positions.
     pub odometer_resets: u32,
 }
 
 /// Header of a list of runs.
-pub const HEADING: &str = "     time   distance    closing  bumps        capture";
+pub const HEADING: &str = "     time   distance   closing  bumps   loss  capture";
 
 /// A row of a list of runs.
 impl fmt::Display for Figures {
@@ -43,11 +50,15 @@ impl fmt::Display for Figures {
         let closing = self
             .closing_error_in
             .map_or_else(String::new, |error_in| format!("{error_in:.1} in"));
-        let void = if self.void.is_some() { "VOID" } else { "" };
+        let loss = if self.void.is_some() {
+            "VOID".to_owned()
+        } else {
+            format!("{:.1}%", self.loss.loss_max_pct)
+        };
         let distance = format!("{:.1} in", self.distance_in);
         write!(
             f,
-            "{time:>9} {distance:>10} {closing:>10} {:>6}  {void:4}  {}",
+            "{time:>9} {distance:>10} {closing:>9} {:>6}  {loss:>5}  {}",
             self.bumps, self.capture
         )?;
         if let Some(name) = &self.name {
@@ -146,6 +157,7 @@ impl Comparison {
             b.bumps.to_string(),
             format!("{bumps:+}"),
         )?;
+        row("loss", a.loss.share(), b.loss.share(), none())?;
         if let Some(apart) = self.apart {
             let (x_in, y_in) = apart.worst_at_in;
             writeln!(

@@ -10,8 +10,10 @@ use crate::event::Moment;
 const WINDOW: Moment = Moment::from_secs(20);
 
 /// Bytes over the latest seconds.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Airtime {
+    /// Bytes that the radio carries in a second.
+    bytes_per_s: u32,
     /// Time at which the first bytes began.
     begun: Option<Moment>,
     /// Bytes of each second with any, oldest first.
@@ -25,10 +27,25 @@ struct Clump {
     bytes: u64,
 }
 
+impl Default for Airtime {
+    fn default() -> Self {
+        Self {
+            bytes_per_s: BYTES_PER_S,
+            begun: None,
+            clumps: VecDeque::new(),
+        }
+    }
+}
+
 impl Airtime {
+    pub(super) fn set_rate(&mut self, bytes_per_s: u32) {
+        self.bytes_per_s = bytes_per_s.max(1);
+    }
+
     pub(super) fn take(&mut self, now: Moment, bytes: usize) {
         let bytes = bytes as u64;
-        self.begun.get_or_insert(now.saturating_sub(air(bytes)));
+        self.begun
+            .get_or_insert(now.saturating_sub(self.air(bytes)));
         while self
             .clumps
             .front()
@@ -56,25 +73,25 @@ impl Airtime {
         let mut busy = Moment::ZERO;
         for clump in self.clumps.iter().rev() {
             let ended = clump.until.min(free_until);
-            let began = ended.saturating_sub(air(clump.bytes)).max(since);
+            let began = ended.saturating_sub(self.air(clump.bytes)).max(since);
             busy += ended.saturating_sub(began);
             free_until = began.min(free_until);
         }
         let passed = now.saturating_sub(since).max(Moment::from_secs(1));
         busy.div_duration_f64(passed) * 100.0
     }
+
+    /// Transmission time of a number of bytes.
+    fn air(&self, bytes: u64) -> Moment {
+        Moment::from_micros(bytes.saturating_mul(1_000_000) / u64::from(self.bytes_per_s))
+    }
 }
 
-/// Transmission time of a number of bytes.
-fn air(bytes: u64) -> Moment {
-    Moment::from_micros(bytes.saturating_mul(1_000_000) / u64::from(BYTES_PER_S))
-}
-
-/// Airtime of a number of bytes in a time, per cent; 0 in no time.
+/// Airtime of a number of bytes in a time at a rate, per cent; 0 in no time.
 #[must_use]
-pub fn share_pct(bytes: u64, time: Moment) -> f64 {
+pub fn share_pct(bytes: u64, time: Moment, bytes_per_s: u32) -> f64 {
     if time.is_zero() {
         return 0.0;
     }
-    bytes as f64 * 100.0 / (f64::from(BYTES_PER_S) * time.as_secs_f64())
+    bytes as f64 * 100.0 / (f64::from(bytes_per_s.max(1)) * time.as_secs_f64())
 }

@@ -1,6 +1,7 @@
 //! Raw text: lines, their times, and the style in which they are stored.
 //!
-//! `tee` writes the radio's bytes without times; their times are those of a 2400-baud radio without pauses. Other
+//! `tee` writes the radio's bytes without times; their times are those of a radio without pauses, at the rate that the robot's clock
+//! tells in its lines C, or at 2400 baud. Other
 //! programs put a timestamp before each line, and copying text may remove the CR of line ends or add a second one. The
 //! first intact lines determine the style; readers get the radio's bytes and their times.
 
@@ -9,7 +10,7 @@ mod stamps;
 
 use std::borrow::Cow;
 
-use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
@@ -43,6 +44,62 @@ enum Ends {
 pub struct Style {
     stamps: Option<Stamps>,
     ends: Ends,
+    /// Rate of the radio, if it is not the usual one.
+    rate: Option<Rate>,
+}
+
+/// Bytes and the time in which a robot sent them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Rate {
+    bytes: u64,
+    seconds: u64,
+}
+
+impl Rate {
+    /// Shortest time from which a rate is concluded, seconds.
+    const SECONDS_MIN: u64 = 4;
+
+    /// The rate by the robot's clock in the first lines, if it differs by a third or more from the usual one. Only parts without
+    /// a gap count.
+    fn of(style: Style, mut head: &[u8]) -> Option<Self> {
+        let mut decoder = Decoder::default();
+        let mut rate = Self {
+            bytes: 0,
+            seconds: 0,
+        };
+        let mut latest: Option<(u32, Counters)> = None;
+        while !head.is_empty() {
+            let (piece, rest) = head.split_at(style.piece_bytes(head));
+            head = rest;
+            let radio = style.radio(piece);
+            let mut bytes = &radio[..];
+            while let Some(received) = decoder.next_own_line(&mut bytes) {
+                let Some(uptime_s) = received.uptime_s() else {
+                    continue;
+                };
+                let now = *decoder.counters();
+                if let Some((then_s, then)) = latest.replace((uptime_s, now))
+                    && now.lines_lost == then.lines_lost
+                    && now.noise_bytes == then.noise_bytes
+                    && now.restarts == then.restarts
+                    && let Some(passed_s) = uptime_s.checked_sub(then_s)
+                {
+                    rate.bytes += now.bytes - then.bytes;
+                    rate.seconds += u64::from(passed_s);
+                }
+            }
+        }
+        let usual = rate.seconds * u64::from(BYTES_PER_S);
+        let is_usual = rate.bytes * 4 > usual * 3 && rate.bytes * 3 < usual * 4;
+        (rate.seconds >= Self::SECONDS_MIN && rate.bytes > 0 && !is_usual).then_some(rate)
+    }
+
+    /// Transmission time of a number of bytes.
+    fn time(self, bytes: u64) -> Moment {
+        let nanos =
+            u128::from(bytes) * u128::from(self.seconds) * 1_000_000_000 / u128::from(self.bytes);
+        Moment::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
+    }
 }
 
 impl Style {
@@ -70,6 +127,8 @@ impl Style {
             let mut lines = head.split_inclusive(|&byte| byte == b'\n');
             let is_like = |stamps: &Stamps| stamps.is_like(&like);
             style.stamps = lines.find_map(|line| Stamps::like(line).filter(is_like));
+        } else {
+            style.rate = Rate::of(style, head);
         }
         Some(style)
     }
@@ -83,7 +142,11 @@ impl Style {
         };
         let before = line.len().saturating_sub(ends.stored_bytes(length));
         let stamps = Stamps::like(&line[..before]);
-        Some(Self { stamps, ends })
+        Some(Self {
+            stamps,
+            ends,
+            rate: None,
+        })
     }
 
     /// Differences from the radio's bytes as text; `None` where there are none.
@@ -159,15 +222,17 @@ impl Style {
         }
     }
 
-    /// Transmission time of a number of bytes of the file at 2400 baud.
+    /// Transmission time of a number of bytes of the file.
     pub(super) fn on_the_wire(&self, bytes: u64) -> Moment {
         const LINE: u64 = LINE_BYTES as u64;
-        on_the_wire(match self.ends {
+        let sent = match self.ends {
             Ends::AsSent => bytes,
             // Nearly all lines have 80 bytes.
             Ends::Lf => bytes + bytes / (LINE - 1),
             Ends::CrCrLf => bytes - bytes / (LINE + 1),
-        })
+        };
+        self.rate
+            .map_or_else(|| on_the_wire(sent), |rate| rate.time(sent))
     }
 
     /// The radio's bytes of a piece.

@@ -16,8 +16,9 @@ use super::log_messages::{LogMessages, is_contact};
 use super::path::Path;
 use super::scene::Scene;
 use super::{Topic, TopicMessage};
-use crate::event::{CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Reception};
-use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
+use crate::event::{CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Moment, Reception};
+use crate::messages::{OutageMessage, StationEvent, StationEventKind, UplinkEvent};
+use crate::outages::{Outage, Outages};
 use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
 use crate::words::outcome_words;
@@ -55,6 +56,7 @@ pub struct Deriver {
     /// Its first 80 bytes are written.
     is_continued: bool,
     decoder: Decoder,
+    outages: Outages,
     lines: Lines,
     clock: RobotClock,
     ack: Option<(u8, u8, u8, u8)>,
@@ -149,9 +151,10 @@ impl Deriver {
         mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.give_pending(&mut take)?;
-        self.decoder.interrupt();
+        self.decoder.skip();
         self.rx_offset = self.rx_offset.saturating_add(bytes);
-        Ok(())
+        self.outages.handle_missing();
+        self.give_outages(&mut take)
     }
 
     /// Skips missing sent bytes: the offset in `/raw/tx` jumps.
@@ -246,6 +249,11 @@ impl Deriver {
         self.now_ns = self.now_ns.max(at_ns);
         self.encoder.encode(event);
         take(self.encoder.message(Topic::Station, self.now_ns, None))?;
+        if self.lines == Lines::OfBytes {
+            self.outages
+                .handle_event(Moment::from_nanos(self.now_ns), event);
+            self.give_outages(&mut take)?;
+        }
         let (name, level, text) = match &event.kind {
             Some(StationEventKind::Command(event)) => return self.handle_uplink(event, &mut take),
             Some(StationEventKind::Link(link)) => match link.event() {
@@ -275,6 +283,11 @@ impl Deriver {
                     NoticeLevel::Alarm => Level::Error,
                 };
                 ("station", level, notice.text.clone())
+            }
+            Some(StationEventKind::Suspension(it)) => {
+                let duration_s = Moment::from_nanos(it.duration_ns).as_secs_f64();
+                let text = format!("the station was suspended for {duration_s:.1} s");
+                ("station", Level::Warning, text)
             }
             None => return Ok(()),
         };
@@ -317,9 +330,40 @@ impl Deriver {
         self.rx_offset = self.rx_offset.saturating_add(bytes.len() as u64);
         take(self.encoder.message(Topic::RawRx, self.now_ns, None))?;
         if self.lines == Lines::OfBytes {
-            while let Some(received) = self.decoder.next_line(&mut bytes) {
+            while let Some(received) = self.decoder.next_own_line(&mut bytes) {
+                let now = Moment::from_nanos(self.now_ns);
+                self.outages
+                    .handle_line(now, &received, self.decoder.counters());
                 self.handle_line(&received, take)?;
             }
+            self.give_outages(take)?;
+        }
+        Ok(())
+    }
+
+    /// Takes an outage whose moments count from `zero_ns` since 1970, from a caller that decodes the bytes.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub fn handle_outage<E>(
+        &mut self,
+        at_ns: u64,
+        zero_ns: u64,
+        outage: &Outage,
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.now_ns = self.now_ns.max(at_ns);
+        self.encoder.encode(&OutageMessage::new(zero_ns, outage));
+        take(self.encoder.message(Topic::Outages, self.now_ns, None))
+    }
+
+    fn give_outages<E>(
+        &mut self,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        while let Some(outage) = self.outages.poll() {
+            self.encoder.encode(&OutageMessage::new(0, &outage));
+            take(self.encoder.message(Topic::Outages, self.now_ns, None))?;
         }
         Ok(())
     }

@@ -30,7 +30,7 @@ pub use geometry::{BASE, ODOM};
 pub(super) use log_messages::{LogMessages, is_contact};
 
 pub use super::messages::StationEvent;
-use super::messages::{RawBytes, Telemetry, UplinkEvent};
+use super::messages::{OutageMessage, RawBytes, Telemetry, UplinkEvent};
 use super::schema::{DESCRIPTORS, Schema};
 
 /// Encoding of schemas and messages.
@@ -69,11 +69,13 @@ pub enum Topic {
     Log,
     /// Events that are not in the bytes: commands, the link, marks and notices.
     Station,
+    /// Times without lines.
+    Outages,
 }
 
 impl Topic {
     /// Every topic, in the order of their numbers.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::RawRx,
         Self::RawTx,
         Self::Telemetry,
@@ -86,6 +88,7 @@ impl Topic {
         Self::Markers,
         Self::Log,
         Self::Station,
+        Self::Outages,
     ];
 
     /// Its name in a recording.
@@ -104,6 +107,7 @@ impl Topic {
             Self::Markers => "/markers",
             Self::Log => "/log",
             Self::Station => "/station",
+            Self::Outages => "/outages",
         }
     }
 
@@ -127,7 +131,9 @@ impl Topic {
         match self {
             Self::RawRx | Self::RawTx | Self::Station => Origin::Recorded,
             Self::Telemetry | Self::Tf | Self::Pose | Self::Sonar => Origin::Line,
-            Self::Uplink | Self::Path | Self::Markers | Self::Log => Origin::History,
+            Self::Uplink | Self::Path | Self::Markers | Self::Log | Self::Outages => {
+                Origin::History
+            }
             Self::Map => Origin::Reserved,
         }
     }
@@ -157,6 +163,7 @@ impl Topic {
             Self::Markers => well_known::<SceneUpdate>(),
             Self::Log => well_known::<Log>(),
             Self::Station => ours(StationEvent::NAME),
+            Self::Outages => ours(OutageMessage::NAME),
         }
     }
 }
@@ -256,6 +263,7 @@ mod tests {
                 (10, "/markers"),
                 (11, "/log"),
                 (12, "/station"),
+                (13, "/outages"),
             ]
         );
     }

@@ -13,6 +13,7 @@ use super::{Event, Holder, Place, Point, Track};
 use crate::bumps::Bumps;
 use crate::gaps::Gaps;
 use crate::odometer::{Odometer, Step};
+use crate::outages::OutageList;
 use crate::pieces::Piece;
 use crate::{Capture, CaptureError, Session};
 
@@ -53,6 +54,7 @@ pub(super) struct Fold {
     /// Whether the last point has been kept.
     is_kept: bool,
     gaps: Gaps,
+    outages: OutageList,
     counters: Counters,
     has_restarted: bool,
     active: [bool; 2],
@@ -75,7 +77,8 @@ impl Fold {
                     if !bytes.is_empty() {
                         self.track.duration = at;
                     }
-                    while let Some(received) = decoder.next_line(&mut bytes) {
+                    while let Some(received) = decoder.next_own_line(&mut bytes) {
+                        self.outages.handle_line(at, &received, decoder.counters());
                         self.take(at, &received, decoder.counters());
                         take(at, &received);
                     }
@@ -84,9 +87,14 @@ impl Fold {
                     if event.is_loss_of_link() {
                         self.interrupt(decoder);
                     }
+                    self.outages.handle_event(at, &event);
                     self.routes.take_event(&event);
                 }
-                Piece::Missing(_) | Piece::Damaged(_) => self.interrupt(decoder),
+                Piece::Missing(_) | Piece::Damaged(_) => {
+                    decoder.skip();
+                    self.gaps.interrupt();
+                    self.outages.handle_missing();
+                }
                 Piece::Sent(_) | Piece::Repeated(_) => {}
             }
         }
@@ -273,7 +281,9 @@ impl Fold {
             points, gap_lines, ..
         } = &mut self.track;
         merge_gaps(points, gap_lines);
-        self.track.lines_lost = self.counters.lines_lost;
+        self.track.lines_lost = self.counters.lost().min;
+        let outages = std::mem::take(&mut self.outages);
+        self.track.outages = outages.into_outages(self.track.duration);
         self.track.events[Event::Bump as usize].count = self.bumps.total();
         self.track.distance_in = self.odometer.distance_in;
         self.track.waypoints = std::mem::take(&mut self.routes.waypoints);

@@ -11,6 +11,7 @@ use groundwave_protocol::status_codes::Layer;
 
 use super::event::Truth;
 use super::{Capture, CaptureError};
+use crate::outages::Outage;
 use crate::words::layer_word;
 use fold::Fold;
 pub(crate) use thin::simplify;
@@ -122,8 +123,10 @@ pub struct Track {
     pub gap_lines: Vec<u64>,
     /// Number of gaps, as a summary counts them.
     pub gaps: u64,
-    /// Lines lost, as a summary counts them.
+    /// Lines lost, as a summary counts them, at least.
     pub lines_lost: u64,
+    /// Times without lines, as a summary lists them.
+    pub outages: Vec<Outage>,
     /// Events, indexed as [`Event::ALL`].
     pub events: [Events; 5],
     /// Waypoints, by route and number.

@@ -234,8 +234,9 @@ proptest! {
             Capture::read("test", Box::new(std::io::Cursor::new(bytes))).unwrap();
         let info = crate::info::Info::read(&mut capture);
         prop_assert_eq!(track.gaps, info.gaps);
-        prop_assert_eq!(track.lines_lost, info.lines_lost);
-        prop_assert_eq!(track.gaps == 0, info.lines_lost == 0);
+        prop_assert_eq!(track.lines_lost, info.loss.lines_lost);
+        prop_assert_eq!(&track.outages, &info.outages);
+        prop_assert_eq!(track.gaps == 0, info.loss.lines_lost == 0);
         prop_assert!(drawn(&track).0 as u64 <= track.gaps);
     }
 }

@@ -13,12 +13,13 @@ use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Counters, Decoder};
+use groundwave_protocol::decoder::Decoder;
 use serde::Serialize;
 
 use super::source::Form;
 use super::text::TextReader;
 use super::topics::RAW_RX;
+use crate::statistics::{Damaged, Loss};
 pub use recording::verify_mcap;
 
 /// Maximum faults that are listed.
@@ -35,8 +36,11 @@ pub struct Verdict {
     pub missing_bytes: u64,
     /// Intact lines.
     pub lines: u64,
-    /// Lines lost by the radio, by their sequence.
-    pub lines_lost: u64,
+    /// Lines lost by the radio.
+    #[serde(flatten)]
+    pub loss: Loss,
+    /// Damaged lines.
+    pub damaged: Damaged,
     /// Gaps in the sequence.
     pub gaps: u64,
     /// The longest gap.
@@ -71,7 +75,8 @@ impl Verdict {
             bytes: 0,
             missing_bytes: 0,
             lines: 0,
-            lines_lost: 0,
+            loss: Loss::default(),
+            damaged: Damaged::default(),
             gaps: 0,
             worst_gap: None,
             messages: BTreeMap::new(),
@@ -108,8 +113,10 @@ impl Verdict {
         }
         write!(
             output,
-            "lines      {} intact, {} lost by the radio",
-            self.lines, self.lines_lost
+            "lines      {} intact, {} damaged, {} lost by the radio",
+            self.lines,
+            self.damaged.lines(),
+            self.loss.lines()
         )?;
         match self.worst_gap {
             None => writeln!(output)?,
@@ -173,9 +180,9 @@ struct Lines {
 
 impl Lines {
     fn take(&mut self, mut bytes: &[u8], at: Duration, verdict: &mut Verdict) {
-        let mut before = self.decoder.counters().lines_lost;
-        while self.decoder.next_line(&mut bytes).is_some() {
-            let counted = self.decoder.counters().lines_lost;
+        let mut before = self.decoder.counters().lost().min;
+        while self.decoder.next_own_line(&mut bytes).is_some() {
+            let counted = self.decoder.counters().lost().min;
             // The number of lost lines may fall after a late line or a reboot.
             let lost = counted.saturating_sub(before);
             before = counted;
@@ -193,15 +200,10 @@ impl Lines {
     }
 
     fn finish(&self, verdict: &mut Verdict) {
-        let Counters {
-            bytes,
-            lines,
-            ack_lines,
-            lines_lost,
-            ..
-        } = *self.decoder.counters();
-        verdict.bytes = bytes;
-        verdict.lines = lines + ack_lines;
-        verdict.lines_lost = lines_lost;
+        let counters = self.decoder.counters();
+        verdict.bytes = counters.bytes;
+        verdict.lines = counters.intact();
+        verdict.loss = Loss::of(counters);
+        verdict.damaged = Damaged::of(counters);
     }
 }

@@ -41,7 +41,7 @@ pub fn verify_mcap<R: Read>(source: R, raw: Option<Box<dyn Read>>) -> io::Result
         match entry {
             Entry::Damage(damage) => {
                 check.verdict.fault(damage.to_string());
-                check.lines.decoder.interrupt();
+                check.lines.decoder.skip();
                 check.derived.lose_track();
             }
             Entry::Message {
@@ -140,7 +140,7 @@ impl Check {
             self.verdict.missing_bytes += missing;
             let what = format!("{RAW_RX}: {missing} bytes are missing at {received}");
             self.verdict.fault(what);
-            self.lines.decoder.interrupt();
+            self.lines.decoder.skip();
             self.derived.lose_track();
         }
         let start_ns = self.start_ns.unwrap_or(header.log_time);

@@ -24,7 +24,7 @@ pub struct Limits {
     pub battery_for_s: u16,
     /// Time without a line before the robot is silent, s.
     pub silent_s: u16,
-    /// Share of lines lost that raises an alarm, per cent.
+    /// Share of lines lost or damaged that raises an alarm, per cent.
     pub loss_pct: u8,
     /// Time above that share before the alarm, s.
     pub loss_for_s: u16,
@@ -259,13 +259,13 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     },
     Rule {
         level: Level::Warning,
-        name: "lines lost",
+        name: "lines not intact",
         hint: "a weak or disturbed radio: come closer",
         unit: "%",
         logged_here: true,
         source: Source::Lines,
-        look: |inputs| match inputs.link.loss(inputs.now) {
-            Some(share) => Sight::Is((share * 100.0).round()),
+        look: |inputs| match inputs.link.shares(inputs.now) {
+            Some(shares) => Sight::Is((shares.unusable() * 100.0).round()),
             None => Sight::Unknown,
         },
         bounds: |limits| {

@@ -82,7 +82,7 @@ fn each_rule_is_raised_by_its_own_cause() {
         ("battery critical", |scene| {
             scene.state.power = Power::Critical;
         }),
-        ("lines lost", |scene| scene.lose(1)),
+        ("lines not intact", |scene| scene.lose(1)),
         ("recording failed", |scene| {
             scene.event(Event::Recording(Recording {
                 problem: Some("the disk is full".to_owned()),
@@ -98,7 +98,7 @@ fn each_rule_is_raised_by_its_own_cause() {
         let mut scene = scene();
         change(&mut scene);
         for _ in 0..40 {
-            if name == "lines lost" {
+            if name == "lines not intact" {
                 scene.lose(1);
             }
             scene.hear();

@@ -259,10 +259,13 @@ impl Listening {
             session: Session::new(),
             writer: SessionWriter::new(Vec::new(), &about).unwrap(),
         };
-        listening.station.handle_link(LinkEvent::Opened {
-            name: "radio".to_owned(),
-            can_send: false,
-        });
+        listening.station.handle_link(
+            Moment::ZERO,
+            LinkEvent::Opened {
+                name: "radio".to_owned(),
+                can_send: false,
+            },
+        );
         listening.listen();
         listening
     }

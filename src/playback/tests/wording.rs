@@ -85,7 +85,8 @@ fn reword(topic: &str, data: &[u8], texts: &mut Vec<String>) -> Option<Vec<u8>> 
                 StationEventKind::Notice(notice) => change(&mut notice.text),
                 StationEventKind::Command(_)
                 | StationEventKind::Reception(_)
-                | StationEventKind::Mark(_) => {}
+                | StationEventKind::Mark(_)
+                | StationEventKind::Suspension(_) => {}
             }
             Some(event.encode_to_vec())
         }

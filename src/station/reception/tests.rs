@@ -4,6 +4,8 @@ use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
 use super::*;
+use crate::capture::content::{BYTES_MIN, Looks};
+use crate::event::LineRate;
 
 const SECONDS: usize = 20;
 

@@ -114,7 +114,7 @@ pub(super) const STATES: &[State] = &[
         facts: &[
             "F7 link",
             "99 % air",
-            "41 CRC",
+            "0 CRC",
             "80 B last",
             "37 frames",
             "0.4 s last",

@@ -8,17 +8,16 @@ use super::{flight, row, screen};
 use crate::event::{Event, LinkEvent};
 use crate::model::Config;
 use crate::model::testing::Scene;
-use crate::statistics::{Confirmation, Rejected, Resync, Statistics};
+use crate::statistics::{Confirmation, Loss, Resync, Statistics};
 
 fn statistics() -> Statistics {
     Statistics {
         lines: 940,
-        lines_lost: 60,
-        loss_pct: 6.0,
-        rejected: Rejected {
-            crc: 41,
-            shape: 17,
-            field: 0,
+        loss: Loss {
+            lines_lost: 60,
+            lines_lost_max: 60,
+            loss_pct: 6.0,
+            loss_max_pct: 6.0,
         },
         resync: Some(Resync {
             count: 52,
@@ -36,7 +35,7 @@ fn statistics() -> Statistics {
         }),
         airtime_down_pct: 98.6,
         airtime_up_pct: 2.4,
-        not_taken_bytes: 0,
+        ..Statistics::default()
     }
 }
 
@@ -62,7 +61,7 @@ fn figures_are_beside_the_log() {
     row(&wide, "── F6 log");
     row(
         &wide,
-        "down   99 % air, loss 6.0 %; 41 CRC, 17 shape, 0 field",
+        "down   99 % air, loss 6.0 %; 0 CRC, 0 shape, 0 field",
     );
     row(&wide, "resync 80 B last, 96 mean, 412 worst");
     row(&wide, "up     2 % air, 37 frames, 5 repeated");
@@ -79,7 +78,7 @@ fn figures_are_reachable_on_the_smallest_screen() {
     insta::assert_snapshot!("link_narrow", narrow);
     row(&narrow, "── F7 link");
     row(&narrow, "down   99 % air, loss 6.0 %");
-    row(&narrow, "errors 41 CRC, 17 shape, 0 field");
+    row(&narrow, "errors 0 CRC, 0 shape, 0 field");
     row(&narrow, "answer 0.4 s last, 0.6 mean, 1.3 worst");
     row(&narrow, "alone  home after 30 s of silence, ar");
     // On a low screen the figures replace the log.

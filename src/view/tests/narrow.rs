@@ -379,11 +379,11 @@ fn an_alarm_shows_its_latest_and_its_worst_figure() {
         scene.hear();
     }
     let lossy = screen(&scene, 120, 40);
-    let strip = row(&lossy, "LINES LOST");
+    let strip = row(&lossy, "LINES NOT INTACT");
     assert!(strip.contains(" %, at worst 7"), "{strip}");
     scene.drive(120, 0.0, 0);
     let over = screen(&scene, 120, 40);
-    let strip = row(&over, "LINES LOST");
+    let strip = row(&over, "LINES NOT INTACT");
     assert!(strip.contains("LINES LOST at worst 7"), "{strip}");
 }
 

@@ -101,7 +101,7 @@ fn a_quiet_rule_shows_the_age_of_its_line() {
     let unknown = alarms(&mut Scene::new(Config::default()));
     row(&unknown, "· stalled          unknown");
     row(&unknown, "· robot silent     unknown");
-    row(&unknown, "· lines lost       unknown");
+    row(&unknown, "· lines not intact unknown");
     let mut scene = flight(Config::default());
     let fresh = alarms(&mut scene);
     row(&fresh, "· battery low      12.4 V (limit 11.6 V)");

@@ -1,0 +1,115 @@
+//! Records of commands, marks and outages.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use serde_json::{Map, Value, json};
+
+use super::{Telemetry, write_commas, write_csv_text, write_seconds};
+use crate::messages::{StationEvent, StationEventKind};
+use crate::outages::Outage;
+
+/// A command's new status, a mark or an outage.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EventRecord(Map<String, Value>);
+
+impl EventRecord {
+    /// Names of the fields, in the order of a table.
+    pub(super) const FIELDS: [&str; 10] = [
+        // `command`, `mark` or `outage`.
+        "event",
+        // Number of the command.
+        "command_id",
+        // Status of the command; `set` or `cleared` of a mark.
+        "status",
+        // The command in words, when it is queued.
+        "command",
+        // Why a command was refused or failed; cause of an outage.
+        "code",
+        // The client that gave the command.
+        "by",
+        // The moment of a mark; begin of an outage.
+        "begin_s",
+        // End of an outage; empty if it lasts at the end of the capture.
+        "end_s",
+        // Lines lost in an outage, at least and at most.
+        "lines_lost",
+        "lines_lost_max",
+    ];
+
+    /// The record of an event; `None` for other kinds.
+    pub(super) fn of(at: Duration, event: &StationEvent) -> Option<Self> {
+        let value = match event.kind.as_ref()? {
+            StationEventKind::Command(event) => json!({
+                "event": "command",
+                "command_id": event.command_id,
+                "status": event.status,
+                "command": event.command,
+                "code": event.code,
+                "by": event.by,
+            }),
+            StationEventKind::Mark(mark) => json!({
+                "event": "mark",
+                "status": if mark.is_set { "set" } else { "cleared" },
+                "begin_s": milliseconds(at.saturating_sub(Duration::from_nanos(mark.ago_ns))),
+            }),
+            _ => return None,
+        };
+        Some(Self::from(value))
+    }
+
+    /// The record of an outage.
+    pub(super) fn of_outage(outage: &Outage) -> Self {
+        Self::from(json!({
+            "event": "outage",
+            "code": outage.cause.code(),
+            "begin_s": milliseconds(outage.begin),
+            "end_s": outage.end.map(milliseconds),
+            "lines_lost": outage.lost.min,
+            "lines_lost_max": outage.lost.max,
+        }))
+    }
+
+    pub(super) fn write_json(&self, output: &mut Vec<u8>, at: Duration) -> io::Result<()> {
+        output.write_all(b"{\"at_s\":")?;
+        write_seconds(output, at)?;
+        for (name, value) in self.fields().filter(|(_, value)| !value.is_null()) {
+            write!(output, ",\"{name}\":{value}")?;
+        }
+        output.write_all(b"}\n")
+    }
+
+    pub(super) fn write_csv(&self, output: &mut Vec<u8>, at: Duration) -> io::Result<()> {
+        write_seconds(output, at)?;
+        write_commas(output, Telemetry::FIELDS.len())?;
+        for (_, value) in self.fields() {
+            output.write_all(b",")?;
+            match value {
+                Value::Null => {}
+                Value::String(text) => write_csv_text(output, text)?,
+                other => write!(output, "{other}")?,
+            }
+        }
+        output.write_all(b"\n")
+    }
+
+    fn fields(&self) -> impl Iterator<Item = (&str, &Value)> {
+        Self::FIELDS
+            .into_iter()
+            .map(|name| (name, self.0.get(name).unwrap_or(&Value::Null)))
+    }
+}
+
+impl From<Value> for EventRecord {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Object(fields) => Self(fields),
+            _ => Self::default(),
+        }
+    }
+}
+
+/// Seconds, rounded to milliseconds.
+fn milliseconds(at: Duration) -> f64 {
+    (at.as_secs_f64() * 1000.0).round() / 1000.0
+}

@@ -1,0 +1,330 @@
+//! Times without lines, recognized from the lines and the events of the link. Sans-IO: time is a parameter, memory is bounded.
+//!
+//! An outage has its final number of lost lines at the robot's next line C, which tells the hundreds that the sequence does not
+//! show.
+
+use std::collections::VecDeque;
+use std::fmt;
+
+use groundwave_protocol::decoder::{Counters, Lost, Received};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+
+use crate::event::{Moment, OutageCause};
+use crate::messages::StationEvent;
+use crate::source::Chunk;
+use crate::words::lost_words;
+
+/// Time without a line from which on it is an outage.
+pub const OUTAGE_AFTER: Moment = Moment::from_secs(2);
+
+/// Noise in an outage from which on the radio was not silent, bytes.
+const NOISE_BYTES: u64 = 160;
+
+/// Maximum outages between two lines C.
+const WAITING_MAX: usize = 64;
+
+/// A time without lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outage {
+    /// Its cause.
+    pub cause: OutageCause,
+    /// Its beginning: the line before it, or the loss of the link.
+    pub begin: Moment,
+    /// Its end, the next line; `None` as long as none came.
+    pub end: Option<Moment>,
+    /// Lines lost in it, as far as known.
+    pub lost: Lost,
+}
+
+impl Outage {
+    /// Duration; zero while it lasts.
+    #[must_use]
+    pub fn duration(&self) -> Moment {
+        self.end
+            .map_or(Moment::ZERO, |end| end.saturating_sub(self.begin))
+    }
+}
+
+/// `silent 55.0 s from 12.0 s: 165 lines lost`.
+impl fmt::Display for Outage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (cause, begin_s) = (self.cause.code(), self.begin.as_secs_f64());
+        if self.end.is_none() {
+            return write!(f, "{cause} from {begin_s:.1} s on");
+        }
+        let lasted_s = self.duration().as_secs_f64();
+        write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
+        if self.cause == OutageCause::Rebooted {
+            // How many lines the robot sent before is unknown.
+            return Ok(());
+        }
+        let plural = if self.lost.max == 1 { "" } else { "s" };
+        write!(f, ": {} line{plural} lost", lost_words(self.lost))
+    }
+}
+
+impl Serialize for Outage {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("code", self.cause.code())?;
+        map.serialize_entry("begin_s", &self.begin.as_secs_f64())?;
+        map.serialize_entry("end_s", &self.end.map(|end| end.as_secs_f64()))?;
+        map.serialize_entry("lines_lost", &self.lost.min)?;
+        map.serialize_entry("lines_lost_max", &self.lost.max)?;
+        map.end()
+    }
+}
+
+/// Recognizes outages.
+#[derive(Clone, Debug, Default)]
+pub struct Outages {
+    latest: Option<Seen>,
+    /// When the link was lost, since the latest line.
+    unplugged_at: Option<Moment>,
+    /// When this station was suspended, since the latest line.
+    suspended_at: Option<Moment>,
+    /// Whether the beginning of the present outage has been reported.
+    has_begun: bool,
+    /// Outages that have ended since the latest line C.
+    waiting: Vec<Outage>,
+    /// The longest time between two lines since then.
+    longest: Option<(Moment, Moment)>,
+    found: VecDeque<Outage>,
+}
+
+/// What was known at a line.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    at: Moment,
+    shown_lost: u64,
+    hidden: Lost,
+    restarts: u64,
+    noise_bytes: u64,
+}
+
+impl Outages {
+    /// Takes the loss of the link.
+    pub fn handle_unplugged(&mut self, now: Moment) {
+        if self.unplugged_at.is_none() {
+            self.unplugged_at = Some(now);
+            self.begin(OutageCause::Unplugged, now);
+        }
+    }
+
+    /// Takes an event of the station.
+    pub fn handle_event(&mut self, now: Moment, event: &StationEvent) {
+        if event.is_loss_of_link() {
+            self.handle_unplugged(now);
+        } else if let Some(duration) = event.suspension() {
+            self.handle_suspension(now.saturating_sub(duration));
+        }
+    }
+
+    /// Takes the end of a suspension of this station, which began at `since`.
+    pub const fn handle_suspension(&mut self, since: Moment) {
+        self.suspended_at = Some(since);
+    }
+
+    /// Takes a gap in the capture: lines in it were received.
+    pub fn handle_missing(&mut self) {
+        self.settle();
+        self.latest = None;
+    }
+
+    /// Takes a line and the decoder's totals right after it.
+    pub fn handle_line(&mut self, now: Moment, received: &Received, counters: &Counters) {
+        let seen = Seen {
+            at: now,
+            shown_lost: counters.lost().min.saturating_sub(counters.hidden.min),
+            hidden: counters.hidden,
+            restarts: counters.restarts,
+            noise_bytes: counters.noise_bytes,
+        };
+        let Some(latest) = self.latest.replace(seen) else {
+            return;
+        };
+        let has_restarted = counters.restarts > latest.restarts;
+        let (unplugged_at, suspended_at) = (self.unplugged_at.take(), self.suspended_at.take());
+        self.has_begun = false;
+        let pause = now.saturating_sub(latest.at);
+        // Lines that waited while this station was suspended are no outage.
+        let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
+        let is_interrupted = unplugged_at.or(suspended_at).is_some();
+        if pause >= OUTAGE_AFTER || is_interrupted || has_restarted {
+            let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
+            let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
+            let (cause, begin) = match (suspended_at, unplugged_at) {
+                (Some(at), _) => (OutageCause::Suspended, at),
+                (None, Some(at)) => (OutageCause::Unplugged, at),
+                (None, None) if has_restarted => (OutageCause::Rebooted, latest.at),
+                (None, None) if has_noise => (OutageCause::Damaged, latest.at),
+                (None, None) => (OutageCause::Silent, latest.at),
+            };
+            let outage = Outage {
+                cause,
+                begin: begin.clamp(latest.at, now),
+                end: Some(now),
+                lost: Lost {
+                    min: lost,
+                    max: lost,
+                },
+            };
+            self.waiting.push(outage);
+            if has_restarted && is_interrupted {
+                let rebooted = Outage {
+                    cause: OutageCause::Rebooted,
+                    lost: Lost::default(),
+                    ..outage
+                };
+                self.waiting.push(rebooted);
+            }
+        }
+        let longest = self.longest.get_or_insert((latest.at, now));
+        if pause > longest.1.saturating_sub(longest.0) {
+            *longest = (latest.at, now);
+        }
+        if received.uptime_s().is_some() {
+            self.add_hidden(seen.hidden.since(latest.hidden));
+        }
+        if received.uptime_s().is_some() || has_restarted || self.waiting.len() >= WAITING_MAX {
+            self.settle();
+        }
+    }
+
+    /// Adds lines that only the robot's clock shows to the longest outage since the line C before.
+    fn add_hidden(&mut self, hidden: Lost) {
+        if hidden.max == 0 {
+            return;
+        }
+        if let Some(outage) = self.waiting.iter_mut().max_by_key(|it| it.duration()) {
+            outage.lost = outage.lost.and(hidden);
+        } else {
+            let (begin, end) = self.longest.unwrap_or_default();
+            self.waiting.push(Outage {
+                cause: OutageCause::Gap,
+                begin,
+                end: Some(end),
+                lost: hidden,
+            });
+        }
+    }
+
+    /// Reports the outages that have ended, with what is known.
+    fn settle(&mut self) {
+        self.found.extend(self.waiting.drain(..));
+        self.longest = None;
+    }
+
+    /// Handles the passing of time: an outage begins.
+    pub fn handle_timeout(&mut self, now: Moment) {
+        if let Some(at) = self.poll_timeout()
+            && at <= now
+        {
+            let since = self.latest.map_or(now, |latest| latest.at);
+            self.begin(OutageCause::Silent, since);
+        }
+    }
+
+    /// When to call [`Self::handle_timeout`] at the latest.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Moment> {
+        let latest = self.latest.filter(|_| !self.has_begun)?;
+        Some(latest.at + OUTAGE_AFTER)
+    }
+
+    fn begin(&mut self, cause: OutageCause, begin: Moment) {
+        if self.latest.is_some() {
+            self.has_begun = true;
+            self.found.push_back(Outage {
+                cause,
+                begin,
+                end: None,
+                lost: Lost::default(),
+            });
+        }
+    }
+
+    /// Takes the end: reports outages whose number of lost lines is not final. An outage that lasts is reported as begun.
+    pub fn finish(&mut self, now: Moment) {
+        self.settle();
+        self.handle_timeout(now);
+        self.latest = None;
+    }
+
+    /// The next outage: once it begins, where [`Self::handle_timeout`] is called or the link is lost, and again once it has ended.
+    pub fn poll(&mut self) -> Option<Outage> {
+        self.found.pop_front()
+    }
+}
+
+/// Keeps outages of a capture for a list.
+#[derive(Clone, Debug, Default)]
+pub struct OutageList {
+    outages: Outages,
+    ended: Vec<Outage>,
+    lasting: Option<Outage>,
+}
+
+/// Maximum outages that a list keeps: the first ones.
+const LISTED_MAX: usize = 10_000;
+
+impl OutageList {
+    /// Takes a line and the decoder's totals right after it.
+    pub fn handle_line(&mut self, now: Moment, received: &Received, counters: &Counters) {
+        self.outages.handle_line(now, received, counters);
+        self.collect();
+    }
+
+    /// The outages that have ended so far.
+    #[must_use]
+    pub fn ended(&self) -> &[Outage] {
+        &self.ended
+    }
+
+    /// Takes a gap in the capture: lines in it were received.
+    pub fn handle_missing(&mut self) {
+        self.outages.handle_missing();
+        self.collect();
+    }
+
+    /// Takes an event of the station.
+    pub fn handle_event(&mut self, now: Moment, event: &StationEvent) {
+        self.outages.handle_event(now, event);
+        self.collect();
+    }
+
+    /// Takes the gap before a chunk.
+    pub fn handle_chunk(&mut self, chunk: &Chunk<'_>) {
+        if chunk.is_after_missing {
+            self.outages.handle_missing();
+        }
+        if let Some(at) = chunk.unplugged_at {
+            self.outages.handle_unplugged(at);
+        }
+        if let Some(at) = chunk.suspended_at {
+            self.outages.handle_suspension(at);
+        }
+        self.collect();
+    }
+
+    fn collect(&mut self) {
+        while let Some(outage) = self.outages.poll() {
+            self.lasting = outage.end.is_none().then_some(outage);
+            if outage.end.is_some() && self.ended.len() < LISTED_MAX {
+                self.ended.push(outage);
+            }
+        }
+    }
+
+    /// The outages in the order of their ends; one that lasts at the end of the capture comes last.
+    #[must_use]
+    pub fn into_outages(mut self, end: Moment) -> Vec<Outage> {
+        self.outages.finish(end);
+        self.collect();
+        self.ended.extend(self.lasting);
+        self.ended
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,207 @@
+//! Handmade sessions.
+
+use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::telemetry::{
+    Ack, Body, CountersLine, FirmwareVersion, Line, StateLine, TextLine,
+};
+
+use super::*;
+
+/// A robot with three lines a second, every twelfth of them a line C.
+struct Robot {
+    sent: u64,
+    boots: u16,
+    /// When it booted.
+    since_ms: u64,
+}
+
+impl Robot {
+    const fn new() -> Self {
+        Self {
+            sent: 0,
+            boots: 4,
+            since_ms: 0,
+        }
+    }
+
+    fn line(&mut self, at_ms: u64) -> [u8; 80] {
+        let body = match self.sent % 12 {
+            0 => Body::Counters(CountersLine {
+                robot_id: 7,
+                uptime_s: ((at_ms - self.since_ms) / 1000) as u32,
+                boots: self.boots,
+                version: FirmwareVersion::default(),
+                ticks_won: [0; 9],
+                frames_heard: 0,
+                frames_rejected: 0,
+                ticks_late: 0,
+                bumps: 0,
+                failsafe: None,
+            }),
+            6 => Body::Text(TextLine::new("here")),
+            _ => Body::State(StateLine::BLANK),
+        };
+        let line = Line {
+            sequence: (self.sent % 100) as u8,
+            body,
+            ack: Ack {
+                boot: (self.boots % 8) as u8,
+                ..Ack::default()
+            },
+        };
+        self.sent += 1;
+        line.encode()
+    }
+}
+
+/// What is to happen to the lines from a moment on, seconds.
+#[derive(Clone, Copy)]
+enum Fate {
+    Arrive,
+    Silence,
+    Noise,
+    Unplug,
+    Suspend,
+    Reboot,
+}
+
+/// The outages of a session of three minutes, found live.
+fn session(fates: &[(u64, Fate)]) -> Vec<Outage> {
+    let (mut robot, mut decoder, mut outages) =
+        (Robot::new(), Decoder::default(), Outages::default());
+    let (mut fate, mut asleep_since, mut found) = (Fate::Arrive, None, Vec::new());
+    for n in 0..540_u64 {
+        let at_ms = n * 1000 / 3;
+        let now = Moment::from_millis(at_ms);
+        for (_, next) in fates.iter().filter(|(at_s, _)| at_s * 3 == n) {
+            fate = *next;
+            match fate {
+                Fate::Unplug => {
+                    decoder.interrupt();
+                    outages.handle_unplugged(now);
+                }
+                Fate::Suspend => asleep_since = Some(now),
+                Fate::Reboot => {
+                    robot = Robot {
+                        sent: 0,
+                        boots: robot.boots + 1,
+                        since_ms: at_ms,
+                    };
+                    fate = Fate::Arrive;
+                }
+                Fate::Arrive | Fate::Silence | Fate::Noise => {}
+            }
+        }
+        let line = robot.line(at_ms);
+        let mut bytes: &[u8] = match fate {
+            Fate::Arrive => &line,
+            Fate::Noise => &[b'~'; 80],
+            _ => &[],
+        };
+        if asleep_since.is_some() && !matches!(fate, Fate::Arrive) {
+            continue;
+        }
+        if let Some(since) = asleep_since.take() {
+            outages.handle_suspension(since);
+        }
+        while let Some(received) = decoder.next_own_line(&mut bytes) {
+            outages.handle_line(now, &received, decoder.counters());
+        }
+        outages.handle_timeout(now);
+        found.extend(std::iter::from_fn(|| outages.poll()));
+    }
+    outages.finish(Moment::from_mins(3));
+    found.extend(std::iter::from_fn(|| outages.poll()));
+    found
+}
+
+/// The outages that ended: cause, seconds from and to, lines lost.
+fn ended(fates: &[(u64, Fate)]) -> Vec<(OutageCause, u64, u64, u64)> {
+    let found = session(fates).into_iter().filter_map(|outage| {
+        let Lost { min, max } = outage.lost;
+        assert_eq!(min, max, "{outage}");
+        Some((
+            outage.cause,
+            outage.begin.as_secs(),
+            outage.end?.as_secs(),
+            min,
+        ))
+    });
+    found.collect()
+}
+
+#[test]
+fn each_outage_has_its_cause_its_times_and_its_lines() {
+    for (fate, cause, begin_s) in [
+        (Fate::Silence, OutageCause::Silent, 59),
+        (Fate::Noise, OutageCause::Damaged, 59),
+        (Fate::Unplug, OutageCause::Unplugged, 60),
+        (Fate::Suspend, OutageCause::Suspended, 60),
+    ] {
+        let found = ended(&[(60, fate), (115, Fate::Arrive)]);
+        assert_eq!(found, [(cause, begin_s, 115, 165)]);
+    }
+}
+
+#[test]
+fn an_outage_is_told_as_it_begins_and_again_once_its_lines_are_known() {
+    let found = session(&[(60, Fate::Silence), (70, Fate::Arrive)]);
+    let words: Vec<String> = found.iter().map(Outage::to_string).collect();
+    assert_eq!(
+        words,
+        [
+            "silent from 59.7 s on",
+            "silent 10.3 s from 59.7 s: 30 lines lost"
+        ]
+    );
+}
+
+#[test]
+fn one_that_lasts_at_the_end_has_no_end() {
+    for (fate, cause) in [
+        (Fate::Silence, OutageCause::Silent),
+        (Fate::Unplug, OutageCause::Unplugged),
+    ] {
+        let [outage] = session(&[(60, fate)])[..] else {
+            panic!("{cause:?}");
+        };
+        assert_eq!((outage.cause, outage.end), (cause, None));
+    }
+}
+
+#[test]
+fn a_reboot_is_an_outage_of_its_own_behind_a_cable() {
+    use OutageCause::{Rebooted, Unplugged};
+    assert_eq!(ended(&[(60, Fate::Reboot)]), [(Rebooted, 59, 60, 0)]);
+    let causes: Vec<_> = ended(&[(60, Fate::Unplug), (70, Fate::Reboot)])
+        .iter()
+        .map(|(cause, ..)| *cause)
+        .collect();
+    assert_eq!(causes, [Unplugged, Rebooted]);
+}
+
+#[test]
+fn a_gap_that_only_the_robots_clock_shows_is_found() {
+    // A capture without times: each line follows the one before it.
+    let (mut robot, mut decoder, mut list) =
+        (Robot::new(), Decoder::default(), OutageList::default());
+    let mut now = Moment::ZERO;
+    for n in 0..600_u64 {
+        let line = robot.line(n * 1000 / 3);
+        if (200..400).contains(&n) {
+            continue;
+        }
+        now += Moment::from_millis(333);
+        let mut bytes = &line[..];
+        while let Some(received) = decoder.next_own_line(&mut bytes) {
+            list.handle_line(now, &received, decoder.counters());
+        }
+    }
+    let [outage] = list.into_outages(now)[..] else {
+        panic!("one");
+    };
+    assert_eq!(
+        (outage.cause, outage.lost.min, outage.lost.max),
+        (OutageCause::Gap, 200, 200)
+    );
+}

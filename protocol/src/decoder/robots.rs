@@ -1,0 +1,74 @@
+//! Tells apart the lines of robots that share a channel.
+
+use super::Received;
+use crate::telemetry::SEQUENCE_MODULUS;
+
+/// Lines of the other robot in a row after which it replaces the followed one: five seconds of a busy radio.
+const REPLACED_AFTER: u8 = 15;
+
+/// The robot that is followed and another one on its channel. Most lines hold their robot's id. Any other line belongs to the
+/// robot with its boot counter; if both have the same, to the one whose sequence it continues more closely.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Robots {
+    own: Option<Robot>,
+    other: Option<Robot>,
+    /// Lines of the other robot since the latest own one.
+    in_a_row: u8,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Robot {
+    id: u8,
+    boot: u8,
+    sequence: u8,
+}
+
+impl Robots {
+    /// Takes a line; returns whether it is of the robot that is followed, the first one heard.
+    pub(super) fn take(&mut self, received: &Received) -> bool {
+        let (boot, sequence) = (received.ack().boot, received.sequence());
+        let Some(id) = received.robot_id() else {
+            return self.take_nameless(boot, sequence);
+        };
+        let robot = Some(Robot { id, boot, sequence });
+        if self.own.is_none_or(|own| own.id == id) {
+            self.own = robot;
+            self.in_a_row = 0;
+            return true;
+        }
+        self.other = robot;
+        self.in_a_row += 1;
+        if self.in_a_row < REPLACED_AFTER {
+            return false;
+        }
+        *self = Self {
+            own: robot,
+            ..Self::default()
+        };
+        true
+    }
+
+    fn take_nameless(&mut self, boot: u8, sequence: u8) -> bool {
+        let (Some(own), Some(other)) = (&mut self.own, &mut self.other) else {
+            if let Some(own) = &mut self.own {
+                (own.boot, own.sequence) = (boot, sequence);
+            }
+            return true;
+        };
+        let ahead =
+            |robot: &Robot| (sequence + SEQUENCE_MODULUS - robot.sequence) % SEQUENCE_MODULUS;
+        let is_own = if own.boot == other.boot {
+            ahead(own) <= ahead(other)
+        } else {
+            other.boot != boot
+        };
+        let robot = if is_own { own } else { other };
+        (robot.boot, robot.sequence) = (boot, sequence);
+        is_own
+    }
+
+    /// Id of the other robot; `None` while there is none.
+    pub(super) fn other_id(&self) -> Option<u8> {
+        self.other.map(|robot| robot.id)
+    }
+}

@@ -1,0 +1,224 @@
+//! Which lines count as lost, as damaged, and as another robot's.
+
+use groundwave_protocol::decoder::{Counters, Decoder, Lost, Received};
+use groundwave_protocol::telemetry::{
+    Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, Line, StateLine, TextLine,
+};
+use proptest::prelude::*;
+
+/// A robot that sends a line C, then eleven others, in turn.
+struct Robot {
+    id: u8,
+    boot: u8,
+    /// Time by its clock, byte times of 2400 baud.
+    clock: u64,
+    sent: u64,
+    sent_long: u64,
+    /// Byte times after each line.
+    idle: u64,
+}
+
+impl Robot {
+    const fn new(id: u8) -> Self {
+        Self {
+            id,
+            boot: 3,
+            clock: 240 * 100,
+            sent: 0,
+            sent_long: 0,
+            idle: 0,
+        }
+    }
+
+    fn ack(&self) -> Ack {
+        Ack {
+            boot: self.boot,
+            detail: Detail::Idle {
+                owner: 0,
+                robot_id: self.id,
+            },
+            ..Ack::default()
+        }
+    }
+
+    fn next(&mut self) -> Vec<u8> {
+        let body = match self.sent_long % 12 {
+            0 => Body::Counters(CountersLine {
+                robot_id: self.id,
+                uptime_s: (self.clock / 240) as u32,
+                boots: self.boot.into(),
+                version: FirmwareVersion::default(),
+                ticks_won: [0; 9],
+                frames_heard: 0,
+                frames_rejected: 0,
+                ticks_late: 0,
+                bumps: 0,
+                failsafe: None,
+            }),
+            6 => Body::Text(TextLine::new("here")),
+            _ => Body::State(StateLine::BLANK),
+        };
+        let line = Line {
+            sequence: (self.sent % 100) as u8,
+            body,
+            ack: self.ack(),
+        };
+        self.sent += 1;
+        self.sent_long += 1;
+        self.clock += 80 + self.idle;
+        line.encode().to_vec()
+    }
+
+    fn next_short(&mut self) -> Vec<u8> {
+        let line = AckLine {
+            sequence: (self.sent % 100) as u8,
+            ack: self.ack(),
+            listens: false,
+        };
+        self.sent += 1;
+        self.clock += 14;
+        line.encode().to_vec()
+    }
+
+    /// The bytes of a number of lines.
+    fn lines(&mut self, count: u64) -> Vec<u8> {
+        (0..count).flat_map(|_| self.next()).collect()
+    }
+}
+
+fn hear(decoder: &mut Decoder, mut bytes: &[u8]) -> Vec<Received> {
+    std::iter::from_fn(|| decoder.next_own_line(&mut bytes)).collect()
+}
+
+fn exactly(lines: u64) -> Lost {
+    Lost {
+        min: lines,
+        max: lines,
+    }
+}
+
+/// What is counted when `missed` of the lines between two parts of a stream do not arrive.
+fn after_a_gap(robot: &mut Robot, missed: u64) -> Counters {
+    let mut decoder = Decoder::default();
+    hear(&mut decoder, &robot.lines(120));
+    robot.lines(missed);
+    hear(&mut decoder, &robot.lines(40));
+    *decoder.counters()
+}
+
+#[test]
+fn an_outage_of_a_hundred_lines_and_more_is_counted_in_full() {
+    for missed in [0, 1, 65, 93, 94, 97, 99, 100, 101, 165, 200, 734] {
+        let counters = after_a_gap(&mut Robot::new(7), missed);
+        assert_eq!(counters.lost(), exactly(missed), "{missed}");
+    }
+}
+
+#[test]
+fn a_slower_robot_is_measured_by_its_own_clock() {
+    let mut robot = Robot::new(7);
+    robot.idle = 160;
+    assert_eq!(after_a_gap(&mut robot, 165).lost(), exactly(165));
+}
+
+#[test]
+fn an_outage_with_short_lines_around_it_is_an_interval() {
+    let mut robot = Robot::new(7);
+    let mut decoder = Decoder::default();
+    let mixed = |robot: &mut Robot, count: u64| -> Vec<u8> {
+        let part = |robot: &mut Robot| {
+            let long = robot.next();
+            [
+                long,
+                robot.next_short(),
+                robot.next_short(),
+                robot.next_short(),
+            ]
+            .concat()
+        };
+        (0..count).flat_map(|_| part(robot)).collect()
+    };
+    hear(&mut decoder, &mixed(&mut robot, 60));
+    let before = robot.sent;
+    robot.lines(165);
+    let missed = robot.sent - before;
+    hear(&mut decoder, &mixed(&mut robot, 30));
+    let lost = decoder.counters().lost();
+    assert!(lost.min < lost.max && lost.max <= missed + 300, "{lost:?}");
+    assert!((lost.min..=lost.max).contains(&missed), "{lost:?}");
+    assert_eq!(lost.min % 100, 65);
+}
+
+#[test]
+fn damaged_lines_are_not_lost_and_are_told_by_type() {
+    let mut robot = Robot::new(7);
+    let mut decoder = Decoder::default();
+    for n in 0..240 {
+        let mut line = robot.next();
+        if n % 12 == 6 {
+            line[30] ^= 2;
+        }
+        if n == 100 {
+            line.remove(50);
+        }
+        if n == 124 {
+            line[79] = b'x';
+        }
+        hear(&mut decoder, &line);
+    }
+    let counters = decoder.counters();
+    assert_eq!(counters.lost(), exactly(0));
+    assert_eq!(counters.lines_lost, 22, "by the sequence alone");
+    let damaged = counters.damaged;
+    let of = |letter| {
+        damaged
+            .by_type()
+            .find(|(it, _)| *it == letter)
+            .map(|it| it.1)
+    };
+    assert_eq!((of('T'), of('A'), of('?')), (Some(20), Some(0), Some(2)));
+    assert_eq!(damaged.total(), 22);
+}
+
+#[test]
+fn lines_of_another_robot_are_kept_apart_and_not_lost() {
+    let (mut own, mut other) = (Robot::new(7), Robot::new(9));
+    other.sent = 41;
+    let mut decoder = Decoder::default();
+    hear(&mut decoder, &own.lines(5));
+    for _ in 0..300 {
+        let heard = hear(&mut decoder, &[own.next(), other.next()].concat());
+        assert_eq!(heard.len(), 1);
+        assert_eq!(heard[0].robot_id(), Some(7));
+    }
+    let counters = decoder.counters();
+    assert_eq!(counters.lost(), exactly(0));
+    assert_eq!((counters.intact(), counters.other_lines), (305, 300));
+    assert_eq!(counters.other_robot, Some(9));
+    // The other robot alone is followed after 15 lines.
+    assert_eq!(hear(&mut decoder, &other.lines(20)).len(), 7);
+    assert_eq!(decoder.counters().other_robot, None);
+}
+
+proptest! {
+    /// However the lines are missed, the true number is within the interval, and without short lines it is exact.
+    #[test]
+    fn the_true_number_is_in_the_interval(
+        gaps in prop::collection::vec((10_u64..200, 0_u64..400), 1..8),
+        idle in 0_u64..100,
+    ) {
+        let mut robot = Robot { idle, ..Robot::new(7) };
+        let mut decoder = Decoder::default();
+        hear(&mut decoder, &robot.lines(40));
+        let mut missed = 0;
+        for (heard, lost) in gaps {
+            robot.lines(lost);
+            missed += lost;
+            hear(&mut decoder, &robot.lines(heard));
+        }
+        hear(&mut decoder, &robot.lines(13));
+        let lost = decoder.counters().lost();
+        prop_assert!(lost.min <= missed && missed <= lost.max, "{missed} {lost:?}");
+        prop_assert!(lost.max - lost.min <= 200, "{missed} {lost:?}");
+    }
+}
