@@ -96,7 +96,8 @@ fn raw_bytes_are_the_stream_and_telemetry_is_every_line() {
         concatenated.extend(raw.data);
     }
     assert_eq!(concatenated, stream);
-    let (lines, _) = streams::live(&stream);
+    let (mut decoder, mut rest) = (Decoder::default(), &stream[..]);
+    let lines: Vec<_> = std::iter::from_fn(|| decoder.next_own_line(&mut rest)).collect();
     let expected: Vec<Telemetry> = lines.iter().map(Telemetry::from).collect();
     assert_eq!(decoded::<Telemetry>(&kept, Topic::Telemetry), expected);
     for pair in kept.windows(2) {
@@ -196,7 +197,8 @@ fn messages_are_as_derived_encoders_write_them() {
     {
         deriver.handle_rx(at_ns, part, keep(&mut kept)).unwrap();
     }
-    let (lines, _) = streams::live(&stream);
+    let (mut decoder, mut rest) = (Decoder::default(), &stream[..]);
+    let lines: Vec<_> = std::iter::from_fn(|| decoder.next_own_line(&mut rest)).collect();
     let expected: Vec<Telemetry> = lines.iter().map(Telemetry::from).collect();
     assert_eq!(decoded::<Telemetry>(&kept, Topic::Telemetry), expected);
     let mut counts = BTreeMap::new();

@@ -384,7 +384,7 @@ fn an_alarm_shows_its_latest_and_its_worst_figure() {
     scene.drive(120, 0.0, 0);
     let over = screen(&scene, 120, 40);
     let strip = row(&over, "LINES NOT INTACT");
-    assert!(strip.contains("LINES LOST at worst 7"), "{strip}");
+    assert!(strip.contains("LINES NOT INTACT at worst 7"), "{strip}");
 }
 
 #[test]
