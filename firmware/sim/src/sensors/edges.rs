@@ -7,9 +7,9 @@ use crate::faults::Faulty;
 use crate::scene::Scene;
 
 /// Spots of the detectors on the right and the input of each: inches to the right and ahead. Each has a twin on the
-/// left. They form a ring around the body, 2 in apart: an edge of any shape, a corner too, reaches a spot at least 1 in
-/// before a wheel or the caster, and 3 in before at top speed.
-const RIGHT_SPOTS_IN: [(f64, f64, Edges); 11] = [
+/// left. They form a ring around the body, 2 in apart, and 1 in behind the caster, which follows closely: an edge of any
+/// shape, a corner too, reaches a spot before a wheel or the caster.
+const RIGHT_SPOTS_IN: [(f64, f64, Edges); 13] = [
     (2.0, 5.7, Edges::AHEAD_RIGHT),
     (3.7, 4.9, Edges::AHEAD_RIGHT),
     (5.4, 4.0, Edges::AHEAD_RIGHT),
@@ -19,8 +19,10 @@ const RIGHT_SPOTS_IN: [(f64, f64, Edges); 11] = [
     (6.3, -2.8, Edges::BEHIND_RIGHT),
     (5.4, -4.0, Edges::BEHIND_RIGHT),
     (4.7, -5.0, Edges::BEHIND_RIGHT),
-    (3.4, -6.0, Edges::BEHIND_RIGHT),
-    (1.8, -6.6, Edges::BEHIND_RIGHT),
+    (3.6, -5.9, Edges::BEHIND_RIGHT),
+    (2.7, -6.4, Edges::BEHIND_RIGHT),
+    (1.8, -6.7, Edges::BEHIND_RIGHT),
+    (0.9, -6.9, Edges::BEHIND_RIGHT),
 ];
 
 /// Spots of the detectors at the middle of the bumper and behind the caster.
@@ -82,7 +84,7 @@ mod tests {
         assert_eq!(edges(114.0, 0.0), Edges::NONE);
         assert_eq!(edges(114.2, 0.0), Edges::AHEAD);
         assert_eq!(edges(116.5, 0.0), Edges::FRONT);
-        assert_eq!(edges(113.2, 180.0), Edges::BEHIND);
+        assert_eq!(edges(113.2, 180.0), Edges::REAR);
         assert_eq!(edges(113.5, 90.0), Edges::BESIDE_LEFT);
         assert_eq!(edges(113.5, -90.0), Edges::BESIDE_RIGHT);
     }
