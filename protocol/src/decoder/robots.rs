@@ -27,7 +27,8 @@ impl Robots {
     /// Takes a line; returns whether it is of the robot that is followed, the first one heard.
     pub(super) fn take(&mut self, received: &Received) -> bool {
         let (boot, sequence) = (received.ack().boot, received.sequence());
-        let Some(id) = received.robot_id() else {
+        // 0 is the id of no robot.
+        let Some(id) = received.robot_id().filter(|id| *id != 0) else {
             return self.take_nameless(boot, sequence);
         };
         let robot = Some(Robot { id, boot, sequence });
