@@ -4,6 +4,7 @@ use crate::arena::arena;
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Setup, bearing_deg, is_held_by};
 use groundwave_protocol::status_codes::{Layer, Mode};
+use sr04_firmware::drive::Motion;
 use sr04_sim::{Pose, Simulation};
 
 pub(super) const ALL: &[&Experiment] = &[&WALKER, &FALSE_ALARMS];
@@ -61,9 +62,9 @@ const FALSE_ALARMS: Experiment = Experiment {
     }],
 };
 
-/// Whether the robot charges.
+/// Whether the robot charges, or turns to charge.
 fn charges(simulation: &Simulation) -> bool {
-    is_held_by(simulation, Layer::Motion) && simulation.robot().motion().velocity_cps > 0
+    is_held_by(simulation, Layer::Motion) && simulation.robot().motion() != Motion::STILL
 }
 
 fn drives_with_arm_up(simulation: &Simulation) -> bool {
