@@ -176,7 +176,7 @@ fn a_route_from_a_pipe_that_is_silent_stops_nothing() {
     );
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", "sim"], 120, 40);
     watch.wait_for("the robot", |text| text.contains("newest <1 s"));
-    watch.type_keys(&format!("l{}\r", pipe.display()));
+    watch.type_keys(&format!("r{}\r", pipe.display()));
     watch.wait_for("what is wrong", |text| text.contains("choose a file"));
     // The prompt stays so that the name can be corrected; in it, STOP is Ctrl-S.
     watch.type_keys("\x13");

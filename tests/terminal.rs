@@ -193,7 +193,7 @@ fn a_wrong_file_name_is_corrected_in_the_prompt() {
     fs::write(&route, "48,0\n48,48\n").unwrap();
     let sim = Sim::start(&[]);
     let mut watch = watch(&sim, &[], 120, 40);
-    watch.type_keys(&format!("l{}x{ENTER}", route.display()));
+    watch.type_keys(&format!("r{}x{ENTER}", route.display()));
     watch.wait_for("that there is no such file", |text| {
         text.contains("tour.txtx▏") && text.contains("file not found")
     });
@@ -221,7 +221,7 @@ fn hand_driving_survives_a_terminal_without_key_up() {
     }
     watch.type_keys(ESC);
     watch.wait_for("what follows", |text| {
-        text.contains("it stands in mode user: p prowls")
+        text.contains("it stands in mode user: m p prowls")
     });
     leave(watch);
 }

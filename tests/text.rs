@@ -166,7 +166,7 @@ fn all_commands_have_the_same_figures() {
         assert!(of_info.as_u64().unwrap() > 0, "{name}");
         let (svg, _) = expect(0, &["export", "--to", "svg", &file, "-o", "-"]);
         assert!(
-            [")", " counted"]
+            [")", ", "]
                 .iter()
                 .any(|end| svg.contains(&format!("bump ({of_info}{end}"))),
             "{name}: {of_info}"
