@@ -110,12 +110,12 @@ fn a_route_under_way_at_80x24() {
 fn a_noisy_radio_at_120x40() {
     let screen = screen("house-noisy.txt", Duration::from_mins(1), 120, 40);
     insta::assert_snapshot!(screen);
-    let loss = screen
-        .split("loss ")
-        .nth(1)
-        .and_then(|rest| rest.split(' ').next())
-        .expect("the loss");
-    assert!(loss.parse::<f64>().is_ok_and(|loss| loss > 30.0), "{loss}");
+    let share = |name: &str| {
+        let figure = screen.split(name).nth(1)?.split(' ').next()?;
+        figure.parse::<f64>().ok()
+    };
+    assert!(share("damaged ").is_some_and(|damaged_pct| damaged_pct > 30.0));
+    assert!(share("loss ").is_some_and(|loss_pct| loss_pct < 20.0));
 }
 
 /// A quarter of an hour after the last line.

@@ -20,6 +20,7 @@ use super::mcap_reader::Channels;
 use super::observations::{Item, Observation, Observations};
 use super::record::RECORD_BYTES_MAX;
 use super::repair::{Damage, Problem};
+use super::schema::DESCRIPTORS;
 use super::session_writer::{CHUNK_BYTES, SessionWriter};
 use super::temporary::Temporary;
 use super::unfinished;
@@ -32,7 +33,10 @@ const BUFFER_BYTES: usize = 1024 * 1024;
 const CHUNKS: u64 = 1024;
 
 /// Limits how small the chunks of a short recording get, uncompressed.
-const CHUNK_BYTES_MIN: u64 = 8 * 1024;
+const CHUNK_BYTES_MIN: u64 = 10 * 1024;
+
+// A chunk that a schema alone fills would have no message, and readers refuse it.
+const _: () = assert!(CHUNK_BYTES_MIN > DESCRIPTORS.len() as u64 + 1024);
 
 /// The metadata table that a recovery with losses adds.
 const TABLE: &str = "recovery";

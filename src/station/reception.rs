@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use crate::capture::content::judge;
+use crate::content::judge;
 use crate::event::{Moment, Reception};
 
 /// Time without an intact line before bytes are judged.

@@ -96,10 +96,14 @@ impl Screen<'_> {
             .filter(|row| self.does_something(row))
             .collect();
         rows.sort_by_cached_key(|row| {
-            // Sending a draft comes before editing it.
-            let change = [Action::EditRoute, Action::UndoDraft];
-            let change = change.iter().position(|known| *known == row.action);
-            (self.place_in_footer(row.action), change)
+            // A draft is begun with the cursor, and sent rather than edited.
+            let step = match row.action {
+                Action::MoveCursor { .. } => 0,
+                Action::EditRoute => 2,
+                Action::UndoDraft => 3,
+                _ => 1,
+            };
+            (self.place_in_footer(row.action), step)
         });
         rows.into_iter().flat_map(|row| self.named(row)).collect()
     }

@@ -52,9 +52,14 @@ fn a_disk_that_hangs_stalls_nothing_and_is_told() {
         .unwrap();
     assert!(problem.contains("nothing for 30 s"), "{problem}");
     let missing = recorder.unwritten_bytes();
-    let error = recorder.finish_within(Duration::ZERO).unwrap_err();
-    let words = format!("{missing} bytes are not in it");
-    assert!(error.to_string().contains(&words), "{error}");
+    let error = recorder
+        .finish_within(Duration::ZERO)
+        .unwrap_err()
+        .to_string();
+    let told = error.split(" bytes are not in it").next().unwrap();
+    let told: u64 = told.rsplit(' ').next().unwrap().parse().unwrap();
+    // The pipe may have taken some more meanwhile, as much as it holds.
+    assert!(told <= missing && told + 65_536 >= missing, "{error}");
     // It goes on when the disk does: all that was recorded comes.
     drop(recorder);
     let mut read = Vec::new();
