@@ -54,9 +54,6 @@ impl Screen<'_> {
             spans.push(Span::styled(words, theme.alarm));
             spans.push(Span::raw("  "));
         }
-        if self.ui.overlay == Overlay::Modes {
-            spans.push(Span::styled("mode: ", theme.strong));
-        }
         if let Overlay::Jump { forward } = self.ui.overlay {
             let words = if forward {
                 "to the next "

@@ -56,6 +56,9 @@ impl Screen<'_> {
     }
 
     fn prompt_help(&self) -> Option<Line<'_>> {
+        if self.ui.overlay == Overlay::Modes {
+            return Some(Line::styled("choose a mode", self.theme.plain));
+        }
         let Overlay::Text(entry) = &self.ui.overlay else {
             return None;
         };

@@ -100,20 +100,28 @@ impl Screen<'_> {
         };
         let shortened_name = shortened(name, NAME_COLUMNS.max(room.saturating_sub(WORDS_COLUMNS)));
         let newest = link.newest_age(self.now).map(age::words);
-        let flow = || {
+        // What does not fit is left out whole.
+        let flow = |words: &str| {
+            let mut room = room.saturating_sub(2 + columns(&shortened_name) + columns(words));
             let rate = format!("  {:.1}/s", link.lines_per_s(self.now));
             let shares = link.shares(self.now).map(Shares::words).unwrap_or_default();
             let shares = shares.into_iter().map(|share| format!("  {share}"));
             let newest = newest.as_ref().map(|newest| format!("  newest {newest}"));
-            [rate].into_iter().chain(shares).chain(newest).collect()
+            let parts = [rate].into_iter().chain(shares).chain(newest);
+            let fit = parts.take_while(|part| {
+                let fits = columns(part) <= room;
+                room = room.saturating_sub(columns(part));
+                fits
+            });
+            words.to_owned() + &fit.collect::<String>()
         };
         let (glyph, style, words): (_, Style, String) = match link.health(self.now) {
             Health::Waiting => match self.instead_of_lines() {
                 Some(words) => (glyphs.silent, theme.warning, format!("  {words}")),
                 None => (glyphs.silent, theme.dim, "  no line yet".to_owned()),
             },
-            Health::Good => (glyphs.good, theme.good, flow()),
-            Health::Weak => (glyphs.weak, theme.warning, format!("  WEAK{}", flow())),
+            Health::Good => (glyphs.good, theme.good, flow("")),
+            Health::Weak => (glyphs.weak, theme.warning, flow("  WEAK")),
             Health::Silent => (
                 glyphs.silent,
                 theme.alarm,

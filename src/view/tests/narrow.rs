@@ -488,3 +488,39 @@ fn a_silent_robot_has_no_fresh_uptime() {
     let stale = screen(&scene, 120, 60);
     assert!(row(&stale, "robot    id 7").contains("◌ "), "{stale}");
 }
+
+#[test]
+fn the_status_row_leaves_out_whole_figures() {
+    let mut scene = flight(demo());
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: "demo, house seed 1".to_owned(),
+        can_send: true,
+    }));
+    scene.hear();
+    let wide = screen(&scene, 120, 40);
+    row(&wide, "newest <1 s");
+    for width in 80..120 {
+        let screen = screen(&scene, width, 24);
+        let status = screen.lines().next().unwrap();
+        assert!(status.contains("demo, house seed 1"), "{status}");
+        let newest = status.split("newest").nth(1);
+        assert!(
+            newest.is_none_or(|age| age.starts_with(" <1 s")),
+            "{status}"
+        );
+    }
+}
+
+#[test]
+fn the_menu_of_modes_names_every_mode_on_the_smallest_screen() {
+    let mut scene = flight(demo());
+    scene.type_text("m");
+    let screen = screen(&scene, 80, 24);
+    let footer = screen.lines().last().unwrap();
+    for mode in [
+        "STOP", "prowl", "home", "wander", "reactive", "passive", "dock", "Esc back",
+    ] {
+        assert!(footer.contains(mode), "{mode}: {footer}");
+    }
+    row(&screen, "choose a mode");
+}
