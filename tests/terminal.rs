@@ -93,7 +93,7 @@ fn a_click_chooses_a_panel_and_the_wheel_zooms() {
     watch.type_keys(&mouse(LEFT_BUTTON, (20, 12)));
     watch.wait_for("the cursor", |text| {
         let footer = text.lines().last().unwrap_or_default();
-        footer.contains("arrows move  w waypoint") && text.contains('╋')
+        footer.contains("arrows move  w add") && text.contains('╋')
     });
     leave(watch);
 }

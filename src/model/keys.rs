@@ -152,7 +152,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "give up commands under way", "give up"),
     row(Dashboard, ":", &[plain(':')], Action::AskCommand, "type a command", "command"),
     row(Dashboard, "Ctrl-P", &[ctrl('p')], Action::AskPalette, "find it by a few letters", "find"),
-    row(Dashboard, "w", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint (Enter)", "waypoint"),
+    row(Dashboard, "w", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint (Enter)", "add"),
     row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "take a change back", "undo"),
     row(Dashboard, "Ctrl-R", &[ctrl('r')], Action::RedoDraft, "make it again", ""),
     row(Dashboard, "e", &[plain('e')], Action::EditRoute, "edit the draft in a list", "edit"),

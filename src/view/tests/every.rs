@@ -340,7 +340,7 @@ pub(super) const STATES: &[State] = &[
             scene.type_text("w");
             scene
         },
-        facts: &["arrows move", "w waypoint", "S send", "u undo", "Esc back"],
+        facts: &["arrows move", "w add", "S send", "u undo", "Esc back"],
     },
 ];
 

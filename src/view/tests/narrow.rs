@@ -157,7 +157,7 @@ fn the_footer_names_the_keys_of_the_chosen_panel() {
     scene.press(&[KeyCode::Backspace, KeyCode::Esc, KeyCode::F(6)]);
     scene.status_of(1, CommandStatus::Confirmed { digest: None });
     scene.press(&[KeyCode::Left]);
-    for named in ["arrows move", "w waypoint", "u undo", "S send", "e edit"] {
+    for named in ["arrows move", "w add", "u undo", "S send", "e edit"] {
         assert!(footer(&scene).contains(named), "{}", footer(&scene));
     }
 }
