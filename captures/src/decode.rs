@@ -1,7 +1,7 @@
 //! Captures as JSON lines and as CSV.
 //!
 //! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. Commands,
-//! marks and outages are records with the fields of [`EventRecord`], of which `event` names the kind. A field that a record does not
+//! marks and outages are records with the fields of `EventRecord`, of which `event` names the kind. A field that a record does not
 //! have is left out in JSON and empty in CSV.
 
 mod events;
