@@ -145,7 +145,9 @@ def main():
         check(received == raw, "/raw/rx differs from the raw capture")
     if arguments.jsonl:
         with open(arguments.jsonl, encoding="ascii") as file:
-            decoded = [json.loads(line) for line in file]
+            records = [json.loads(line) for line in file]
+        # Commands, marks and outages are records, too.
+        decoded = [record for record in records if "event" not in record]
         for record in decoded:
             del record["at_s"]
         check(len(telemetry) == len(decoded), f"{len(telemetry)} lines, decoded {len(decoded)}")

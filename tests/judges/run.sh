@@ -47,16 +47,16 @@ done
 "$groundwave" watch killed.pty --headless --tee killed.txt --record killed.mcap > /dev/null &
 victim=$!
 "$groundwave" record live.pty -o live.mcap --duration 6s --quiet
-"$groundwave" convert live.mcap -o live.txt --quiet
+"$groundwave" export live.mcap --to raw -o live.txt --quiet
 kill -9 $victim
 wait $victim 2>/dev/null || true
 "$root/$environment/bin/python" "$root/tests/judges/judge_mcap.py" killed.mcap --unfinished --raw killed.txt
 "$groundwave" recover killed.mcap
 
-"$groundwave" convert "$root/captures/house-noisy.txt" -o converted.mcap --quiet
+"$groundwave" export "$root/captures/house-noisy.txt" --to mcap -o converted.mcap --quiet
 cp "$root/captures/house-noisy.txt" converted.txt
 "$groundwave" cut live.mcap --from 2 --to 4 -o part.mcap --quiet
-"$groundwave" convert part.mcap -o part.txt --quiet
+"$groundwave" export part.mcap --to raw -o part.txt --quiet
 
 for name in live killed converted part; do
   killed=$([ $name = killed ] && echo --killed || true)
