@@ -9,6 +9,17 @@ const RULES: &[(&str, &[&str])] = &[
         "protocol/src",
         &["sr04_firmware", "sr04_sim", "groundwave", "std"],
     ),
+    (
+        "lines/src",
+        &[
+            "groundwave_protocol",
+            "groundwave_captures",
+            "std::fs",
+            "std::io",
+            "Instant",
+            "SystemTime",
+        ],
+    ),
     ("firmware/src", &["sr04_sim", "groundwave", "std"]),
     ("firmware/sim/src", &["groundwave"]),
     ("src/event.rs", VOCABULARY),

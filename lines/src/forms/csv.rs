@@ -1,0 +1,164 @@
+//! Values in columns, with or without a header.
+
+use std::borrow::Cow;
+
+use super::{Cell, CellValue, is_label, number, with_unit};
+use crate::FIELDS_MAX;
+use crate::field::Field;
+
+/// The columns known so far.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Columns {
+    /// Names and units, from a header or a profile.
+    names: Vec<(String, Option<String>)>,
+    are_configured: bool,
+    /// Number of columns of the previous line of values.
+    previous: Option<usize>,
+    /// Whether two lines in a row had the same number of columns, or a header came.
+    is_known: bool,
+}
+
+/// A line of columns.
+pub(crate) enum Row<'a> {
+    Header,
+    /// Values; `is_sure` unless it is the first line without a header.
+    Values {
+        cells: Vec<Cell<'a>>,
+        is_sure: bool,
+    },
+}
+
+impl Columns {
+    /// The columns of a profile.
+    pub(crate) fn of(fields: &[Field]) -> Self {
+        Self {
+            names: fields
+                .iter()
+                .map(|field| (field.name.clone(), None))
+                .collect(),
+            are_configured: !fields.is_empty(),
+            previous: None,
+            is_known: !fields.is_empty(),
+        }
+    }
+
+    /// Forgets what was guessed: the robot may be another.
+    pub(crate) fn interrupt(&mut self) {
+        self.previous = None;
+    }
+
+    /// Reads a line; `None` if it has no columns.
+    pub(crate) fn take<'a>(&mut self, line: &'a str) -> Option<Row<'a>> {
+        let words = split(line)?;
+        let count = words.len();
+        let values: Vec<_> = words.iter().map(|word| value(word)).collect();
+        let is_numeric =
+            |value: &Option<CellValue<'_>>| matches!(value, Some(CellValue::Number(_)));
+        let has_numbers = values.iter().any(is_numeric);
+        let is_tabular = line.contains([';', '\t', ',', ':']);
+        if !has_numbers && is_tabular && self.take_header(&words) {
+            return Some(Row::Header);
+        }
+        let has_names = self.names.len() == count;
+        if self.are_configured && !has_names {
+            return None;
+        }
+        // Without a header only the first column may be a text: a time of day.
+        let are_values = values
+            .iter()
+            .skip(usize::from(count > 1))
+            .all(Option::is_some);
+        if !(has_numbers && (has_names || are_values)) {
+            self.previous = None;
+            return None;
+        }
+        self.is_known |= self.previous == Some(count);
+        self.previous = Some(count);
+        if !has_names {
+            self.names.clear();
+        }
+        let cells = words
+            .into_iter()
+            .zip(values)
+            .enumerate()
+            .map(|(at, (word, value))| {
+                let text = || CellValue::Text(word);
+                let name = match self.names.get(at) {
+                    Some((name, _)) => name.clone(),
+                    None => format!("c{}", at + 1),
+                };
+                Cell::new(name, value.unwrap_or_else(text))
+            });
+        Some(Row::Values {
+            cells: cells.collect(),
+            is_sure: self.is_known || has_names,
+        })
+    }
+
+    /// The unit of a column, from its header.
+    pub(crate) fn unit(&self, name: &str) -> Option<&str> {
+        let named = self.names.iter().find(|(known, _)| known == name);
+        named.and_then(|(_, unit)| unit.as_deref())
+    }
+
+    /// Takes a line of names, each perhaps with a colon as the Arduino plotter has it; returns whether it is one.
+    fn take_header(&mut self, words: &[Cow<'_, str>]) -> bool {
+        let labels = words
+            .iter()
+            .map(|word| with_unit(word.strip_suffix(':').unwrap_or(word).trim()));
+        let labels: Vec<_> = labels.collect();
+        if words.len() < 2 || !labels.iter().all(|(name, _)| is_label(name)) {
+            return false;
+        }
+        if !self.are_configured {
+            self.names = labels
+                .into_iter()
+                .map(|(name, unit)| (name.to_owned(), unit.map(str::to_owned)))
+                .collect();
+            self.is_known = false;
+        }
+        true
+    }
+}
+
+/// A cell's value: a number, perhaps with a decimal comma, or nothing; `None` for a text.
+fn value<'a>(word: &str) -> Option<CellValue<'a>> {
+    if word.is_empty() {
+        return Some(CellValue::Missing);
+    }
+    number(word).or_else(|| {
+        let (whole, part) = word.split_once(',')?;
+        number(&format!("{whole}.{part}"))
+    })
+}
+
+/// The words of a line, without a separator at its end; `None` if there are too many.
+fn split(line: &str) -> Option<Vec<Cow<'_, str>>> {
+    let separator = [';', '\t', ',']
+        .into_iter()
+        .find(|separator| line.contains(*separator));
+    let words: Vec<Cow<'_, str>> = match separator {
+        Some(_) if line.contains('"') => split_quoted(line, separator?),
+        Some(separator) => {
+            let line = line.strip_suffix(separator).unwrap_or(line);
+            line.split(separator)
+                .map(|word| Cow::Borrowed(word.trim()))
+                .collect()
+        }
+        None => line.split_whitespace().map(Cow::Borrowed).collect(),
+    };
+    (1..=FIELDS_MAX).contains(&words.len()).then_some(words)
+}
+
+/// Splits cells of which some are in quotation marks.
+fn split_quoted(line: &str, separator: char) -> Vec<Cow<'_, str>> {
+    let mut is_quoted = false;
+    let ends_here = |c: char| {
+        is_quoted ^= c == '"';
+        c == separator && !is_quoted
+    };
+    let cells = line.split(ends_here);
+    cells
+        .map(|cell| Cow::Owned(cell.replace('"', "").trim().to_owned()))
+        .collect()
+}

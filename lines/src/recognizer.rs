@@ -1,0 +1,336 @@
+//! From bytes to the values of lines.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use regex::Regex;
+
+use crate::checksum::Checksum;
+use crate::field::{Field, is_name};
+use crate::forms::csv::{Columns, Row};
+use crate::forms::{self, Cell, CellValue, Origin};
+use crate::profile::{Form, Profile, ProfileError};
+use crate::{FIELDS_MAX, LINE_BYTES_MAX, TEXT_CHARS_MAX};
+
+/// Lines of text in a row, without a value, after which an unknown robot's text is shown.
+const TEXTS_MIN: u8 = 3;
+
+/// Lengths of Groundwave's lines without their line ends: a damaged one is no text.
+const WIRE_LENGTHS: [usize; 2] = [78, 12];
+
+/// A line of the robot's own.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OwnLine {
+    /// Its values; none if the form has none for this line.
+    Values(Vec<Sample>),
+    /// Text without a value, at most [`TEXT_CHARS_MAX`] characters.
+    Text(String),
+    /// A checksum failed, or the line is no text.
+    Damaged,
+}
+
+/// A value of a field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// The field; the same allocation for each of its samples.
+    pub field: Arc<Field>,
+    /// Its value.
+    pub value: Value,
+}
+
+/// The value of a field.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A finite number, scaled.
+    Number(f64),
+    /// Text, at most [`TEXT_CHARS_MAX`] characters.
+    Text(Arc<str>),
+}
+
+/// Finds values in received bytes.
+#[derive(Clone, Debug)]
+pub struct Recognizer {
+    form: Form,
+    checksum: Checksum,
+    pattern: Option<Regex>,
+    columns: Columns,
+    origin: Origin,
+    /// Fields by their name in the line.
+    fields: BTreeMap<String, Arc<Field>>,
+    left_out: u64,
+    /// The unfinished line.
+    line: Vec<u8>,
+    is_too_long: bool,
+    standing: Standing,
+}
+
+/// What is known of a robot's lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Standing {
+    /// A profile says so.
+    Configured,
+    /// Not whether they are the robot's own; this many lines of text came in a row.
+    Unknown(u8),
+    /// They are the robot's own.
+    Own,
+    /// They are Groundwave's.
+    Wire,
+}
+
+impl Default for Recognizer {
+    fn default() -> Self {
+        Self {
+            form: Form::Auto,
+            checksum: Checksum::None,
+            pattern: None,
+            columns: Columns::default(),
+            origin: Origin::default(),
+            fields: BTreeMap::new(),
+            left_out: 0,
+            line: Vec::new(),
+            is_too_long: false,
+            standing: Standing::Unknown(0),
+        }
+    }
+}
+
+impl Recognizer {
+    /// A recognizer for the lines that a profile describes; [`Recognizer::default`] has none.
+    ///
+    /// # Errors
+    /// A mistake in the profile.
+    pub fn new(profile: &Profile) -> Result<Self, ProfileError> {
+        let pattern = profile.compile()?;
+        let columns = match profile.form {
+            Form::Csv => Columns::of(&profile.fields),
+            _ => Columns::default(),
+        };
+        let fields = profile.fields.iter();
+        Ok(Self {
+            form: profile.form,
+            checksum: profile.checksum,
+            pattern,
+            columns,
+            fields: fields
+                .map(|field| (field.name.clone(), Arc::new(field.clone())))
+                .collect(),
+            standing: Standing::Configured,
+            ..Self::default()
+        })
+    }
+
+    /// The fields so far, and those of the profile, by name.
+    pub fn fields(&self) -> impl Iterator<Item = &Arc<Field>> {
+        self.fields.values()
+    }
+
+    /// Number of values left out because there were [`FIELDS_MAX`] fields already.
+    #[must_use]
+    pub const fn left_out(&self) -> u64 {
+        self.left_out
+    }
+
+    /// Drops the unfinished line: bytes are missing.
+    pub fn interrupt(&mut self) {
+        self.line.clear();
+        self.is_too_long = true;
+        self.columns.interrupt();
+    }
+
+    /// Takes bytes of which only the last may be a line feed, and whether an intact line of Groundwave ended with them. Returns
+    /// the line that ended, unless it is Groundwave's, empty, a header, or of a robot whose form is not known yet.
+    pub fn take(&mut self, run: &[u8], is_wire: bool) -> Option<OwnLine> {
+        if is_wire {
+            self.line.clear();
+            self.is_too_long = false;
+            if self.standing != Standing::Configured {
+                self.standing = Standing::Wire;
+            }
+            return None;
+        }
+        if self.standing == Standing::Wire {
+            return None;
+        }
+        let Some((b'\n', content)) = run.split_last() else {
+            self.keep(run);
+            return None;
+        };
+        if self.is_too_long || self.line.len() + content.len() > LINE_BYTES_MAX {
+            self.is_too_long = false;
+            self.line.clear();
+            return self.damaged();
+        }
+        if self.line.is_empty() {
+            return self.read(content);
+        }
+        let mut line = std::mem::take(&mut self.line);
+        line.extend_from_slice(content);
+        let read = self.read(&line);
+        line.clear();
+        self.line = line;
+        read
+    }
+
+    fn keep(&mut self, run: &[u8]) {
+        if self.line.len() + run.len() > LINE_BYTES_MAX {
+            self.is_too_long = true;
+            self.line.clear();
+        }
+        if !self.is_too_long {
+            self.line.extend_from_slice(run);
+        }
+    }
+
+    /// A line that cannot be read; noise before the robot's first line is none.
+    fn damaged(&self) -> Option<OwnLine> {
+        let is_known = matches!(self.standing, Standing::Own | Standing::Configured);
+        is_known.then_some(OwnLine::Damaged)
+    }
+
+    fn read(&mut self, line: &[u8]) -> Option<OwnLine> {
+        let line = line.trim_ascii_end();
+        if line.is_empty() {
+            return None;
+        }
+        let is_control = |c: char| c.is_control() && c != '\t';
+        let Some(text) = str::from_utf8(line)
+            .ok()
+            .filter(|text| !text.contains(is_control))
+        else {
+            if self.standing != Standing::Configured {
+                self.columns.interrupt();
+            }
+            return self.damaged();
+        };
+        let Some(content) = self.checksum.strip(text) else {
+            return self.damaged();
+        };
+        let Some(found) = self.cells(content) else {
+            return self.take_text(content);
+        };
+        let Found::Cells(cells) = found else {
+            return None;
+        };
+        if self.standing != Standing::Configured {
+            self.standing = Standing::Own;
+        }
+        Some(OwnLine::Values(self.samples(cells)))
+    }
+
+    fn cells<'a>(&mut self, line: &'a str) -> Option<Found<'a>> {
+        let cells = match self.form {
+            Form::Csv => return self.row(line),
+            Form::Pairs => forms::pairs(line),
+            Form::Json => forms::json(line),
+            Form::Nmea => forms::nmea(line, &mut self.origin),
+            Form::Teleplot => forms::teleplot(line),
+            Form::Regex => self.groups(line),
+            Form::ArduinoPlotter => match forms::pairs(line) {
+                None => return self.row(line),
+                cells => cells,
+            },
+            Form::Auto => match line.as_bytes().first() {
+                Some(b'{') => forms::json(line),
+                Some(b'$') => forms::nmea(line, &mut self.origin),
+                Some(b'>') => forms::teleplot(line),
+                _ => match forms::pairs(line) {
+                    None => return self.row(line),
+                    cells => cells,
+                },
+            },
+        };
+        cells.map(Found::Cells)
+    }
+
+    fn row<'a>(&mut self, line: &'a str) -> Option<Found<'a>> {
+        Some(match self.columns.take(line)? {
+            Row::Values { cells, is_sure } if is_sure || self.standing == Standing::Configured => {
+                Found::Cells(cells)
+            }
+            Row::Values { .. } | Row::Header => Found::Nothing,
+        })
+    }
+
+    fn groups<'a>(&self, line: &'a str) -> Option<Vec<Cell<'a>>> {
+        let pattern = self.pattern.as_ref()?;
+        let groups = pattern.captures(line)?;
+        let names = pattern.capture_names().flatten();
+        let cells = names.filter_map(|name| {
+            let word = groups.name(name)?.as_str();
+            let text = || CellValue::Text(Cow::Borrowed(word));
+            let value = forms::number(word.trim()).unwrap_or_else(text);
+            Some(Cell::new(name.to_owned(), value))
+        });
+        Some(cells.collect())
+    }
+
+    fn take_text(&mut self, text: &str) -> Option<OwnLine> {
+        if let Standing::Unknown(lines) = &mut self.standing {
+            if WIRE_LENGTHS.contains(&text.len()) || text.chars().count() < 2 {
+                *lines = 0;
+                return None;
+            }
+            *lines += 1;
+            if *lines < TEXTS_MIN {
+                return None;
+            }
+            self.standing = Standing::Own;
+        }
+        Some(OwnLine::Text(cut(text).to_owned()))
+    }
+
+    fn samples(&mut self, cells: Vec<Cell<'_>>) -> Vec<Sample> {
+        let mut samples = Vec::with_capacity(cells.len());
+        for cell in cells {
+            let Some(field) = self.field(&cell) else {
+                continue;
+            };
+            let value = match cell.value {
+                CellValue::Number(number) => number * field.scale + field.offset,
+                CellValue::Text(text) => {
+                    let value = Value::Text(cut(&text).into());
+                    samples.push(Sample { field, value });
+                    continue;
+                }
+                CellValue::Missing => continue,
+            };
+            if value.is_finite() {
+                let value = Value::Number(value);
+                samples.push(Sample { field, value });
+            }
+        }
+        samples
+    }
+
+    /// The field of a cell, a new one if it is unknown; `None` if there are too many.
+    fn field(&mut self, cell: &Cell<'_>) -> Option<Arc<Field>> {
+        if let Some(field) = self.fields.get(cell.name.as_ref()) {
+            return Some(Arc::clone(field));
+        }
+        if self.fields.len() >= FIELDS_MAX || !is_name(&cell.name) {
+            self.left_out += 1;
+            return None;
+        }
+        let unit = cell.unit.or_else(|| self.columns.unit(&cell.name));
+        let field = Arc::new(Field {
+            role: cell.role,
+            ..Field::named(&cell.name, unit)
+        });
+        self.fields
+            .insert(cell.name.clone().into_owned(), Arc::clone(&field));
+        Some(field)
+    }
+}
+
+enum Found<'a> {
+    Cells(Vec<Cell<'a>>),
+    /// A header, or columns that the next line must confirm.
+    Nothing,
+}
+
+/// The first characters of a text.
+fn cut(text: &str) -> &str {
+    let end = text.char_indices().nth(TEXT_CHARS_MAX);
+    end.map_or(text, |(at, _)| &text[..at])
+}
