@@ -365,6 +365,59 @@ fn the_map_is_a_picture_for_terminals_that_show_pictures() {
     }
 }
 
+/// The demo names one key at a time. Whoever ends the tour is not given it again.
+#[test]
+fn the_demo_gives_its_tour_until_it_is_ended() {
+    let state = scratch("tour");
+    let home = format!("XDG_STATE_HOME={}", state.display());
+    let demo = || {
+        let mut demo = OnTerminal::start("env", &[&home, GROUNDWAVE, "demo"], 80, 24);
+        demo.wait_for("the robot", |text| text.contains("PROWL"));
+        demo
+    };
+    let mut first = demo();
+    assert!(
+        first
+            .text()
+            .contains("tour 1/8  Press Space: the robot stops")
+    );
+    first.type_keys(" ");
+    first.wait_for("the second step and the news", |text| {
+        text.contains("tour 2/8  Press m h: it drives home") && text.contains("stop: ")
+    });
+    first.type_keys(":");
+    first.wait_for("the prompt", |text| text.contains("Esc cancel"));
+    first.type_keys(ESC);
+    first.wait_for("the tour", |text| text.contains("Esc: no tour"));
+    first.type_keys("mh");
+    first.wait_for("the third step", |text| text.contains("tour 3/8"));
+    leave(first);
+    // Leaving is not ending.
+    let mut second = demo();
+    assert!(second.text().contains("tour 1/8"));
+    second.type_keys(ESC);
+    second.wait_for("that it is gone", |text| !text.contains("tour"));
+    leave(second);
+    let third = demo();
+    assert!(!third.text().contains("tour"), "{}", third.text());
+    leave(third);
+}
+
+/// A state folder that cannot be written keeps the tour and is no error.
+#[test]
+fn the_tour_needs_no_state_folder() {
+    let state = scratch("tour-unwritable");
+    fs::write(state.join("groundwave"), "a file").unwrap();
+    let home = format!("XDG_STATE_HOME={}", state.display());
+    for _ in 0..2 {
+        let mut demo = OnTerminal::start("env", &[&home, GROUNDWAVE, "demo"], 80, 24);
+        demo.wait_for("the tour", |text| text.contains("tour 1/8"));
+        demo.type_keys(ESC);
+        demo.wait_for("that it is gone", |text| !text.contains("tour"));
+        leave(demo);
+    }
+}
+
 const REDRAW: &str = "\x0c";
 
 /// A stalled ssh with more frames than a terminal can hold: shared links go on, STOP reaches the robot, the recording is

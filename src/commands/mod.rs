@@ -35,6 +35,7 @@ mod progress;
 mod recording;
 mod sharing;
 pub mod simulated;
+mod tour;
 mod welcome;
 
 use std::env;

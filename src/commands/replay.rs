@@ -74,7 +74,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
         };
         Box::pin(run_dashboard(dashboard))
             .await
-            .or_else(|error| watch::terminal_failed(&error))
+            .map_or_else(|error| watch::terminal_failed(&error), |_| Ok(()))
     })?;
     // Report unreadable parts again, on the restored terminal.
     match reader.join() {

@@ -12,7 +12,7 @@ use sr04_sim::serve::{ServeOptions, Server};
 use super::appearance::appearance;
 use super::cli::{Connection, Demo, RecordingArgs, Sharing, Watch};
 use super::output::check_inputs;
-use super::{Exit, Fault, block_on, config, headless, recording, say, sharing, simulated};
+use super::{Exit, Fault, block_on, config, headless, recording, say, sharing, simulated, tour};
 use crate::event::{Event, Level, Notice, NoticeCode};
 use crate::hint::shell_word;
 use crate::io::link::{self, BAUD, Link, LinkSpec};
@@ -56,6 +56,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         sharing: options.sharing.or(config),
         notes: server.iter().filter_map(simulated::truth_note).collect(),
         config: config.clone(),
+        tour: false,
     };
     if options.headless {
         return block_on(async {
@@ -118,6 +119,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         sharing: options.sharing.clone(),
         notes,
         config: settings.clone(),
+        tour: tour::is_due(),
     };
     let raw = address(&server, 1);
     let mut model = appearance(settings);
@@ -161,6 +163,8 @@ struct Plan {
     sharing: Sharing,
     notes: BTreeMap<String, String>,
     config: config::Config,
+    /// Begin the tour.
+    tour: bool,
 }
 
 impl Plan {
@@ -216,9 +220,13 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         let status = keeper.clone();
         let config = Arc::new(config);
         let facts = Facts::new(Arc::clone(&config));
+        let mut ui = Ui::new(config);
+        if plan.tour {
+            ui.begin_tour();
+        }
         let dashboard = Dashboard {
             source: Source::Live(Box::new(LiveSource::new(driver, facts))),
-            ui: Ui::new(config),
+            ui,
             recording: Box::new(move || status.status()),
             first,
             keeper: Some(keeper.clone()),
@@ -228,7 +236,10 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         let finished = recording::finish(&keeper).await;
         report(keeper.finished());
         finished?;
-        result.or_else(|error| terminal_failed(&error))
+        if result.as_ref().is_ok_and(Ui::has_ended_tour) {
+            tour::end();
+        }
+        result.map_or_else(|error| terminal_failed(&error), |_| Ok(()))
     })
 }
 

@@ -297,8 +297,9 @@ impl Ui {
             (Action::Close, Overlay::None) if is_looking => {
                 return vec![Effect::Playback(Control::StopSearch)];
             }
-            (Action::Close, Overlay::None) if self.map.cursor.is_none() => self.enlarged = None,
-            (Action::Close, Overlay::None) => self.map.cursor = None,
+            (Action::Close, Overlay::None) if self.map.cursor.is_some() => self.map.cursor = None,
+            (Action::Close, Overlay::None) if self.enlarged.is_some() => self.enlarged = None,
+            (Action::Close, Overlay::None) => self.end_tour(),
             (Action::Close, _) => self.put_away(),
             (Action::EraseCharacter, Overlay::Text(entry)) => entry.erase(),
             (Action::EraseAll, Overlay::Text(entry)) => entry.clear(),

@@ -33,6 +33,7 @@ pub(crate) mod robot;
 pub(crate) mod runs;
 mod tally;
 mod text_entry;
+mod tour;
 pub(crate) mod trace;
 mod trail;
 mod ui;
@@ -52,6 +53,7 @@ pub use config::{Colors, Config, MapLines, Marker};
 pub use facts::{Change, Facts};
 pub(crate) use panels::{Large, Panel, SIZE_MIN};
 pub(crate) use text_entry::{Caret, Purpose, TextEntry};
+pub(crate) use tour::TourStep;
 pub use ui::Ui;
 pub(crate) use ui::{Overlay, Question};
 

@@ -83,6 +83,11 @@ impl Ui {
         self.page = 0;
     }
 
+    /// Whether the key for closing puts the cursor or an enlarged part away.
+    pub(crate) const fn can_put_away(&self) -> bool {
+        self.map.cursor.is_some() || self.enlarged.is_some()
+    }
+
     /// Enlarges panel, map and ladder in turn, then nothing.
     pub(super) const fn enlarge_next(&mut self) {
         self.enlarged = match self.enlarged {

@@ -16,6 +16,7 @@ use super::panels::{Large, Panel};
 use super::plots::WINDOWS;
 use super::runs::Runs;
 use super::text_entry::{TextEntry, Typed};
+use super::tour::Tour;
 use crate::event::{CommandId, CommandStatus, Effect, Event, Level, Moment, Notice, NoticeCode};
 use crate::playback::Playback;
 use crate::request::Request;
@@ -89,6 +90,7 @@ pub struct Ui {
     pub(crate) aside: Option<String>,
     /// Feedback to the last key, and its moment.
     pub(super) passing: Option<(Moment, Passing)>,
+    pub(super) tour: Tour,
     /// Lines for the log.
     notices: Vec<Effect>,
     revision: u64,
@@ -116,6 +118,7 @@ impl Ui {
             acknowledged: Acknowledged::default(),
             aside: None,
             passing: None,
+            tour: Tour::default(),
             notices: Vec::new(),
             revision: 0,
         }
@@ -152,6 +155,7 @@ impl Ui {
             } => self.recover_draft(facts, id),
             _ => changed = change.is_shown,
         }
+        changed |= self.advance_tour(&effects);
         effects.append(&mut self.notices);
         if change.calls && self.bell {
             effects.push(Effect::Ring);

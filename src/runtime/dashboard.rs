@@ -47,11 +47,11 @@ pub struct Dashboard {
     pub keeper: Option<Keeper>,
 }
 
-/// Runs until the operator leaves, a signal arrives or the terminal is gone.
+/// Runs until the operator leaves, a signal arrives or the terminal is gone; returns the operator's last view.
 ///
 /// # Errors
 /// When the terminal cannot be set up or written to.
-pub async fn run(dashboard: Dashboard) -> io::Result<()> {
+pub async fn run(dashboard: Dashboard) -> io::Result<Ui> {
     let mut signals = Signals::listen()?;
     let screen = Screen::take(dashboard.ui.wants_mouse())?;
     let mut keys = terminal::events()?;
@@ -118,7 +118,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<()> {
             () = sleep_until_some(asked_at.map(|at| at + period_silent)), if told != Recording::default() || running.keeper.is_some() => false,
         };
     }
-    Ok(())
+    Ok(running.ui)
 }
 
 struct Running {

@@ -109,9 +109,7 @@ impl Screen<'_> {
     fn does_something(&self, row: &Row) -> bool {
         let facts = self.facts;
         match (row.context, row.action) {
-            (Context::Dashboard, Action::Close) => {
-                self.ui.map.cursor.is_some() || self.ui.enlarged.is_some()
-            }
+            (Context::Dashboard, Action::Close) => self.ui.can_put_away(),
             (Context::Dashboard, Action::CancelCommands) => facts.ledger.is_busy(),
             (Context::Dashboard, Action::UndoDraft | Action::SendDraft) => self.is_drafting(),
             (Context::Runs, Action::Choose(_) | Action::Submit) => {

@@ -66,6 +66,7 @@ mod tests;
 mod text;
 mod theme;
 mod time;
+mod tour;
 mod why;
 
 use std::cell::RefCell;
@@ -164,6 +165,8 @@ impl Screen<'_> {
         let (status, rest) = split_top(area, 1);
         let (rest, keys) = split_bottom(rest, 1);
         let (rest, hint) = split_bottom(rest, 1);
+        let step = self.ui.tour_step();
+        let (rest, tour) = split_bottom(rest, u16::from(step.is_some()));
         let (rest, raw) = split_bottom(rest, raw_rows);
         self.status(buffer, status);
         let (protections, rest) = split_top(rest, u16::from(self.is_unprotected()));
@@ -188,6 +191,9 @@ impl Screen<'_> {
             self.raw_with_ruler(buffer, raw);
         } else {
             self.raw(buffer, raw);
+        }
+        if let Some(step) = step {
+            self.tour(buffer, tour, step);
         }
         self.hint(buffer, hint);
         self.keys(buffer, keys);

@@ -1,7 +1,10 @@
 //! A program on a pseudo-terminal, and its screen.
 
+use std::env;
+use std::fs;
 use std::io::{Read, Write};
 use std::num::NonZero;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -9,6 +12,7 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use etcetera::BaseStrategy as _;
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, native_pty_system};
 
 /// Timeout of a test that hangs.
@@ -45,6 +49,14 @@ impl OnTerminal {
         command.env("TERM", "xterm-256color");
         command.env("LC_ALL", "C.UTF-8");
         command.env_remove("NO_COLOR");
+        let state = toured();
+        if env::var_os("XDG_RUNTIME_DIR").is_none() {
+            // Tokens of shared links stay where processes without a terminal look for them.
+            let strategy = etcetera::choose_base_strategy().expect("a home folder");
+            let folder = strategy.state_dir().expect("a state folder");
+            command.env("XDG_RUNTIME_DIR", folder);
+        }
+        command.env("XDG_STATE_HOME", state);
         let child = pair.slave.spawn_command(command).expect("the program");
         drop(pair.slave);
         let mut reader = pair.master.try_clone_reader().expect("its output");
@@ -201,6 +213,14 @@ impl OnTerminal {
         }
         panic!("it never ended. The screen:\n{}", self.text());
     }
+}
+
+/// A state folder of an operator who has seen the tour.
+fn toured() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("toured");
+    fs::create_dir_all(folder.join("groundwave")).expect("a folder");
+    fs::write(folder.join("groundwave/tour-ended"), "").expect("a file");
+    folder
 }
 
 /// Blocks the reader while the terminal is stalled.

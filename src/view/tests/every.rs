@@ -29,6 +29,19 @@ pub(super) const STATES: &[State] = &[
         facts: &["no line yet", "no data", "not recorded"],
     },
     State {
+        name: "tour",
+        make: |config| {
+            let mut scene = flight(config);
+            scene.model.ui.begin_tour();
+            scene
+        },
+        facts: &[
+            "tour 1/8  Press Space: the robot stops",
+            "Esc: no tour",
+            "Space STOP",
+        ],
+    },
+    State {
         name: "sensors",
         make: |config| chosen(busy(config), 2),
         facts: &[
