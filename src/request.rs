@@ -295,7 +295,7 @@ impl fmt::Display for Request {
             Self::Route(waypoints) => match waypoints[..] {
                 [] => f.write_str("clear"),
                 [Waypoint { x_in, y_in }] => write!(f, "goto {x_in} {y_in}"),
-                _ => write!(f, "route of {} waypoints", waypoints.len()),
+                _ => write!(f, "route of {}", waypoints.len()),
             },
             Self::Pose {
                 position,

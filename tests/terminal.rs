@@ -257,12 +257,14 @@ fn a_signal_finishes_the_recording_and_restores_the_terminal() {
         let capture = capture.to_str().unwrap();
         let sim = Sim::start(&[]);
         let mut watch = watch(&sim, &["--record", capture], 80, 24);
+        watch.wait_for("its mode", |text| text.contains("PROWL"));
         signal(&watch, name);
         assert_eq!(watch.wait(), 0, "{name}");
         assert!(!watch.is_alternate(), "{name}");
         let told = format!("recorded {capture}; `groundwave replay {capture}` plays it");
         let text = watch.text().replace('\n', "");
         assert!(text.contains(&told), "{text}");
+        assert!(text.contains("the robot is still in mode prowl"), "{text}");
         let (info, _) = expect(0, &["info", capture]);
         assert!(info.contains("lines"), "{info}");
     }
@@ -391,7 +393,14 @@ fn the_demo_gives_its_tour_until_it_is_ended() {
     first.wait_for("the tour", |text| text.contains("Esc: no tour"));
     first.type_keys("mh");
     first.wait_for("the third step", |text| text.contains("tour 3/8"));
-    leave(first);
+    first.type_keys("q");
+    assert_eq!(first.wait(), 0);
+    for words in [
+        "nothing was recorded",
+        "the simulated robot ended with the program",
+    ] {
+        assert!(first.text().contains(words), "{}", first.text());
+    }
     // Leaving is not ending.
     let mut second = demo();
     assert!(second.text().contains("tour 1/8"));

@@ -359,7 +359,7 @@ fn markers_show_body_bumps_and_the_confirmed_list() {
         .into_iter()
         .map(|log| format!("{}: {}", log.name, log.message))
         .collect();
-    assert_eq!(log[0], "command: route of 3 waypoints: confirmed");
+    assert_eq!(log[0], "command: route of 3: confirmed");
     assert!(log.contains(&"robot: bump left".to_owned()), "{log:?}");
 }
 

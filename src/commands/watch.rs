@@ -13,6 +13,7 @@ use super::appearance::appearance;
 use super::cli::{Connection, Demo, RecordingArgs, Sharing, Watch};
 use super::output::check_inputs;
 use super::{Exit, Fault, block_on, config, headless, recording, say, sharing, simulated, tour};
+use crate::capture::files;
 use crate::event::{Event, Level, Notice, NoticeCode};
 use crate::hint::shell_word;
 use crate::io::link::{self, BAUD, Link, LinkSpec};
@@ -23,7 +24,7 @@ use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, LiveSource, Source, run};
 use crate::share::Address;
 
-/// How long the report of the recordings waits for a stalled terminal.
+/// How long the last words wait for a stalled terminal.
 const REPORT_PATIENCE: Duration = Duration::from_secs(1);
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
@@ -56,6 +57,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         sharing: options.sharing.or(config),
         notes: server.iter().filter_map(simulated::truth_note).collect(),
         config: config.clone(),
+        is_simulated: server.is_some(),
         tour: false,
     };
     if options.headless {
@@ -119,6 +121,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         sharing: options.sharing.clone(),
         notes,
         config: settings.clone(),
+        is_simulated: true,
         tour: tour::is_due(),
     };
     let raw = address(&server, 1);
@@ -163,11 +166,21 @@ struct Plan {
     sharing: Sharing,
     notes: BTreeMap<String, String>,
     config: config::Config,
+    /// The robot ends with the program.
+    is_simulated: bool,
     /// Begin the tour.
     tour: bool,
 }
 
 impl Plan {
+    /// What the robot does after the end of the program, by its last words.
+    fn robot_after(&self, last: Option<&str>) -> Option<String> {
+        if self.is_simulated {
+            return Some("the simulated robot ended with the program".to_owned());
+        }
+        last.map(str::to_owned)
+    }
+
     /// Opens link, servers and recordings, the link first: if it fails, no empty file is left behind.
     async fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
@@ -234,24 +247,35 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         let _finish = keeper.finish_on_drop();
         let result = Box::pin(run(dashboard)).await;
         let finished = recording::finish(&keeper).await;
-        report(keeper.finished());
+        let last = result.as_ref().ok().and_then(|left| left.robot.as_deref());
+        report(told_of(&keeper.finished()).chain(plan.robot_after(last)));
         finished?;
-        if result.as_ref().is_ok_and(Ui::has_ended_tour) {
+        if result.as_ref().is_ok_and(|left| left.ui.has_ended_tour()) {
             tour::end();
         }
         result.map_or_else(|error| terminal_failed(&error), |_| Ok(()))
     })
 }
 
-/// Prints the finished recordings; a stalled terminal hardly delays the end.
-fn report(paths: Vec<PathBuf>) {
+/// The finished recordings, each with the command that replays it.
+fn told_of(recordings: &[PathBuf]) -> impl Iterator<Item = String> {
+    let nothing = recordings.is_empty().then(|| "nothing was recorded".to_owned());
+    let all = recordings.iter().map(|path| {
+        let command = format!("groundwave replay {}", shell_word(path));
+        let place = files::full_path(path);
+        format!("recorded {}; `{command}` plays it", place.display())
+    });
+    nothing.into_iter().chain(all)
+}
+
+/// Prints lines; a stalled terminal hardly delays the end.
+fn report(lines: impl Iterator<Item = String>) {
+    let lines: Vec<String> = lines.collect();
     let (done, ended) = mpsc::channel::<()>();
     let reporting = thread::Builder::new().spawn(move || {
         let _done = done;
-        for path in paths {
-            let command = format!("groundwave replay {}", shell_word(&path));
-            let name = path.display();
-            say(format_args!("recorded {name}; `{command}` plays it"));
+        for line in lines {
+            say(line);
         }
     });
     if reporting.is_ok() {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use groundwave_protocol::life::Life;
+use groundwave_protocol::status_codes::{Link as Letter, Mode};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use super::alarms::{Alarms, Inputs};
@@ -13,9 +14,9 @@ use super::link::{Connection, Link};
 use super::log::{Log, Subject};
 use super::motors::Motors;
 use super::plots::Plots;
-use super::robot::Robot;
+use super::robot::{Robot, STATE_STALE};
 use super::tally::Counted;
-use super::{failsafe, why, words};
+use super::{age, failsafe, why, words};
 use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Recording};
 use crate::playback::Tally;
 use crate::request::Request;
@@ -143,6 +144,28 @@ impl Facts {
             is_shown,
             calls: std::mem::take(&mut self.calls),
         }
+    }
+
+    /// What the robot does when its operator leaves, in words; `None` if it was never heard.
+    #[must_use]
+    pub fn last_words(&self, now: Moment) -> Option<String> {
+        let state = self.robot.state?;
+        let mode = words::mode(state.value.mode);
+        let age = state.age(now);
+        let does = if age >= STATE_STALE {
+            format!(
+                "the robot was in mode {mode} when last heard, {} ago",
+                age::words(age)
+            )
+        } else if state.value.mode == Mode::Stop {
+            "the robot is stopped".to_owned()
+        } else {
+            format!("the robot is still in mode {mode}")
+        };
+        let failsafe = failsafe::standing(&self.robot, &self.ledger);
+        let failsafe = failsafe.filter(|(link, _)| *link != Letter::Ok);
+        let failsafe = failsafe.map(|(_, says)| format!("; failsafe: {says}"));
+        Some(does + &failsafe.unwrap_or_default())
     }
 
     /// When to send [`Event::Tick`] at the latest: the next pending alarm is due.

@@ -1,10 +1,11 @@
 //! The model's facts and effects, from hand-made lines and keys.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::{
-    Arm, Bump, Cliff, Drive, Layer, LayerMask, LayerState, Mode,
+    Arm, Bump, Cliff, Drive, Layer, LayerMask, LayerState, Link, Mode,
 };
-use groundwave_protocol::telemetry::{AckLine, ListPlace};
+use groundwave_protocol::telemetry::{AckLine, HOLDERS, ListPlace};
 use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 
 use super::map::Focus;
@@ -189,4 +190,30 @@ fn a_song_and_a_low_battery_ring_the_bell_once_when_it_was_asked_for() {
         }
         assert_eq!(rings, if keys == "b" { 3 } else { 0 });
     }
+}
+
+#[test]
+fn the_last_words_name_the_mode_and_the_failsafe() {
+    let mut scene = Scene::new(Config::default());
+    let said = |scene: &Scene| scene.model.facts.last_words(scene.now);
+    assert_eq!(said(&scene), None);
+    scene.hear();
+    let prowls = "the robot is still in mode prowl";
+    assert_eq!(said(&scene).as_deref(), Some(prowls));
+    scene.failsafe = Some(Failsafe {
+        silence_s: 30,
+        mode: Mode::GoHome,
+    });
+    scene.hear_ticks(1, [0; HOLDERS]);
+    scene.state.link = Link::Armed;
+    scene.hear();
+    let guarded = format!("{prowls}; failsafe: home after 30 s of silence, armed");
+    assert_eq!(said(&scene), Some(guarded));
+    scene.state.link = Link::Ok;
+    scene.state.mode = Mode::Stop;
+    scene.hear();
+    assert_eq!(said(&scene).as_deref(), Some("the robot is stopped"));
+    scene.wait_ms(12_000);
+    let silent = "the robot was in mode stop when last heard, 12 s ago";
+    assert_eq!(said(&scene).as_deref(), Some(silent));
 }

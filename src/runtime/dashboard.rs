@@ -47,11 +47,19 @@ pub struct Dashboard {
     pub keeper: Option<Keeper>,
 }
 
-/// Runs until the operator leaves, a signal arrives or the terminal is gone; returns the operator's last view.
+/// What a dashboard leaves behind.
+pub struct Left {
+    /// The operator's last view.
+    pub ui: Ui,
+    /// What the robot was doing, in words; `None` if it was never heard.
+    pub robot: Option<String>,
+}
+
+/// Runs until the operator leaves, a signal arrives or the terminal is gone.
 ///
 /// # Errors
 /// When the terminal cannot be set up or written to.
-pub async fn run(dashboard: Dashboard) -> io::Result<Ui> {
+pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
     let mut signals = Signals::listen()?;
     let screen = Screen::take(dashboard.ui.wants_mouse())?;
     let mut keys = terminal::events()?;
@@ -118,7 +126,9 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Ui> {
             () = sleep_until_some(asked_at.map(|at| at + period_silent)), if told != Recording::default() || running.keeper.is_some() => false,
         };
     }
-    Ok(running.ui)
+    let (source, ui) = (running.source, running.ui);
+    let robot = source.present().last_words(source.now());
+    Ok(Left { ui, robot })
 }
 
 struct Running {

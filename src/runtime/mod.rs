@@ -10,7 +10,7 @@ mod runs;
 mod share_server;
 mod source;
 
-pub use dashboard::{Dashboard, run};
+pub use dashboard::{Dashboard, Left, run};
 pub use driver::Driver;
 pub use keeper::{FinishOnDrop, KeepOptions, Keeper, REMEMBERED};
 pub use source::{CaptureSource, LiveSource, Source};

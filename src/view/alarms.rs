@@ -43,7 +43,7 @@ impl Screen<'_> {
         let words = self.alarm_words(rule, raised, now);
         let text = match raised.over_at {
             Some(_) => format!("{glyph} {when}{words}"),
-            None => format!("{glyph} {when}{words}; {}", self.told(rule.hint)),
+            None => format!("{glyph} {when}{words}. {}", self.hint_of(rule)),
         };
         let line = Line::styled(text, style);
         let line = self.with_right(line, right, usize::from(area.width));
@@ -63,7 +63,7 @@ impl Screen<'_> {
                 let glyph = if n == 0 { glyph } else { " " };
                 lines.push(Line::styled(format!("{glyph} {row}"), style));
             }
-            let hint = wrap(&self.told(rule.hint), room, room).into_iter();
+            let hint = wrap(&self.hint_of(rule), room, room).into_iter();
             lines.extend(hint.map(|row| Line::styled(format!("{:INDENT$}{row}", ""), theme.plain)));
         }
         let quiet = self.facts.alarms.all(&self.ui.acknowledged);
@@ -101,6 +101,15 @@ impl Screen<'_> {
         }
     }
 
+    /// What to do, as a sentence.
+    fn hint_of(&self, rule: &Rule) -> String {
+        let mut hint = self.told(rule.hint);
+        if let Some(first) = hint.get_mut(..1) {
+            first.make_ascii_uppercase();
+        }
+        hint
+    }
+
     /// Name, figures and duration of an alarm.
     fn alarm_words(&self, rule: &Rule, raised: &Raised, now: Moment) -> String {
         let figure = match raised.worst.filter(|_| rule.has_figure()) {
@@ -125,6 +134,7 @@ impl Screen<'_> {
                 format!("over, {ago} ago")
             }
             None if raised.is_acknowledged => format!("for {since}, acknowledged"),
+            None if figure.is_empty() && times.is_empty() => since,
             None => format!("for {since}"),
         };
         format!("{}{figure}{times} {when}", rule.name.to_uppercase())

@@ -1,5 +1,6 @@
 //! The command ledger: the command on the left, the robot's report on the right.
 
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::ListPlace;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -8,7 +9,7 @@ use ratatui::text::{Line, Span};
 
 use super::Screen;
 use super::text::{First, wrap};
-use crate::event::CommandStatus;
+use crate::event::{CommandStatus, Moment};
 use crate::model::Panel;
 use crate::model::ledger::Entry;
 use crate::model::robot::STATUS_STALE;
@@ -104,15 +105,25 @@ impl Screen<'_> {
         let driven = entry.driven.filter(|place| place.driven > 0);
         let glyph = theme.glyphs.done;
         let says = match (active, driven) {
-            (None, None) => return (glyph, format!("replaced {digest:08X}"), theme.dim),
+            (None, None) => return (glyph, "replaced".to_owned(), theme.dim),
             (None, Some(ListPlace { driven, count })) => {
-                let says = format!("replaced {digest:08X}, driven {driven}/{count}");
+                let says = format!("replaced, driven {driven}/{count}");
                 return (glyph, says, theme.dim);
             }
-            (Some(_), None) => format!("confirmed {digest:08X}{}", self.delay(entry)),
+            (Some(active), None) => {
+                let after = entry.confirmed_after.map(in_seconds).unwrap_or_default();
+                let mode = self.facts.robot.state.map(|state| state.value.mode);
+                let drives = mode == Some(Mode::Prowl) || active.waypoints.is_empty();
+                let next = if drives {
+                    String::new()
+                } else {
+                    self.told(". Press <modes/mode-prowl> to drive it")
+                };
+                format!("confirmed{after}{next}")
+            }
             (Some(_), Some(ListPlace { driven, count })) => {
                 let state = if driven == count { "done" } else { "driving" };
-                format!("{state} {driven}/{count}, {digest:08X}")
+                format!("{state} {driven}/{count}")
             }
         };
         (glyph, says, theme.good)
@@ -127,7 +138,7 @@ impl Screen<'_> {
             0 | 1 => String::new(),
             frames => format!(", sent {}{frames}", self.theme.glyphs.times),
         };
-        format!(" in {:.1} s{frames}", delay.as_secs_f64())
+        in_seconds(delay) + &frames
     }
 
     /// The draft, and a route of another station that the robot holds.
@@ -149,9 +160,8 @@ impl Screen<'_> {
         {
             let list = status.value.list;
             let words = format!(
-                "{}robot's route, not of this session: {:08X}, driven {}/{}",
+                "{}robot's route, not of this session: driven {}/{}",
                 self.old_mark(status.age(self.now), STATUS_STALE),
-                status.value.digest,
                 list.driven,
                 list.count
             );
@@ -188,4 +198,9 @@ impl Screen<'_> {
         }
         lines
     }
+}
+
+/// The time until a confirmation.
+fn in_seconds(delay: Moment) -> String {
+    format!(" in {:.1} s", delay.as_secs_f64())
 }

@@ -161,7 +161,7 @@ impl Screen<'_> {
             return String::new();
         };
         let since = age::words(self.now.saturating_sub(*since));
-        format!("  LINK LOST {since}: {reason}; reconnecting")
+        format!("  LINK LOST {since}: {reason}")
     }
 
     /// The recording's failure or files in the longest words that fit; `None` if none fit.

@@ -58,7 +58,7 @@ fn a_list_is_answered_when_the_robot_has_confirmed_it() {
     let confirmed = answer(&mut calls);
     let expected = json!({
         "status": "confirmed",
-        "command": "route of 2 waypoints",
+        "command": "route of 2",
         "digest": "89abcdef",
     });
     assert_eq!(confirmed, expected);

@@ -180,7 +180,7 @@ pub(super) const STATES: &[State] = &[
         facts: &[
             "LINK LOST 4 s",
             "the device is gone",
-            "check cable or network",
+            "Check cable or network",
         ],
     },
     State {

@@ -212,7 +212,7 @@ const MORE: &[(&str, Make, &str)] = &[
     (
         "alarms",
         low,
-        "call it home (<modes/mode-go-home>) and charge it",
+        "Call it home (<modes/mode-go-home>) and charge it",
     ),
     ("more than a page", low, "<turn-page-less> 1/2"),
 ];

@@ -74,7 +74,7 @@ fn an_alarm_of_now_shows_in_the_past_with_its_own_age() {
     };
     for (width, height) in [(80, 24), (120, 40), (200, 60)] {
         let screen = screen(&hands, width, height);
-        row(&screen, "✖ NOW: ROBOT SILENT for 1 m 20 s; is it on");
+        row(&screen, "✖ NOW: ROBOT SILENT 1 m 20 s. Is it on");
         row(&screen, "BUMPERS hold the motors");
     }
     hands.type_text("A");
