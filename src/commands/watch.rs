@@ -259,7 +259,9 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
 
 /// The finished recordings, each with the command that replays it.
 fn told_of(recordings: &[PathBuf]) -> impl Iterator<Item = String> {
-    let nothing = recordings.is_empty().then(|| "nothing was recorded".to_owned());
+    let nothing = recordings
+        .is_empty()
+        .then(|| "nothing was recorded".to_owned());
     let all = recordings.iter().map(|path| {
         let command = format!("groundwave replay {}", shell_word(path));
         let place = files::full_path(path);

@@ -258,7 +258,10 @@ fn commands_at_120_by_40_and_at_80_by_24() {
     insta::assert_snapshot!("commands_narrow", narrow);
     row(&narrow, "── F5 commands");
     scene.press(&[KeyCode::PageUp]);
-    row(&screen(&scene, 80, 24), "2 route of 2           ✔ confirmed in");
+    row(
+        &screen(&scene, 80, 24),
+        "2 route of 2           ✔ confirmed in",
+    );
 }
 
 #[test]
@@ -435,7 +438,10 @@ fn driven_waypoints_show_only_for_the_confirmed_digest() {
     scene.hear_status();
     let other = screen(&scene, 120, 40);
     assert!(!other.contains("driving "), "{other}");
-    row(&other, "2 route of 2                  ✔ replaced, driven 1/2");
+    row(
+        &other,
+        "2 route of 2                  ✔ replaced, driven 1/2",
+    );
     row(&other, "robot's route, not of this session: driven 1/2");
 }
 
