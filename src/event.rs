@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use groundwave_lines::OwnLine;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line};
@@ -32,6 +33,8 @@ pub enum Event {
     },
     /// An intact acknowledgement line arrived.
     Ack(AckLine),
+    /// A line of the robot's own arrived, in a form that is not Groundwave's.
+    Own(OwnLine),
     /// The decoder's totals changed.
     Counters(Counters),
     /// Statistics of the link, at most once a second.

@@ -27,6 +27,7 @@ mod kills;
 mod ledger;
 mod link;
 mod outputs;
+mod own_lines;
 mod parameters;
 mod processes;
 #[path = "common/programs.rs"]

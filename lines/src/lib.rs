@@ -24,7 +24,7 @@ mod recognizer;
 pub use checksum::Checksum;
 pub use field::{Field, Limits, Role};
 pub use profile::{Form, Profile, ProfileError};
-pub use recognizer::{OwnLine, Recognizer, Sample, Value};
+pub use recognizer::{Content, OwnLine, Recognizer, Sample, Value};
 
 /// Maximum bytes of a line; longer lines count as damaged.
 pub const LINE_BYTES_MAX: usize = 4096;

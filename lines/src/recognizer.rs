@@ -21,12 +21,21 @@ const WIRE_LENGTHS: [usize; 2] = [78, 12];
 
 /// A line of the robot's own.
 #[derive(Clone, Debug, PartialEq)]
-pub enum OwnLine {
-    /// Its values; none if the form has none for this line.
+pub struct OwnLine {
+    /// The line without its end, at most [`TEXT_CHARS_MAX`] characters; bytes that are no text are replaced.
+    pub text: String,
+    /// What it holds.
+    pub content: Content,
+}
+
+/// What a line holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    /// Values; none if the form has none for this line.
     Values(Vec<Sample>),
-    /// Text without a value, at most [`TEXT_CHARS_MAX`] characters.
-    Text(String),
-    /// A checksum failed, or the line is no text.
+    /// Text without a value.
+    Text,
+    /// Nothing readable: a checksum failed, or the line is no text or too long.
     Damaged,
 }
 
@@ -62,6 +71,10 @@ pub struct Recognizer {
     /// The unfinished line.
     line: Vec<u8>,
     is_too_long: bool,
+    /// The beginning of this line is missing.
+    is_skipping: bool,
+    /// The beginning of this line may be missing.
+    is_first: bool,
     standing: Standing,
 }
 
@@ -90,6 +103,8 @@ impl Default for Recognizer {
             left_out: 0,
             line: Vec::new(),
             is_too_long: false,
+            is_skipping: false,
+            is_first: true,
             standing: Standing::Unknown(0),
         }
     }
@@ -134,8 +149,19 @@ impl Recognizer {
     /// Drops the unfinished line: bytes are missing.
     pub fn interrupt(&mut self) {
         self.line.clear();
-        self.is_too_long = true;
+        self.is_too_long = false;
+        self.is_skipping = true;
         self.columns.interrupt();
+    }
+
+    /// Begins anew on a link that was opened: the robot may be another, and its first line may have lost its start.
+    pub fn reopen(&mut self) {
+        self.interrupt();
+        self.is_skipping = false;
+        self.is_first = true;
+        if self.standing == Standing::Wire {
+            self.standing = Standing::Unknown(0);
+        }
     }
 
     /// Takes bytes of which only the last may be a line feed, and whether an intact line of Groundwave ended with them. Returns
@@ -143,7 +169,7 @@ impl Recognizer {
     pub fn take(&mut self, run: &[u8], is_wire: bool) -> Option<OwnLine> {
         if is_wire {
             self.line.clear();
-            self.is_too_long = false;
+            (self.is_too_long, self.is_skipping, self.is_first) = (false, false, false);
             if self.standing != Standing::Configured {
                 self.standing = Standing::Wire;
             }
@@ -152,55 +178,51 @@ impl Recognizer {
         if self.standing == Standing::Wire {
             return None;
         }
-        let Some((b'\n', content)) = run.split_last() else {
+        let Some((b'\n', end)) = run.split_last() else {
             self.keep(run);
             return None;
         };
-        if self.is_too_long || self.line.len() + content.len() > LINE_BYTES_MAX {
-            self.is_too_long = false;
-            self.line.clear();
-            return self.damaged();
-        }
-        if self.line.is_empty() {
-            return self.read(content);
-        }
         let mut line = std::mem::take(&mut self.line);
-        line.extend_from_slice(content);
-        let read = self.read(&line);
+        let is_too_long =
+            std::mem::take(&mut self.is_too_long) || line.len() + end.len() > LINE_BYTES_MAX;
+        line.extend_from_slice(&end[..end.len().min(LINE_BYTES_MAX)]);
+        let bytes = line.trim_ascii_end();
+        let content = match bytes {
+            _ if std::mem::take(&mut self.is_skipping) => None,
+            _ if is_too_long => self.damaged(),
+            [] => None,
+            bytes => self.read(bytes),
+        };
+        self.is_first = false;
+        let own = content.map(|content| OwnLine {
+            text: cut(&String::from_utf8_lossy(bytes)).to_owned(),
+            content,
+        });
         line.clear();
         self.line = line;
-        read
+        own
     }
 
     fn keep(&mut self, run: &[u8]) {
-        if self.line.len() + run.len() > LINE_BYTES_MAX {
-            self.is_too_long = true;
-            self.line.clear();
-        }
+        self.is_too_long |= self.line.len() + run.len() > LINE_BYTES_MAX;
         if !self.is_too_long {
             self.line.extend_from_slice(run);
         }
     }
 
     /// A line that cannot be read; noise before the robot's first line is none.
-    fn damaged(&self) -> Option<OwnLine> {
+    fn damaged(&self) -> Option<Content> {
         let is_known = matches!(self.standing, Standing::Own | Standing::Configured);
-        is_known.then_some(OwnLine::Damaged)
+        is_known.then_some(Content::Damaged)
     }
 
-    fn read(&mut self, line: &[u8]) -> Option<OwnLine> {
-        let line = line.trim_ascii_end();
-        if line.is_empty() {
-            return None;
-        }
+    fn read(&mut self, line: &[u8]) -> Option<Content> {
         let is_control = |c: char| c.is_control() && c != '\t';
         let Some(text) = str::from_utf8(line)
             .ok()
             .filter(|text| !text.contains(is_control))
         else {
-            if self.standing != Standing::Configured {
-                self.columns.interrupt();
-            }
+            self.columns.interrupt();
             return self.damaged();
         };
         let Some(content) = self.checksum.strip(text) else {
@@ -212,10 +234,16 @@ impl Recognizer {
         let Found::Cells(cells) = found else {
             return None;
         };
+        // The first line may have lost its start, and names with it.
+        let is_known = |cell: &Cell<'_>| self.fields.contains_key(cell.name.as_ref());
+        let is_named = !content.starts_with(['{', '$', '>']);
+        if self.is_first && is_named && !cells.iter().all(is_known) {
+            return None;
+        }
         if self.standing != Standing::Configured {
             self.standing = Standing::Own;
         }
-        Some(OwnLine::Values(self.samples(cells)))
+        Some(Content::Values(self.samples(cells)))
     }
 
     fn cells<'a>(&mut self, line: &'a str) -> Option<Found<'a>> {
@@ -265,7 +293,7 @@ impl Recognizer {
         Some(cells.collect())
     }
 
-    fn take_text(&mut self, text: &str) -> Option<OwnLine> {
+    fn take_text(&mut self, text: &str) -> Option<Content> {
         if let Standing::Unknown(lines) = &mut self.standing {
             if WIRE_LENGTHS.contains(&text.len()) || text.chars().count() < 2 {
                 *lines = 0;
@@ -277,7 +305,7 @@ impl Recognizer {
             }
             self.standing = Standing::Own;
         }
-        Some(OwnLine::Text(cut(text).to_owned()))
+        Some(Content::Text)
     }
 
     fn samples(&mut self, cells: Vec<Cell<'_>>) -> Vec<Sample> {

@@ -1,6 +1,6 @@
 //! Lines of real programs, and any bytes at all.
 
-use groundwave_lines::{FIELDS_MAX, OwnLine, Profile, Recognizer, Role, Value};
+use groundwave_lines::{Content, FIELDS_MAX, OwnLine, Profile, Recognizer, Role, Value};
 use proptest::prelude::*;
 
 /// The lines of a text as words: `name=value unit`, `"text"` or `damaged`.
@@ -13,8 +13,8 @@ fn read(recognizer: &mut Recognizer, bytes: &[u8]) -> Vec<String> {
 }
 
 fn words(line: &OwnLine) -> String {
-    match line {
-        OwnLine::Values(samples) => samples
+    match &line.content {
+        Content::Values(samples) => samples
             .iter()
             .map(|sample| {
                 let unit = sample.field.unit.as_deref().unwrap_or_default();
@@ -25,18 +25,27 @@ fn words(line: &OwnLine) -> String {
             })
             .collect::<Vec<_>>()
             .join(" "),
-        OwnLine::Text(text) => format!("{text:?}"),
-        OwnLine::Damaged => "damaged".to_owned(),
+        Content::Text => format!("{:?}", line.text),
+        Content::Damaged => "damaged".to_owned(),
     }
 }
 
 fn guessed(text: &str) -> Vec<String> {
-    read(&mut Recognizer::default(), text.as_bytes())
+    read(&mut begun(), text.as_bytes())
+}
+
+/// A recognizer that has seen the start of a line.
+fn begun() -> Recognizer {
+    let mut recognizer = Recognizer::default();
+    recognizer.take(b"\n", false);
+    recognizer
 }
 
 fn profile(text: &str) -> Recognizer {
     let profile: Profile = toml::from_str(text).expect("it is TOML");
-    Recognizer::new(&profile).expect("it is right")
+    let mut recognizer = Recognizer::new(&profile).expect("it is right");
+    recognizer.take(b"\n", false);
+    recognizer
 }
 
 #[test]
@@ -280,8 +289,24 @@ fn text_is_shown_once_it_is_clear_that_it_is_the_robots() {
 }
 
 #[test]
-fn memory_is_bounded() {
+fn a_line_without_its_start_names_no_field() {
     let mut recognizer = Recognizer::default();
+    assert_eq!(read(&mut recognizer, b"mp:20\ntemp:21\n"), ["temp=21"]);
+    recognizer.reopen();
+    assert_eq!(
+        read(&mut recognizer, b"temp:22\n"),
+        ["temp=22"],
+        "it is known"
+    );
+    recognizer.interrupt();
+    assert_eq!(read(&mut recognizer, b"temp:2\ntemp:23\n"), ["temp=23"]);
+    recognizer.reopen();
+    assert_eq!(read(&mut recognizer, b"p:22\n{\"a\":1}\n"), ["a=1"]);
+}
+
+#[test]
+fn memory_is_bounded() {
+    let mut recognizer = begun();
     for n in 0..1000 {
         read(&mut recognizer, format!("n{n}:1\n").as_bytes());
     }

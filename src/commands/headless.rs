@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use groundwave_lines::{Content, OwnLine, Value as OwnValue};
 use groundwave_protocol::decoder::Received;
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, oneshot};
@@ -244,6 +245,7 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
             "code": reception.code(),
             "since_s": since.as_secs_f64(),
         }),
+        Event::Own(line) => own_json(line),
         Event::Outage(outage) => {
             let mut value = json!(outage);
             value["event"] = json!("outage");
@@ -273,6 +275,24 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
     };
     value["at_s"] = seconds(at);
     Some(value)
+}
+
+/// A line of the robot's own with its values by name.
+fn own_json(line: &OwnLine) -> Value {
+    let (status, samples) = match &line.content {
+        Content::Values(samples) => ("values", &samples[..]),
+        Content::Text => ("text", &[][..]),
+        Content::Damaged => ("damaged", &[][..]),
+    };
+    let values = samples.iter().map(|sample| {
+        let value = match &sample.value {
+            OwnValue::Number(number) => json!(number),
+            OwnValue::Text(text) => json!(text),
+        };
+        (sample.field.name.clone(), value)
+    });
+    let values: serde_json::Map<_, _> = values.collect();
+    json!({ "event": "own", "status": status, "text": line.text, "values": values })
 }
 
 fn command_json(id: CommandId, status: &CommandStatus) -> Value {

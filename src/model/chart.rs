@@ -85,6 +85,28 @@ impl Chart {
             self.start_afresh();
         }
         let pose = Pose::of(state);
+        self.take_pose(now, pose);
+        if detects(state.infrared) {
+            for right_deg in infrared_directions(state.infrared) {
+                let (x_in, y_in) = pose.ahead(*right_deg, 2.0 * ROBOT_RADIUS_IN);
+                add_mark(&mut self.infrareds, x_in, y_in);
+            }
+        }
+        let touching = touches(state.bump);
+        let began = touching && !self.was_touching;
+        self.was_touching = touching;
+        began.then(|| self.take_bump(pose, bump_direction(state.bump)))
+    }
+
+    /// Takes a contact, in degrees to the right of straight ahead; returns its place.
+    pub(super) fn take_bump(&mut self, pose: Pose, right_deg: f64) -> (f64, f64) {
+        let (x_in, y_in) = pose.ahead(right_deg, ROBOT_RADIUS_IN);
+        add_mark(&mut self.bumps, x_in, y_in);
+        (x_in, y_in)
+    }
+
+    /// Takes a pose.
+    pub(super) fn take_pose(&mut self, now: Moment, pose: Pose) {
         let joined = self.pose.is_some_and(|last| {
             let moved_in = (pose.x_in - last.value.x_in).hypot(pose.y_in - last.value.y_in);
             last.age(now) < GAP_AFTER && moved_in < JUMP_IN
@@ -96,20 +118,6 @@ impl Chart {
             at: now,
         });
         self.stay_near(pose);
-        if detects(state.infrared) {
-            for right_deg in infrared_directions(state.infrared) {
-                let (x_in, y_in) = pose.ahead(*right_deg, 2.0 * ROBOT_RADIUS_IN);
-                add_mark(&mut self.infrareds, x_in, y_in);
-            }
-        }
-        let touching = touches(state.bump);
-        let began = touching && !self.was_touching;
-        self.was_touching = touching;
-        began.then(|| {
-            let (x_in, y_in) = pose.ahead(bump_direction(state.bump), ROBOT_RADIUS_IN);
-            add_mark(&mut self.bumps, x_in, y_in);
-            (x_in, y_in)
-        })
     }
 
     /// Clears trail and marks: the robot's frame has a new origin.
@@ -158,6 +166,11 @@ impl Chart {
     /// The rectangle around the simulator's walls, the robot's positions and its routes; `None` without walls.
     pub(crate) fn plan(&self) -> Option<Bounds> {
         (!self.truth.walls.is_empty()).then_some(self.bounds)
+    }
+
+    /// The latest reported pose and its moment.
+    pub(crate) const fn reported(&self) -> Option<Reading<Pose>> {
+        self.pose
     }
 
     /// The latest reported pose.

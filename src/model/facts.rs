@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use groundwave_lines::{Content, OwnLine};
 use groundwave_protocol::life::Life;
 use groundwave_protocol::status_codes::{Link as Letter, Mode};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
@@ -9,10 +10,12 @@ use groundwave_protocol::telemetry::{Body, Line, StateLine};
 use super::alarms::{Alarms, Inputs};
 use super::chart::Chart;
 use super::config::Config;
+use super::fields::Fields;
 use super::ledger::Ledger;
 use super::link::{Connection, Link};
 use super::log::{Log, Subject};
 use super::motors::Motors;
+use super::panels::Panel;
 use super::plots::Plots;
 use super::robot::{Robot, STATE_STALE};
 use super::tally::Counted;
@@ -34,6 +37,8 @@ pub struct Facts {
     pub(crate) log: Log,
     pub(crate) alarms: Alarms,
     pub(crate) plots: Plots,
+    /// Values of the robot's own lines.
+    pub(crate) fields: Fields,
     pub(crate) recording: Recording,
     life: Life,
     counted: Counted,
@@ -64,6 +69,7 @@ impl Facts {
             log: Log::default(),
             alarms: Alarms::default(),
             plots: Plots::default(),
+            fields: Fields::default(),
             recording: Recording::default(),
             life: Life::default(),
             counted: Counted::default(),
@@ -97,6 +103,7 @@ impl Facts {
                 self.link.take_line(now, raw);
                 self.take_line(now, line);
             }
+            Event::Own(line) => self.take_own_line(now, line),
             Event::Ack(line) => {
                 self.counted.take_ack(line.ack);
                 is_shown = self.life.take_boot(line.ack.boot);
@@ -248,6 +255,53 @@ impl Facts {
                 self.log
                     .add(now, Level::Info, Subject::Robot, words::song(song));
             }
+        }
+    }
+
+    fn take_own_line(&mut self, now: Moment, line: &OwnLine) {
+        let told = self.fields.take(now, line);
+        match line.content {
+            Content::Damaged => return,
+            Content::Text => {
+                self.log
+                    .add(now, Level::Info, Subject::Robot, line.text.as_str());
+            }
+            Content::Values(_) => self.plots.begin(now),
+        }
+        self.link.take_own_line(now);
+        self.counted.tally.lines += 1;
+        if let Some(pose) = told.pose {
+            self.chart.take_pose(now, pose);
+            self.follow();
+        }
+        if told.is_bumped {
+            let place = self
+                .chart
+                .pose()
+                .map(|pose| self.chart.take_bump(pose, 0.0));
+            let text = match place {
+                Some((x_in, y_in)) => format!("bumper hit at ({x_in:.0}, {y_in:.0})"),
+                None => "bumper hit".to_owned(),
+            };
+            self.log.add(now, Level::Warning, Subject::Bump, text);
+            self.counted.tally.bumps += 1;
+        }
+        if let Some(mode) = told.mode {
+            let text = format!("the robot reports mode {mode}");
+            self.log.add(now, Level::Info, Subject::Behaviour, text);
+            self.counted.tally.behaviours += 1;
+        }
+        if let Some(text) = told.text {
+            self.log.add(now, Level::Info, Subject::Robot, text);
+        }
+    }
+
+    /// Whether a panel has something to show, or may have.
+    pub(crate) fn offers(&self, panel: Panel) -> bool {
+        match panel {
+            Panel::Sensors | Panel::Above | Panel::Plots => !self.link.has_only_own_lines(),
+            Panel::Fields => self.fields.are_known(),
+            Panel::Commands | Panel::Log | Panel::Link | Panel::Alarms => true,
         }
     }
 

@@ -171,13 +171,10 @@ impl Ui {
             Action::Why => self.overlay = Overlay::Why,
             Action::EnterDrive => self.ask_to_drive(facts),
             Action::NextPanel => {
-                self.next_panel();
+                self.next_panel(facts);
                 self.pass_on(now, Passing::Panels);
             }
-            Action::Show(panel) => {
-                self.show(panel);
-                self.pass_on(now, Passing::Panels);
-            }
+            Action::Show(panel) => self.show_offered(facts, now, panel),
             Action::Enlarge => self.enlarge_next(),
             Action::TurnPage(pages) => self.turn_page(pages),
             Action::NextPlotWindow => self.next_plot_window(),
@@ -246,6 +243,9 @@ impl Ui {
     }
 
     fn act_on_map(&mut self, facts: &Facts, action: Action) {
+        if self.chooses_fields() && self.act_on_fields(facts, action) {
+            return;
+        }
         let robot = facts.chart.pose();
         let map = &mut self.map;
         match action {

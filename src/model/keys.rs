@@ -180,6 +180,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "F6", &[bare(KeyCode::F(6))], Action::Show(Panel::Log), "panel: log", ""),
     row(Dashboard, "F7", &[bare(KeyCode::F(7))], Action::Show(Panel::Link), "panel: link", ""),
     row(Dashboard, "F8", &[bare(KeyCode::F(8))], Action::Show(Panel::Alarms), "panel: alarms", ""),
+    row(Dashboard, "F9", &[bare(KeyCode::F(9))], Action::Show(Panel::Fields), "panel: fields of own lines", ""),
     row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge panel, map, ladder", "enlarge"),
     row(Dashboard, "PgUp", &[bare(KeyCode::PageUp), plain('[')], Action::TurnPage(-1), "PgDn, or [ ]: turn the pages", "pages"),
     row(Dashboard, "", &[bare(KeyCode::PageDown), plain(']')], Action::TurnPage(1), "", ""),

@@ -92,6 +92,8 @@ pub(crate) struct Link {
     reception: Option<(Reception, Moment)>,
     counters: Counters,
     statistics: Option<Statistics>,
+    /// Lines of the robot's own in each second of the window, newest last.
+    own: VecDeque<(Moment, u32)>,
     /// The decoder's totals at most once a second, for as long as the window.
     totals: VecDeque<(Moment, Counters)>,
 }
@@ -143,6 +145,46 @@ impl Link {
                 at: now,
             });
         }
+    }
+
+    /// Takes a line of the robot's own.
+    pub(super) fn take_own_line(&mut self, now: Moment) {
+        self.newest_line_at = Some(now);
+        match self.own.back_mut() {
+            Some((at, lines)) if now.saturating_sub(*at) < Moment::from_secs(1) => *lines += 1,
+            _ => self.own.push_back((now, 1)),
+        }
+        while self
+            .own
+            .front()
+            .is_some_and(|(at, _)| now.saturating_sub(*at) > WINDOW)
+        {
+            self.own.pop_front();
+        }
+    }
+
+    /// Whether the robot speaks, and not one line of Groundwave's came.
+    pub(crate) fn has_only_own_lines(&self) -> bool {
+        self.newest_raw.is_none() && self.newest_line_at.is_some()
+    }
+
+    /// Lines of the robot's own a second over the window.
+    fn own_per_s(&self, now: Moment) -> f64 {
+        let now = self.clock(now);
+        let window = || {
+            let is_in = |(at, _): &&(Moment, u32)| now.saturating_sub(*at) <= WINDOW;
+            self.own.iter().filter(is_in)
+        };
+        let Some((since, _)) = window().next() else {
+            return 0.0;
+        };
+        let until = match self.newest_age(now) {
+            Some(age) if age < SILENT_AFTER => self.newest_line_at.unwrap_or(now),
+            _ => now,
+        };
+        // The first line begins the time in which the others came.
+        let lines: u32 = window().map(|(_, lines)| lines).sum();
+        f64::from(lines - 1) / until.saturating_sub(*since).as_secs_f64().max(1.0)
     }
 
     /// Whether the link is receive-only; `false` before it is open.
@@ -221,9 +263,10 @@ impl Link {
         Some(self.clock(now).saturating_sub(at))
     }
 
-    /// 80-byte lines a second over the window.
+    /// 80-byte lines and lines of the robot's own a second over the window.
     pub(crate) fn lines_per_s(&self, now: Moment) -> f64 {
-        self.rate(now, |counters| counters.lines - counters.other_lines)
+        let wire = self.rate(now, |counters| counters.lines - counters.other_lines);
+        wire + self.own_per_s(now)
     }
 
     /// Acknowledgement lines a second over the window.
@@ -250,6 +293,10 @@ impl Link {
     /// Shares of lines lost and damaged over the window, 0 to 1; `None` without lines. Where the number of lost lines is an
     /// interval, its upper end counts.
     pub(crate) fn shares(&self, now: Moment) -> Option<Shares> {
+        // Lines of the robot's own are no damaged ones of Groundwave's.
+        if self.has_only_own_lines() {
+            return None;
+        }
         let (_, then) = self.window_start(self.clock(now))?;
         let since =
             |count: fn(&Counters) -> u64| count(&self.counters).saturating_sub(count(then)) as f64;

@@ -13,6 +13,7 @@ pub(crate) mod drive;
 pub(crate) mod editor;
 mod facts;
 pub(crate) mod failsafe;
+pub(crate) mod fields;
 pub(crate) mod ghost;
 mod history;
 mod input;

@@ -159,6 +159,7 @@ const fn search_words(action: Action) -> &'static str {
     match action {
         Action::Show(Panel::Alarms) => "limits battery silence loss",
         Action::Show(Panel::Plots) => "battery voltage signal",
+        Action::Show(Panel::Fields) => "values numbers csv json arduino",
         Action::Show(Panel::Link) => "loss statistics",
         _ => "",
     }

@@ -1,6 +1,9 @@
 //! The chosen panel, its page, and the enlarged part of the screen.
 
-use super::{Overlay, Ui};
+use super::keys::Action;
+use super::news::Passing;
+use super::{Facts, Overlay, Ui};
+use crate::event::Moment;
 
 /// A panel; on a small screen one is shown at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,6 +17,8 @@ pub(crate) enum Panel {
     Log,
     Link,
     Alarms,
+    /// Values of the robot's own lines.
+    Fields,
 }
 
 impl Panel {
@@ -27,11 +32,12 @@ impl Panel {
             Self::Log => "log",
             Self::Link => "link",
             Self::Alarms => "alarms",
+            Self::Fields => "fields",
         }
     }
 
     /// Every panel, in the order of the Tab key.
-    pub(crate) const ALL: [Self; 7] = [
+    pub(crate) const ALL: [Self; 8] = [
         Self::Sensors,
         Self::Above,
         Self::Plots,
@@ -39,6 +45,7 @@ impl Panel {
         Self::Log,
         Self::Link,
         Self::Alarms,
+        Self::Fields,
     ];
 }
 
@@ -62,13 +69,56 @@ impl Ui {
         }
     }
 
-    pub(super) fn next_panel(&mut self) {
-        let at = Panel::ALL
-            .iter()
-            .position(|panel| *panel == self.panel)
-            .unwrap_or(0);
-        self.panel = Panel::ALL[(at + 1) % Panel::ALL.len()];
+    pub(super) fn next_panel(&mut self, facts: &Facts) {
+        let at = Panel::ALL.iter().position(|panel| *panel == self.panel);
+        let others = Panel::ALL.iter().cycle().skip(at.unwrap_or(0) + 1);
+        let mut offered = others.filter(|panel| facts.offers(**panel));
+        self.panel = offered.next().copied().unwrap_or_default();
         self.page = 0;
+    }
+
+    /// Chooses another panel if the chosen one has nothing to show for this robot.
+    pub(super) fn leave_empty_panel(&mut self, facts: &Facts) {
+        if !facts.offers(self.panel) {
+            self.panel = if facts.link.has_only_own_lines() {
+                Panel::Fields
+            } else {
+                Panel::default()
+            };
+            self.page = 0;
+        }
+    }
+
+    /// Whether the arrows choose a field.
+    pub(super) fn chooses_fields(&self) -> bool {
+        self.panel == Panel::Fields && self.map.cursor.is_none()
+    }
+
+    /// Acts on the panel of fields, which has the arrows and Enter as long as the map has no cursor; returns whether it did.
+    pub(super) fn act_on_fields(&mut self, facts: &Facts, action: Action) -> bool {
+        match action {
+            Action::MoveCursor { north, .. } => {
+                let last = facts.fields.all().len().saturating_sub(1);
+                let chosen = self.field.min(last);
+                self.field = chosen.saturating_add_signed((-north).into()).min(last);
+            }
+            Action::AddWaypoint => self.show(Panel::Fields),
+            _ => return false,
+        }
+        true
+    }
+
+    /// Chooses a panel that has something to show for this robot.
+    pub(super) fn show_offered(&mut self, facts: &Facts, now: Moment, panel: Panel) {
+        if facts.offers(panel) {
+            self.show(panel);
+            self.pass_on(now, Passing::Panels);
+        } else {
+            self.warn(&format!(
+                "nothing from this robot for panel {}",
+                panel.name()
+            ));
+        }
     }
 
     /// Chooses a panel; toggles its enlargement if it is chosen already.

@@ -63,40 +63,69 @@ const TRACES: usize = Trace::AirUp as usize + 1;
 /// Most halvings of the shortest window while the session is shorter.
 const HALVINGS: u32 = 2;
 
-/// Least and greatest figure of a stretch; empty when the least is greater.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Stretch {
-    least: i16,
-    greatest: i16,
+/// A figure that can be kept over time.
+pub(crate) trait Figure: Copy + PartialOrd {
+    /// Not less than any figure.
+    const GREATEST: Self;
+    /// Not greater than any figure.
+    const LEAST: Self;
 }
 
-const NOTHING: Stretch = Stretch {
-    least: i16::MAX,
-    greatest: i16::MIN,
-};
+impl Figure for i16 {
+    const GREATEST: Self = Self::MAX;
+    const LEAST: Self = Self::MIN;
+}
 
-impl Stretch {
-    fn include(&mut self, other: Self) {
-        self.least = self.least.min(other.least);
-        self.greatest = self.greatest.max(other.greatest);
+impl Figure for f32 {
+    const GREATEST: Self = Self::INFINITY;
+    const LEAST: Self = Self::NEG_INFINITY;
+}
+
+/// Least and greatest figure of a stretch; empty when the least is greater.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Stretch<V> {
+    least: V,
+    greatest: V,
+}
+
+impl<V: Figure> Stretch<V> {
+    const NOTHING: Self = Self {
+        least: V::GREATEST,
+        greatest: V::LEAST,
+    };
+
+    const fn of(value: V) -> Self {
+        Self {
+            least: value,
+            greatest: value,
+        }
     }
 
-    const fn is_nothing(self) -> bool {
+    fn include(&mut self, other: Self) {
+        if other.least < self.least {
+            self.least = other.least;
+        }
+        if other.greatest > self.greatest {
+            self.greatest = other.greatest;
+        }
+    }
+
+    fn is_nothing(self) -> bool {
         self.least > self.greatest
     }
 }
 
 /// One figure over one window: a ring of stretches.
 #[derive(Clone, Debug)]
-struct Ring {
+struct Ring<V> {
     /// Length of one stretch.
     length: Moment,
-    stretches: Vec<Stretch>,
+    stretches: Vec<Stretch<V>>,
     /// Number of the newest stretch since moment zero.
     newest: u64,
 }
 
-impl Ring {
+impl<V: Figure> Ring<V> {
     const fn new(window: Moment) -> Self {
         Self {
             length: Moment::from_millis(window.as_millis() as u64 / STRETCHES as u64),
@@ -110,50 +139,44 @@ impl Ring {
     }
 
     /// Adds a figure; `held` fills the stretches since the previous one, `None` leaves a gap.
-    fn push(&mut self, now: Moment, value: i16, held: Option<i16>) {
+    fn push(&mut self, now: Moment, value: V, held: Option<V>) {
         if self.stretches.is_empty() {
-            self.stretches = vec![NOTHING; STRETCHES];
+            self.stretches = vec![Stretch::NOTHING; STRETCHES];
             self.newest = self.number(now);
         }
         let number = self.number(now).max(self.newest);
         let skipped = (number - self.newest).min(STRETCHES as u64);
-        let between = held.map_or(NOTHING, |held| Stretch {
-            least: held,
-            greatest: held,
-        });
+        let between = held.map_or(Stretch::NOTHING, Stretch::of);
         for back in (0..skipped).rev() {
             let at = ((number - back) % STRETCHES as u64) as usize;
-            self.stretches[at] = if back == 0 { NOTHING } else { between };
+            self.stretches[at] = if back == 0 { Stretch::NOTHING } else { between };
         }
         self.newest = number;
         let at = (number % STRETCHES as u64) as usize;
-        self.stretches[at].include(Stretch {
-            least: value,
-            greatest: value,
-        });
+        self.stretches[at].include(Stretch::of(value));
     }
 
     /// The stretch `back` stretches before the one of `now`.
-    fn before(&self, now: Moment, back: u64) -> Stretch {
+    fn before(&self, now: Moment, back: u64) -> Stretch<V> {
         let Some(number) = self.number(now).max(self.newest).checked_sub(back) else {
-            return NOTHING;
+            return Stretch::NOTHING;
         };
         if number > self.newest || self.newest - number >= STRETCHES as u64 {
-            return NOTHING;
+            return Stretch::NOTHING;
         }
         let at = (number % STRETCHES as u64) as usize;
-        self.stretches.get(at).copied().unwrap_or(NOTHING)
+        self.stretches.get(at).copied().unwrap_or(Stretch::NOTHING)
     }
 }
 
 /// One figure over all windows.
 #[derive(Clone, Debug)]
-struct Series {
-    rings: [Ring; WINDOWS.len()],
-    newest: Option<(Moment, i16)>,
+pub(crate) struct Series<V> {
+    rings: [Ring<V>; WINDOWS.len()],
+    newest: Option<(Moment, V)>,
 }
 
-impl Default for Series {
+impl<V: Figure> Default for Series<V> {
     fn default() -> Self {
         Self {
             rings: WINDOWS.map(|(_, window)| Ring::new(window)),
@@ -162,9 +185,9 @@ impl Default for Series {
     }
 }
 
-impl Series {
+impl<V: Figure> Series<V> {
     /// Adds a figure; the previous one holds until now if it is younger than `joined`.
-    fn push(&mut self, now: Moment, value: i16, joined: Moment) {
+    pub(super) fn push(&mut self, now: Moment, value: V, joined: Moment) {
         let held = self
             .newest
             .filter(|(at, _)| now.saturating_sub(*at) < joined)
@@ -174,12 +197,30 @@ impl Series {
         }
         self.newest = Some((now, value));
     }
+
+    /// The figure over a time span until `now`, in `columns` columns, oldest first: least and greatest value of each,
+    /// `None` without a value.
+    pub(crate) fn columns(&self, span: Span, now: Moment, columns: usize) -> Vec<Option<(V, V)>> {
+        let ring = &self.rings[span.window];
+        let stretches = STRETCHES >> span.halvings;
+        let back = |column: usize| (columns - column) * stretches / columns.max(1);
+        (0..columns)
+            .map(|column| {
+                let mut all = Stretch::NOTHING;
+                let (oldest, newest) = (back(column), back(column + 1));
+                for back in newest..oldest.max(newest + 1) {
+                    all.include(ring.before(now, back as u64));
+                }
+                (!all.is_nothing()).then_some((all.least, all.greatest))
+            })
+            .collect()
+    }
 }
 
 /// All figures over time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plots {
-    series: [Series; TRACES],
+    series: [Series<i16>; TRACES],
     /// The first figure of the session.
     since: Option<Moment>,
 }
@@ -227,8 +268,13 @@ impl Plots {
     }
 
     fn push(&mut self, trace: Trace, now: Moment, value: i16, joined: Moment) {
-        self.since.get_or_insert(now);
+        self.begin(now);
         self.series[trace as usize].push(now, value, joined);
+    }
+
+    /// Takes the moment of a figure; the first is the beginning of the session's plots.
+    pub(super) fn begin(&mut self, now: Moment) {
+        self.since.get_or_insert(now);
     }
 
     /// The time span to show of a window of [`WINDOWS`]: a half or a quarter of the shortest while the session is no longer.
@@ -248,8 +294,7 @@ impl Plots {
         self.series[Trace::AirDown as usize] = Series::default();
     }
 
-    /// A figure over a time span until `now`, in `columns` columns, oldest first: least and greatest value of each,
-    /// `None` without a value.
+    /// A figure over a time span until `now`, as [`Series::columns`] returns it.
     pub(crate) fn columns(
         &self,
         trace: Trace,
@@ -257,19 +302,7 @@ impl Plots {
         now: Moment,
         columns: usize,
     ) -> Vec<Option<(i16, i16)>> {
-        let ring = &self.series[trace as usize].rings[span.window];
-        let stretches = STRETCHES >> span.halvings;
-        let back = |column: usize| (columns - column) * stretches / columns.max(1);
-        (0..columns)
-            .map(|column| {
-                let mut all = NOTHING;
-                let (oldest, newest) = (back(column), back(column + 1));
-                for back in newest..oldest.max(newest + 1) {
-                    all.include(ring.before(now, back as u64));
-                }
-                (!all.is_nothing()).then_some((all.least, all.greatest))
-            })
-            .collect()
+        self.series[trace as usize].columns(span, now, columns)
     }
 
     /// The newest figure and its moment.

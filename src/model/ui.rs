@@ -71,6 +71,8 @@ pub struct Ui {
     /// Pages turned in the chosen panel; the view wraps around.
     pub(crate) page: i32,
     pub(crate) enlarged: Option<Large>,
+    /// The chosen field of the robot's own lines.
+    pub(crate) field: usize,
     /// Pages turned in the help.
     pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
@@ -106,6 +108,7 @@ impl Ui {
             panel: Panel::default(),
             page: 0,
             enlarged: None,
+            field: 0,
             help_page: 0,
             overlay: Overlay::default(),
             typed: Typed::default(),
@@ -156,6 +159,7 @@ impl Ui {
             _ => changed = change.is_shown,
         }
         changed |= self.advance_tour(&effects);
+        self.leave_empty_panel(facts);
         effects.append(&mut self.notices);
         if change.calls && self.bell {
             effects.push(Effect::Ring);

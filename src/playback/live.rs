@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use groundwave_lines::{Content, OwnLine};
 use groundwave_protocol::telemetry::Line;
 
 use super::control::{Control, Mark, Playback};
@@ -70,6 +71,7 @@ impl EventHistory {
 fn bytes(event: &Event) -> usize {
     let heap = match event {
         Event::Line { .. } => size_of::<Line>(),
+        Event::Own(line) => line.text.len() + samples(line),
         Event::Statistics(_) => size_of::<Statistics>(),
         Event::Notice(notice) => notice.text.len(),
         Event::Link(LinkEvent::Lost { reason }) => reason.len(),
@@ -80,6 +82,13 @@ fn bytes(event: &Event) -> usize {
         _ => 0,
     };
     size_of::<(Moment, Event)>() + heap
+}
+
+fn samples(line: &OwnLine) -> usize {
+    match &line.content {
+        Content::Values(samples) => size_of_val(&samples[..]),
+        Content::Text | Content::Damaged => 0,
+    }
 }
 
 /// The facts at a moment of a live session.
@@ -132,7 +141,10 @@ impl Cursor for LiveState {
             self.facts.update(*at, event);
             self.next += 1;
             let after = history.get(self.next).map(|(_, event)| event);
-            if matches!(after, Some(Event::Line { .. } | Event::Ack(_))) {
+            if matches!(
+                after,
+                Some(Event::Line { .. } | Event::Ack(_) | Event::Own(_))
+            ) {
                 break;
             }
         }

@@ -11,6 +11,7 @@ mod tuner;
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use groundwave_lines::{Content, Recognizer};
 use groundwave_protocol::arq::{Config, Duplex, Fop};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
@@ -43,6 +44,8 @@ struct Waiting {
 #[derive(Clone, Debug)]
 pub struct Station {
     decoder: Decoder,
+    /// Reads the lines that are not Groundwave's.
+    own: Recognizer,
     listener: Listener,
     fop: Fop,
     /// The way to another station that sends the commands; `None` on a radio.
@@ -73,6 +76,7 @@ impl Station {
     pub fn new(config: Config, can_send: bool) -> Self {
         Self {
             decoder: Decoder::default(),
+            own: Recognizer::default(),
             listener: Listener::default(),
             fop: Fop::new(config),
             shared: None,
@@ -97,6 +101,11 @@ impl Station {
         self.meter.set_baud(baud);
     }
 
+    /// Sets how lines that are not Groundwave's are read; until then their form is recognized.
+    pub fn set_own_lines(&mut self, own: Recognizer) {
+        self.own = own;
+    }
+
     /// Takes a change of the connection.
     pub fn handle_link(&mut self, now: Moment, event: LinkEvent) {
         if !matches!(event, LinkEvent::Opened { .. }) {
@@ -106,9 +115,13 @@ impl Station {
             .open(matches!(event, LinkEvent::Opened { .. }));
         self.meter.interrupt();
         match &event {
-            LinkEvent::Opened { can_send, .. } => self.can_send = *can_send,
+            LinkEvent::Opened { can_send, .. } => {
+                self.can_send = *can_send;
+                self.own.reopen();
+            }
             LinkEvent::Lost { .. } => {
                 self.decoder.interrupt();
+                self.own.interrupt();
                 self.outages.handle_unplugged(now);
             }
             LinkEvent::Ended => {
@@ -155,6 +168,10 @@ impl Station {
         }
         self.report_outages();
         self.report_other_robot();
+        if let Some(line) = self.own.take(run, has_line) {
+            has_line |= line.content != Content::Damaged;
+            self.events.push_back(Event::Own(line));
+        }
         let heard = self.listener.take(now, run, has_line);
         self.report_reception(heard);
         if run.last() != Some(&b'\n') {
@@ -184,6 +201,7 @@ impl Station {
     /// Takes a gap in the bytes; no line spans it.
     pub fn handle_interruption(&mut self) {
         self.decoder.skip();
+        self.own.interrupt();
         self.meter.interrupt();
         self.outages.handle_missing();
     }

@@ -166,12 +166,15 @@ impl Screen<'_> {
         rows.flat_map(|row| self.named(row)).collect()
     }
 
-    /// Whether an action is offered: commands only on a link that can send.
+    /// The rows of actions that this robot can be asked for: commands only on a link that can send.
     fn named_rows(&self, context: Context) -> impl Iterator<Item = &Row> {
         let deaf = self.facts.link.is_receive_only();
+        let own = self.facts.link.has_only_own_lines();
         self.ui.config.keys.rows().filter(move |row| {
             let is_named = !row.footer.is_empty() && !row.label.is_empty();
-            row.context == context && is_named && !(deaf && row.action.asks_the_robot())
+            let is_lacking =
+                deaf && row.action.asks_the_robot() || own && row.action.needs_protocol();
+            row.context == context && is_named && !is_lacking
         })
     }
 

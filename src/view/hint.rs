@@ -123,7 +123,9 @@ impl Screen<'_> {
     fn panel_keys(&self) -> Line<'_> {
         let theme = &self.theme;
         let chosen = self.ui.panel;
-        let panels = Panel::ALL.into_iter().flat_map(|panel| {
+        let offered = Panel::ALL.into_iter();
+        let offered = offered.filter(|panel| self.facts.offers(*panel));
+        let panels = offered.flat_map(|panel| {
             let style = if panel == chosen {
                 theme.lit
             } else {

@@ -33,6 +33,7 @@ impl Screen<'_> {
             Some(Large::Panel) => self.draw_panel(buffer, area, self.ui.panel),
             Some(Large::Map) => self.map(buffer, area),
             Some(Large::Ladder) => self.ladder(buffer, area),
+            None if self.facts.link.has_only_own_lines() => self.own_panels(buffer, area),
             None if is_full => self.all_panels(buffer, area),
             None => self.some_panels(buffer, area),
         }
@@ -68,6 +69,7 @@ impl Screen<'_> {
                 panel @ (Panel::Above | Panel::Plots | Panel::Alarms) if !is_wide => {
                     self.draw_panel(buffer, sensors, panel);
                 }
+                Panel::Fields => self.draw_panel(buffer, sensors, Panel::Fields),
                 _ => self.draw_panel(buffer, sensors, Panel::Sensors),
             }
         }
@@ -96,6 +98,44 @@ impl Screen<'_> {
         }
     }
 
+    /// The panels of a robot with lines of its own: without ladder and sensors, and without a map unless it tells its position.
+    fn own_panels(&self, buffer: &mut Buffer, area: Rect) {
+        let rest = if self.facts.chart.pose().is_some() {
+            let (map, rest) = split_right(area, (area.width / 2).clamp(40, 90));
+            self.map(buffer, map);
+            rest
+        } else {
+            area
+        };
+        let lower_rows = match rest.height {
+            ..20 => 0,
+            20..30 => 7,
+            _ => 11,
+        };
+        let (upper, lower) = split_bottom(rest, lower_rows);
+        let beside: &[Panel] = match rest.width {
+            ..100 => &[Panel::Log],
+            100..160 => &[Panel::Commands, Panel::Log],
+            _ => &[Panel::Commands, Panel::Log, Panel::Link, Panel::Alarms],
+        };
+        let is_below = lower_rows > 0 && beside.contains(&self.ui.panel);
+        let first = if is_below {
+            Panel::Fields
+        } else {
+            self.ui.panel
+        };
+        self.draw_panel(buffer, upper, first);
+        let mut right = lower;
+        for (n, panel) in beside.iter().enumerate() {
+            let here;
+            let others = (beside.len() - n - 1) as u16;
+            (here, right) = split_right(right, right.width / (others + 1) * others);
+            if lower_rows > 0 {
+                self.draw_panel(buffer, here, *panel);
+            }
+        }
+    }
+
     fn some_panels(&self, buffer: &mut Buffer, area: Rect) {
         let right_columns = (area.width * 2 / 5).clamp(40, 60);
         let (map, right) = split_right(area, right_columns);
@@ -111,18 +151,19 @@ impl Screen<'_> {
             .position(|panel| *panel == self.ui.panel)
             .unwrap_or(0);
         let order = Panel::ALL.iter().cycle().skip(first).take(Panel::ALL.len());
-        for (place, panel) in order.enumerate() {
+        let order: Vec<_> = order.filter(|panel| self.facts.offers(**panel)).collect();
+        for (place, panel) in order.iter().enumerate() {
             if place > 0 && rest.height < 5 {
                 break;
             }
-            let last = place + 1 == Panel::ALL.len();
+            let last = place + 1 == order.len();
             let rows = if last || rest.height < sensors::ROWS + 5 {
                 rest.height
             } else {
                 sensors::ROWS
             };
             let (here, below) = split_top(rest, rows);
-            self.draw_panel(buffer, here, *panel);
+            self.draw_panel(buffer, here, **panel);
             rest = below;
         }
     }
@@ -137,6 +178,7 @@ impl Screen<'_> {
             Panel::Above => self.above(buffer, area),
             Panel::Plots => self.plots(buffer, area),
             Panel::Alarms => self.alarms(buffer, area),
+            Panel::Fields => self.fields(buffer, area),
         }
     }
 }

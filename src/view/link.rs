@@ -41,7 +41,9 @@ impl Screen<'_> {
         let lines: Vec<_> = self.link_rows(area.width).into_iter().map(line).collect();
         let (rows, below) = split_top(area, 1 + lines.len() as u16);
         self.pages(buffer, rows, (Panel::Link, TITLE), note, &lines, First::Top);
-        self.plots_below(buffer, below, &OF_LINK);
+        if !self.facts.link.has_only_own_lines() {
+            self.plots_below(buffer, below, &OF_LINK);
+        }
     }
 
     /// Height that the panel would fill, with its title.
@@ -54,6 +56,16 @@ impl Screen<'_> {
         let link = &self.facts.link;
         let alone = failsafe::standing(&self.facts.robot, &self.facts.ledger)
             .map(|(letter, says)| ("alone", says, self.failsafe_style(letter)));
+        if link.has_only_own_lines() {
+            let fields = &self.facts.fields;
+            let down = format!(
+                "{:.1} lines a second, {} damaged, {} lost by sequence",
+                link.lines_per_s(self.now),
+                fields.damaged,
+                fields.lost
+            );
+            return vec![("down", down, theme.plain)];
+        }
         let Some(statistics) = link.statistics() else {
             let nothing = ("", "nothing measured yet".to_owned(), theme.dim);
             return [nothing].into_iter().chain(alone).collect();

@@ -73,10 +73,10 @@ impl Screen<'_> {
     }
 
     fn map_title(&self) -> String {
-        match self.facts.robot.state {
-            Some(state) => {
-                let pose = Pose::of(&state.value);
-                let old = self.old_mark(state.age(self.now), STATE_STALE);
+        match self.facts.chart.reported() {
+            Some(reported) => {
+                let pose = reported.value;
+                let old = self.old_mark(reported.age(self.now), STATE_STALE);
                 format!(
                     "map: {old}x {:+.0} y {:+.0} in, {:.0} deg",
                     pose.x_in, pose.y_in, pose.theta_deg
@@ -142,11 +142,10 @@ impl Screen<'_> {
     }
 
     fn robot_lines(&self, projection: &Projection, raster: &mut Raster) {
-        let Some(state) = self.facts.robot.state else {
-            return;
-        };
-        let pose = Pose::of(&state.value);
-        if state.age(self.now) < STATE_STALE {
+        if let Some(state) = self.facts.robot.state
+            && state.age(self.now) < STATE_STALE
+        {
+            let pose = Pose::of(&state.value);
             for (range_in, left_edge_deg) in [
                 (state.value.sonar_left_in, -BEAM_DEG),
                 (state.value.sonar_right_in, 0.0),
@@ -162,6 +161,9 @@ impl Screen<'_> {
                 }
             }
         }
+        let Some(pose) = self.facts.chart.pose() else {
+            return;
+        };
         if projection.scale_in() <= ROBOT_RADIUS_IN / 2.5 {
             let center = (pose.x_in, pose.y_in);
             circle(raster, projection, center, ROBOT_RADIUS_IN, Ink::Robot);
@@ -254,10 +256,10 @@ impl Screen<'_> {
             let point = (f64::from(x_in), f64::from(y_in));
             mark(point, glyphs.target, theme.strong);
         }
-        if let Some(state) = facts.robot.state {
-            let pose = Pose::of(&state.value);
+        if let Some(reported) = facts.chart.reported() {
+            let pose = reported.value;
             let eighth = ((pose.theta_deg + 22.5) / 45.0) as usize % 8;
-            let style = if state.age(self.now) < STATE_STALE {
+            let style = if reported.age(self.now) < STATE_STALE {
                 theme.robot
             } else {
                 theme.dim

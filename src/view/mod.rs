@@ -40,6 +40,7 @@
 mod above;
 mod alarms;
 mod commands;
+mod fields;
 mod footer;
 mod hint;
 mod ladder;

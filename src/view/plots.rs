@@ -10,7 +10,7 @@ use ratatui::text::{Line, Span};
 use super::raster::{Ink, Raster};
 use super::{Screen, put, put_right, split_right, split_top};
 use crate::event::Moment;
-use crate::model::plots::{self, Trace};
+use crate::model::plots::{self, Figure, Trace};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::{Limits, Panel};
 
@@ -156,8 +156,7 @@ impl Screen<'_> {
         } else {
             String::new()
         };
-        let window = length_words(self.plot_span().length());
-        let note = self.told(&format!("<next-plot-window>: {window}{turn}"));
+        let note = self.plot_window_words() + &self.told(&turn);
         let note = Span::styled(note, self.theme.dim);
         let title = self.titled(Panel::Plots, "plots");
         let below = self.panel(buffer, area, &title, Some(note));
@@ -189,8 +188,14 @@ impl Screen<'_> {
         self.time_labels(buffer, axis);
     }
 
+    /// The key that changes the time that the plots show, and that time.
+    pub(super) fn plot_window_words(&self) -> String {
+        let window = length_words(self.plot_span().length());
+        self.told(&format!("<next-plot-window>: {window}"))
+    }
+
     /// The time that the plots show.
-    fn plot_span(&self) -> plots::Span {
+    pub(super) fn plot_span(&self) -> plots::Span {
         self.facts.plots.span(self.ui.plot_window, self.now)
     }
 
@@ -297,7 +302,7 @@ impl Screen<'_> {
     }
 
     /// Draws the time axis.
-    fn time_labels(&self, buffer: &mut Buffer, area: Rect) {
+    pub(super) fn time_labels(&self, buffer: &mut Buffer, area: Rect) {
         let window = self.plot_span().length();
         let every = label_step(window, area.width >= CLOSE_LABELS_WIDTH);
         let mut ago = window;
@@ -318,18 +323,18 @@ impl Screen<'_> {
 }
 
 /// Splits an area into labels and picture, and leaves room for letters at the right.
-fn split_picture(area: Rect) -> (Rect, Rect) {
+pub(super) fn split_picture(area: Rect) -> (Rect, Rect) {
     let (label, picture) = split_right(area, area.width.saturating_sub(LABEL_COLUMNS));
     let width = picture.width.saturating_sub(LETTER_COLUMNS);
     (label, Rect { width, ..picture })
 }
 
 /// Draws a line through the known points. Level parts of a right trace are dotted.
-fn draw_trace(
+pub(super) fn draw_trace<V: Figure>(
     raster: &mut Raster,
-    columns: &[Option<(i16, i16)>],
+    columns: &[Option<(V, V)>],
     ink: Ink,
-    y: impl Fn(i16) -> f64,
+    y: impl Fn(V) -> f64,
 ) {
     let every = match ink {
         Ink::Right => 2,

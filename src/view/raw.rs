@@ -20,9 +20,18 @@ impl Screen<'_> {
         }
         let line = match self.facts.link.newest_raw() {
             Some(raw) => Line::styled(printable(raw), self.theme.plain),
-            None => self.no_line_yet(),
+            None => match &self.facts.fields.newest {
+                Some(text) => self.own_line(text, area),
+                None => self.no_line_yet(),
+            },
         };
         put(buffer, area, 0, &line);
+    }
+
+    /// A line of the robot's own.
+    fn own_line(&self, text: &str, area: Rect) -> Line<'static> {
+        let text = text.replace('\t', " ");
+        self.cut(Line::styled(text, self.theme.plain), area.width.into())
     }
 
     /// The traced value.
@@ -85,6 +94,13 @@ impl Screen<'_> {
 
     pub(super) fn raw_with_ruler(&self, buffer: &mut Buffer, area: Rect) {
         let below = self.panel(buffer, area, "raw: the newest line", None);
+        if self.facts.link.has_only_own_lines() {
+            self.raw(buffer, below);
+            let fields = &self.facts.fields;
+            let words = format!("{} lines, {} damaged", fields.lines, fields.damaged);
+            put(buffer, below, 1, &Line::styled(words, self.theme.dim));
+            return;
+        }
         put(buffer, below, 0, &Line::styled(RULER, self.theme.dim));
         let row = Rect {
             y: below.y + 1.min(below.height),

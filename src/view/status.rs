@@ -216,6 +216,9 @@ impl Screen<'_> {
                 style,
             ));
         }
+        if robot.state.is_none() {
+            spans.extend(self.roles_at_a_glance());
+        }
         spans
     }
 }

@@ -14,6 +14,7 @@ mod enlarged;
 mod every;
 mod link;
 mod narrow;
+mod own;
 mod palette;
 mod panels;
 mod pointer;

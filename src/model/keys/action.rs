@@ -156,7 +156,7 @@ impl Action {
             (panel, self),
             (Panel::Sensors, Self::Trace)
                 | (Panel::Above, Self::Why)
-                | (Panel::Plots, Self::NextPlotWindow)
+                | (Panel::Plots | Panel::Fields, Self::NextPlotWindow)
                 | (Panel::Commands, Self::CancelCommands | Self::AskCommand)
                 | (Panel::Log, Self::AskJump { .. })
                 | (Panel::Link, Self::ToggleRecording)
@@ -173,6 +173,25 @@ impl Action {
         Self::EnterDrive,
         Self::ToggleLayer(Layer::Bumpers),
     ];
+
+    /// Whether it needs a robot that speaks Groundwave's protocol.
+    pub(crate) const fn needs_protocol(self) -> bool {
+        self.drafts() && !matches!(self, Self::MoveCursor { .. })
+            || matches!(
+                self,
+                Self::AskMode
+                    | Self::ToggleLayer(_)
+                    | Self::Scan
+                    | Self::ResetPose
+                    | Self::ClearList
+                    | Self::AddWaypoint
+                    | Self::UndoDraft
+                    | Self::AskRouteFile
+                    | Self::EnterDrive
+                    | Self::Trace
+                    | Self::Why
+            )
+    }
 
     /// Whether it needs a link that can send.
     pub(crate) const fn asks_the_robot(self) -> bool {

@@ -1,6 +1,9 @@
 //! Strategies for any event, possible or not.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use std::sync::Arc;
+
+use groundwave_lines::{Content, Field, Limits, OwnLine, Role, Sample, Value};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::status_codes::{
@@ -243,6 +246,47 @@ pub(crate) fn any_happening() -> impl Strategy<Value = Happening> {
     ]
 }
 
+fn any_own_line() -> impl Strategy<Value = OwnLine> {
+    let roles = [
+        None,
+        Some(Role::X),
+        Some(Role::Y),
+        Some(Role::Heading),
+        Some(Role::Battery),
+        Some(Role::Mode),
+        Some(Role::Bump),
+        Some(Role::Text),
+        Some(Role::Sequence),
+    ];
+    let value = prop_oneof![
+        any::<f64>()
+            .prop_filter("finite", |number| number.is_finite())
+            .prop_map(Value::Number),
+        (-99.0..99.0).prop_map(Value::Number),
+        any::<String>().prop_map(|text| Value::Text(text.into())),
+    ];
+    let sample = (0_usize..80, value).prop_map(move |(n, value)| {
+        let profile = Field {
+            name: format!("field {n}"),
+            unit: Some("漢字".to_owned()).filter(|_| n % 3 == 0),
+            scale: 1.0,
+            offset: 0.0,
+            role: roles[n % roles.len()],
+            limits: Limits::default(),
+        };
+        Sample {
+            field: Arc::new(profile),
+            value,
+        }
+    });
+    let content = prop_oneof![
+        8 => prop::collection::vec(sample, 0..9).prop_map(Content::Values),
+        1 => Just(Content::Text),
+        1 => Just(Content::Damaged),
+    ];
+    (any::<String>(), content).prop_map(|(text, content)| OwnLine { text, content })
+}
+
 /// Any event, possible or not.
 pub(crate) fn any_event() -> impl Strategy<Value = Event> {
     prop_oneof![
@@ -251,6 +295,7 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
             let line = Line { sequence, body, ack };
             Event::Line { line: Box::new(line), raw: line.encode() }
         }),
+        3 => any_own_line().prop_map(Event::Own),
         1 => (0_u8..100, 0_u8..8).prop_map(|(sequence, boot)| {
             Event::Ack(AckLine { sequence, ack: Ack { boot, ..Ack::default() }, listens: false })
         }),
