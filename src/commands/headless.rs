@@ -287,7 +287,7 @@ fn own_json(line: &OwnLine) -> Value {
     let values = samples.iter().map(|sample| {
         let value = match &sample.value {
             OwnValue::Number(number) => json!(number),
-            OwnValue::Text(text) => json!(text),
+            OwnValue::Text(text) => json!(&**text),
         };
         (sample.field.name.clone(), value)
     });
