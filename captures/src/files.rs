@@ -19,6 +19,9 @@ pub(crate) const FINISHING: &str = "finishing";
 /// Extension of a damaged file that is kept beside its replacement.
 pub(crate) const DAMAGED: &str = "damaged";
 
+/// Extension of a recording for the moment in which Windows replaces it.
+pub(crate) const REPLACED: &str = "replaced";
+
 /// A file that this program has locked.
 pub(crate) struct Lock(#[expect(dead_code, reason = "held, not used")] File);
 
@@ -128,8 +131,11 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
 /// Whether the name is reserved for recovery.
 #[must_use]
 pub fn is_own_name(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension == FINISHING || extension == DAMAGED)
+    path.extension().is_some_and(|extension| {
+        [FINISHING, DAMAGED, REPLACED]
+            .iter()
+            .any(|own| extension == *own)
+    })
 }
 
 /// Refuses a name that is reserved for recovery.

@@ -80,7 +80,11 @@ fn rewrite(
     progress: &AtomicU64,
 ) -> Result<Recovery, CaptureError> {
     let step = || progress.fetch_add(1, Ordering::Relaxed);
-    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    // Renaming over a link would leave the file that it points to.
+    let path = &match path.is_symlink() {
+        true => fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()),
+        false => path.to_owned(),
+    };
     let temporary = Temporary::create(path)?;
     let failed = |error| temporary.failed(error);
     let bytes = fs::metadata(path).map_or(0, |about| about.len());

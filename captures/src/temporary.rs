@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::CaptureError;
-use super::files::{FINISHING, sync_folder, with_suffix};
+use super::files::{FINISHING, REPLACED, sync_folder, with_suffix};
 
 /// A file under a temporary name, removed unless it replaces its target.
 pub(super) struct Temporary {
@@ -40,7 +40,7 @@ impl Temporary {
     pub(super) fn put_in_place(self) -> Result<(), CaptureError> {
         self.file
             .sync_all()
-            .and_then(|()| fs::rename(&self.path, &self.target))
+            .and_then(|()| replace(&self.path, &self.target))
             .map_err(|error| self.failed(error))?;
         sync_folder(&self.target);
         Ok(())
@@ -52,6 +52,23 @@ impl Temporary {
             path: self.target.clone(),
             error,
         }
+    }
+}
+
+/// Renames a file over another one.
+fn replace(path: &Path, target: &Path) -> io::Result<()> {
+    match fs::rename(path, target) {
+        // Windows replaces an open file on NTFS only. Elsewhere it can still be renamed, and removed when it is closed.
+        Err(error) if cfg!(windows) && error.kind() == io::ErrorKind::PermissionDenied => {
+            let replaced = with_suffix(target, REPLACED);
+            fs::rename(target, &replaced)?;
+            fs::rename(path, target).inspect_err(|_| {
+                let _ = fs::rename(&replaced, target);
+            })?;
+            let _ = fs::remove_file(&replaced);
+            Ok(())
+        }
+        result => result,
     }
 }
 

@@ -68,6 +68,11 @@ fn refuse_to_overwrite(path: &Path, force: bool) -> Result<(), Fault> {
 
 pub(super) fn run(options: &Sim) -> Result<(), Fault> {
     check_outputs(options)?;
+    if cfg!(not(unix)) && options.pty.is_some() {
+        let message =
+            "this system has no pseudo-terminals; use --listen 127.0.0.1:4000 instead of --pty";
+        return Err(Fault::new(Exit::Usage, message));
+    }
     for path in [&options.trace, &options.wav].into_iter().flatten() {
         refuse_to_overwrite(path, options.force)?;
     }

@@ -1,43 +1,24 @@
 //! Mouse clicks and wheel without movements, which would wake the program all the time.
 
-use std::fmt;
-
-use crossterm::Command;
-
 /// Enables reports of clicks and the wheel.
-pub(super) struct EnableClicks;
+#[cfg(not(windows))]
+pub(super) const ENABLE: &[u8] = b"\x1b[?1000h\x1b[?1006h";
 
 /// Disables reports of clicks and the wheel.
-pub(super) struct DisableClicks;
+#[cfg(not(windows))]
+pub(super) const DISABLE: &[u8] = b"\x1b[?1006l\x1b[?1000l";
 
-impl Command for EnableClicks {
-    fn write_ansi(&self, f: &mut impl fmt::Write) -> fmt::Result {
-        f.write_str("\x1b[?1000h\x1b[?1006h")
-    }
-
-    #[cfg(windows)]
-    fn execute_winapi(&self) -> std::io::Result<()> {
-        crossterm::event::EnableMouseCapture.execute_winapi()
-    }
-
-    #[cfg(windows)]
-    fn is_ansi_code_supported(&self) -> bool {
-        false
-    }
-}
-
-impl Command for DisableClicks {
-    fn write_ansi(&self, f: &mut impl fmt::Write) -> fmt::Result {
-        f.write_str("\x1b[?1006l\x1b[?1000l")
-    }
-
-    #[cfg(windows)]
-    fn execute_winapi(&self) -> std::io::Result<()> {
-        crossterm::event::DisableMouseCapture.execute_winapi()
-    }
-
-    #[cfg(windows)]
-    fn is_ansi_code_supported(&self) -> bool {
-        false
+/// Enables or disables reports of the mouse: a call sets a console of Windows, not a sequence.
+///
+/// # Errors
+/// When the system refuses.
+#[cfg(windows)]
+pub(super) fn report(is_on: bool) -> std::io::Result<()> {
+    use crossterm::event::{DisableMouseCapture, EnableMouseCapture};
+    let mut output = std::io::stdout();
+    if is_on {
+        crossterm::execute!(output, EnableMouseCapture)
+    } else {
+        crossterm::execute!(output, DisableMouseCapture)
     }
 }

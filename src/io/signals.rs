@@ -16,6 +16,16 @@ pub enum Signal {
 pub struct Signals {
     #[cfg(unix)]
     streams: [tokio::signal::unix::Signal; 5],
+    #[cfg(windows)]
+    interrupt: tokio::signal::windows::CtrlC,
+    #[cfg(windows)]
+    break_key: tokio::signal::windows::CtrlBreak,
+    #[cfg(windows)]
+    close: tokio::signal::windows::CtrlClose,
+    #[cfg(windows)]
+    log_off: tokio::signal::windows::CtrlLogoff,
+    #[cfg(windows)]
+    shutdown: tokio::signal::windows::CtrlShutdown,
 }
 
 #[cfg(unix)]
@@ -51,23 +61,33 @@ impl Signals {
     }
 }
 
-#[cfg(not(unix))]
+#[cfg(windows)]
 impl Signals {
-    /// Begins to listen.
+    /// Begins to listen; must be called within the runtime. The system ends the process about 5 s after a closed window,
+    /// a log-off or a shutdown, even if the program has not finished.
     ///
     /// # Errors
-    /// Never on this system.
+    /// When the system refuses.
     pub fn listen() -> io::Result<Self> {
-        Ok(Self {})
+        use tokio::signal::windows;
+        Ok(Self {
+            interrupt: windows::ctrl_c()?,
+            break_key: windows::ctrl_break()?,
+            close: windows::ctrl_close()?,
+            log_off: windows::ctrl_logoff()?,
+            shutdown: windows::ctrl_shutdown()?,
+        })
     }
 
     /// The next signal.
     pub async fn next(&mut self) -> Signal {
-        // Without a handler no signal arrives.
-        if tokio::signal::ctrl_c().await.is_err() {
-            std::future::pending::<()>().await;
+        tokio::select! {
+            _ = self.interrupt.recv() => Signal::Leave,
+            _ = self.break_key.recv() => Signal::Leave,
+            _ = self.close.recv() => Signal::Leave,
+            _ = self.log_off.recv() => Signal::Leave,
+            _ = self.shutdown.recv() => Signal::Leave,
         }
-        Signal::Leave
     }
 }
 

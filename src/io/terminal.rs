@@ -10,9 +10,10 @@ use std::panic;
 use std::sync::{Mutex, Once, PoisonError};
 use std::time::Duration;
 
+use crossterm::event::{DisableBracketedPaste, EnableBracketedPaste};
+#[cfg(not(windows))]
 use crossterm::event::{
-    DisableBracketedPaste, EnableBracketedPaste, KeyboardEnhancementFlags,
-    PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
+    KeyboardEnhancementFlags, PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
 };
 use crossterm::style::ResetColor;
 use crossterm::{cursor, queue, terminal};
@@ -21,7 +22,7 @@ use ratatui::layout::Rect;
 
 use self::drawing::{Device, Drawing};
 pub use self::input::events;
-use super::mouse::{DisableClicks, EnableClicks};
+use super::mouse;
 
 /// The drawing thread of the terminal in use: a panic ends it.
 static CURRENT: Mutex<Option<Drawing>> = Mutex::new(None);
@@ -148,7 +149,21 @@ fn area(width: u16, height: u16) -> Rect {
 
 /// Starts a drawing thread that sets the terminal up.
 fn enter(size: Rect, has_mouse: bool) -> io::Result<Drawing> {
+    #[cfg(windows)]
+    if !crossterm::ansi_support::supports_ansi() {
+        return Err(io::Error::other(
+            "this console does not understand escape sequences; use Windows Terminal, or Windows 10 or newer",
+        ));
+    }
     terminal::enable_raw_mode()?;
+    let drawing = start(size, has_mouse).inspect_err(|_| {
+        let _ = terminal::disable_raw_mode();
+    })?;
+    *CURRENT.lock().unwrap_or_else(PoisonError::into_inner) = Some(drawing.clone());
+    Ok(drawing)
+}
+
+fn start(size: Rect, has_mouse: bool) -> io::Result<Drawing> {
     let mut enter = Vec::new();
     queue!(
         enter,
@@ -156,36 +171,45 @@ fn enter(size: Rect, has_mouse: bool) -> io::Result<Drawing> {
         // Characters that a terminal draws wider than we count end at its margin.
         terminal::DisableLineWrap,
         EnableBracketedPaste,
-        PushKeyboardEnhancementFlags(
-            KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
-                | KeyboardEnhancementFlags::REPORT_EVENT_TYPES
-        ),
         ResetColor,
         terminal::Clear(terminal::ClearType::All),
         cursor::Hide
     )?;
+    // A console of Windows reports releases of keys unasked, and refuses this command.
+    #[cfg(not(windows))]
+    queue!(
+        enter,
+        PushKeyboardEnhancementFlags(
+            KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
+                | KeyboardEnhancementFlags::REPORT_EVENT_TYPES
+        )
+    )?;
     if has_mouse {
-        queue!(enter, EnableClicks)?;
+        #[cfg(not(windows))]
+        enter.extend_from_slice(mouse::ENABLE);
+        #[cfg(windows)]
+        mouse::report(true)?;
     }
-    let drawing = Drawing::start(Device {
+    Drawing::start(Device {
         output: output(),
         byte_time: byte_time(),
         size,
         enter,
         leave: leaving()?,
-    })?;
-    *CURRENT.lock().unwrap_or_else(PoisonError::into_inner) = Some(drawing.clone());
-    Ok(drawing)
+    })
 }
 
 /// The sequences that restore the terminal.
 fn leaving() -> io::Result<Vec<u8>> {
     let mut leave = Vec::new();
+    #[cfg(not(windows))]
+    {
+        leave.extend_from_slice(mouse::DISABLE);
+        queue!(leave, PopKeyboardEnhancementFlags)?;
+    }
     queue!(
         leave,
         ResetColor,
-        DisableClicks,
-        PopKeyboardEnhancementFlags,
         DisableBracketedPaste,
         terminal::EnableLineWrap,
         terminal::LeaveAlternateScreen,
@@ -207,6 +231,8 @@ fn leave() {
     } else {
         drawing.end(PATIENCE);
     }
+    #[cfg(windows)]
+    let _ = mouse::report(false);
     let _ = terminal::disable_raw_mode();
 }
 

@@ -316,17 +316,64 @@ fn prepare_tcp(stream: &TcpStream) -> io::Result<()> {
 
 /// Opens a serial port and leaves DTR unchanged: toggling it resets an Arduino.
 fn open_serial(name: &str, baud: u32) -> Result<Connection, OpenError> {
-    let failed = |error| OpenError::serial(name, &error);
+    let (reading, writing) =
+        serial_halves(name, baud).map_err(|error| OpenError::serial(name, &error))?;
+    Ok(Connection {
+        writing: Some(writing),
+        ..Connection::receive_only(reading)
+    })
+}
+
+#[cfg(not(windows))]
+fn serial_halves(name: &str, baud: u32) -> serialport::Result<(Reading, Writing)> {
     let port = serialport::new(name, baud)
         .timeout(PATIENCE)
         .preserve_dtr_on_open()
-        .open()
-        .map_err(failed)?;
-    let writing = port.try_clone().map_err(failed)?;
-    Ok(Connection {
-        writing: Some(Box::new(writing)),
-        ..Connection::receive_only(Box::new(port))
+        .open()?;
+    let writing = port.try_clone()?;
+    Ok((Box::new(port), Box::new(writing)))
+}
+
+/// On Windows `serialport` lets a write wait for the read under way, so STOP would wait for a silent robot; and it clears DTR.
+#[cfg(windows)]
+fn serial_halves(name: &str, baud: u32) -> serialport::Result<(Reading, Writing)> {
+    use serial2::{CharSize, Parity, SerialPort, Settings, StopBits};
+    let open = || {
+        let mut port = SerialPort::open(name, |mut settings: Settings| {
+            // The flow control of the library would set DTR too.
+            settings.set_char_size(CharSize::Bits8);
+            settings.set_stop_bits(StopBits::One);
+            settings.set_parity(Parity::None);
+            settings.set_baud_rate(baud)?;
+            Ok(settings)
+        })?;
+        port.set_read_timeout(PATIENCE)?;
+        port.set_write_timeout(PATIENCE)?;
+        let writing = port.try_clone()?;
+        Ok((
+            Box::new(ShortReads(port)) as Reading,
+            Box::new(writing) as Writing,
+        ))
+    };
+    open().map_err(|error: io::Error| match error.kind() {
+        // The system denies access to a port that another program holds.
+        io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied => {
+            serialport::Error::new(serialport::ErrorKind::NoDevice, error.to_string())
+        }
+        _ => error.into(),
     })
+}
+
+/// Reads a few bytes at a time: Wine ends a read when its buffer is full, not when bytes have arrived.
+#[cfg(windows)]
+struct ShortReads(serial2::SerialPort);
+
+#[cfg(windows)]
+impl Read for ShortReads {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = buffer.len().min(16);
+        self.0.read(&mut buffer[..count])
+    }
 }
 
 /// Standard input without the standard library's buffer: its bytes would miss the recording if the program is killed.

@@ -1,0 +1,32 @@
+//! Debian's compiler, which brings the sources of the standard library: it builds for machines that have no finished one.
+
+use std::env;
+use std::process::Command;
+
+/// The user's choice in the environment, or the default.
+pub(crate) fn variable(name: &str, default: &str) -> String {
+    env::var(name).unwrap_or_else(|_| default.to_owned())
+}
+
+/// Debian's cargo with Debian's rustc; `CARGO_DEBIAN` and `RUSTC` name others with their sources for `-Zbuild-std`.
+pub(crate) fn cargo() -> Command {
+    let mut cargo = Command::new(variable("CARGO_DEBIAN", "/usr/bin/cargo"));
+    // What the outer cargo and its user set for the host does not hold for another machine.
+    for name in [
+        "CARGO",
+        "CARGO_BUILD_TARGET",
+        "CARGO_ENCODED_RUSTFLAGS",
+        "CARGO_TARGET_DIR",
+        "RUSTC_WORKSPACE_WRAPPER",
+        "RUSTC_WRAPPER",
+        "RUSTFLAGS",
+        "RUSTUP_TOOLCHAIN",
+    ] {
+        cargo.env_remove(name);
+    }
+    cargo
+        .env("RUSTC", variable("RUSTC", "/usr/bin/rustc"))
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("PATH", format!("/usr/bin:{}", variable("PATH", "")));
+    cargo
+}
