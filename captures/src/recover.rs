@@ -81,10 +81,8 @@ fn rewrite(
 ) -> Result<Recovery, CaptureError> {
     let step = || progress.fetch_add(1, Ordering::Relaxed);
     // Renaming over a link would leave the file that it points to.
-    let path = &match path.is_symlink() {
-        true => fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()),
-        false => path.to_owned(),
-    };
+    let link = path.is_symlink().then(|| fs::canonicalize(path).ok());
+    let path = &link.flatten().unwrap_or_else(|| path.to_owned());
     let temporary = Temporary::create(path)?;
     let failed = |error| temporary.failed(error);
     let bytes = fs::metadata(path).map_or(0, |about| about.len());

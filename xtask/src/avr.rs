@@ -1,13 +1,11 @@
 //! The robot's program for an `ATmega2560`: linked, measured, and searched for the faults of its compiler.
 //!
-//! Needs Debian's rustc-web, cargo-web, rust-web-src, gcc-avr, binutils-avr and avr-libc, or `RUSTC` and `CARGO_AVR` set
-//! to another compiler with its sources for `-Zbuild-std` (a nightly).
+//! Needs Debian's gcc-avr, binutils-avr and avr-libc beside its compiler.
 
-use std::env;
 use std::path::Path;
 use std::process::Command;
 
-use crate::{root, run};
+use crate::{debian, root, run};
 
 mod listing;
 mod lost_product;
@@ -29,28 +27,14 @@ pub(crate) fn check() -> Result<(), String> {
 }
 
 fn build(board: &Path) -> Result<(), String> {
-    let variable =
-        |name: &str, default: &str| env::var(name).unwrap_or_else(|_| default.to_owned());
-    let mut cargo = Command::new(variable("CARGO_AVR", "/usr/bin/cargo"));
-    // What the outer cargo and its user set for the host does not hold for the chip.
-    for name in [
-        "CARGO_BUILD_TARGET",
-        "CARGO_ENCODED_RUSTFLAGS",
-        "CARGO_TARGET_DIR",
-        "RUSTC_WORKSPACE_WRAPPER",
-        "RUSTC_WRAPPER",
-        "RUSTFLAGS",
-        "RUSTUP_TOOLCHAIN",
-    ] {
-        cargo.env_remove(name);
-    }
     // Cargo reads the configuration of the folder where it runs.
-    run(cargo
-        .current_dir(board)
-        .args(["build", "--release", "--locked", "--target-dir", "target"])
-        .env("RUSTC", variable("RUSTC", "/usr/bin/rustc"))
-        .env("RUSTC_BOOTSTRAP", "1")
-        .env("PATH", format!("/usr/bin:{}", variable("PATH", ""))))
+    run(debian::cargo().current_dir(board).args([
+        "build",
+        "--release",
+        "--locked",
+        "--target-dir",
+        "target",
+    ]))
 }
 
 fn check_program(elf: &Path) -> Result<(), String> {

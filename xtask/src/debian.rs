@@ -1,14 +1,17 @@
 //! Debian's compiler, which brings the sources of the standard library: it builds for machines that have no finished one.
+//!
+//! Needs rustc-web, cargo-web and rust-web-src, or `RUSTC` and `CARGO_DEBIAN` set to another compiler with its sources for
+//! `-Zbuild-std` (a nightly).
 
 use std::env;
 use std::process::Command;
 
 /// The user's choice in the environment, or the default.
-pub(crate) fn variable(name: &str, default: &str) -> String {
+fn variable(name: &str, default: &str) -> String {
     env::var(name).unwrap_or_else(|_| default.to_owned())
 }
 
-/// Debian's cargo with Debian's rustc; `CARGO_DEBIAN` and `RUSTC` name others with their sources for `-Zbuild-std`.
+/// Debian's cargo with Debian's rustc.
 pub(crate) fn cargo() -> Command {
     let mut cargo = Command::new(variable("CARGO_DEBIAN", "/usr/bin/cargo"));
     // What the outer cargo and its user set for the host does not hold for another machine.

@@ -2,6 +2,8 @@
 //! and the outside judges, `cargo xtask nightly` tries many other seeds. `cargo xtask STEP` runs one step.
 
 mod avr;
+mod cross;
+mod debian;
 mod licences;
 mod mutants;
 mod nightly;
@@ -44,6 +46,9 @@ const NIGHTLY: &[Step] = &[
     ("fuzz", nightly::fuzz),
     ("mutants", mutants::check),
     ("trials", nightly::trials),
+    ("linux", cross::linux),
+    ("windows", cross::windows),
+    ("macos", cross::macos),
 ];
 
 fn main() -> ExitCode {
