@@ -4,6 +4,15 @@ use serialport::{SerialPortInfo, SerialPortType};
 
 use super::link::{Plugged, UsbIdentity};
 
+/// The name of a port as this system names them, for messages and examples.
+pub const EXAMPLE: &str = if cfg!(windows) {
+    "COM3"
+} else if cfg!(target_os = "macos") {
+    "/dev/cu.usbserial-1"
+} else {
+    "/dev/ttyUSB0"
+};
+
 /// A serial port and its description.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Port {

@@ -2,6 +2,7 @@
 
 use std::iter;
 
+use crate::io::ports;
 use crate::view::wrap;
 
 /// Width of the narrowest supported terminal.
@@ -13,8 +14,13 @@ const EXPLAINED_AT_MAX: usize = 34;
 /// Indentation of an explanation below its example.
 const BELOW: usize = 6;
 
-/// Joins the lines of each paragraph, which clap wraps, and fits indented rows into 80 columns.
+/// The port in the examples of the help texts.
+const PORT: &str = "/dev/ttyUSB0";
+
+/// Joins the lines of each paragraph, which clap wraps, and fits indented rows into 80 columns. Examples name the port as this
+/// system does.
 pub(super) fn laid_out(text: &str) -> String {
+    let text = text.replace(PORT, ports::EXAMPLE);
     let mut rows: Vec<String> = Vec::new();
     let mut is_in_paragraph = false;
     for line in text.lines() {

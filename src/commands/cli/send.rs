@@ -11,6 +11,7 @@ use super::{RadioArgs, parse_duration};
 use crate::commands::completions;
 use crate::commands::sharing::parse_address;
 use crate::io::link::LinkSpec;
+use crate::io::ports;
 use crate::request::{Request, Tuning};
 use crate::share::Address;
 
@@ -245,8 +246,9 @@ fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
     };
     if is_forgotten && !Path::new(first).exists() {
         return Err(format!(
-            "`{first}` is in the place of LINK; give the link first, such as /dev/ttyUSB0 or tcp:HOST:PORT \
-             (`groundwave ports` lists the ports), or use --via ADDR"
+            "`{first}` is in the place of LINK; give the link first, such as {} or tcp:HOST:PORT \
+             (`groundwave ports` lists the ports), or use --via ADDR",
+            ports::EXAMPLE
         ));
     }
     first.parse()

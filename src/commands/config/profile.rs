@@ -64,7 +64,8 @@ impl Config {
         };
         let message = format!(
             "cannot open {name}: no such device, and no link or robot of that name ({configured}). `groundwave ports` lists \
-             the devices; to configure a name, write [robot.{name}] and link = \"/dev/ttyUSB0\""
+             the devices; to configure a name, write [robot.{name}] and link = \"{}\"",
+            ports::EXAMPLE
         );
         Err(Fault::new(Exit::NoLink, message))
     }

@@ -9,6 +9,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::mistakes::{Mistake, Mistakes};
 use super::{Config, Dashboard, Link, Recording, Robot};
+use crate::io::ports;
 use crate::model::Limits;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::share::Address;
@@ -94,7 +95,10 @@ fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
         check_link(link, &path, &spans, mistakes);
         let has_port = link.port.is_some();
         if !has_port && !mistakes.are_in(&path) {
-            let message = format!("[link.{name}] needs a port, such as port = \"/dev/ttyUSB0\"");
+            let message = format!(
+                "[link.{name}] needs a port, such as port = \"{}\"",
+                ports::EXAMPLE
+            );
             mistakes.add(&spans.of(&path), message);
         }
         has_port
@@ -264,7 +268,10 @@ fn check_robot(
     }
     let Some(link) = &robot.link else {
         if !mistakes.are_in(&path) {
-            let message = format!("[robot.{name}] needs a link, such as link = \"/dev/ttyUSB0\"");
+            let message = format!(
+                "[robot.{name}] needs a link, such as link = \"{}\"",
+                ports::EXAMPLE
+            );
             mistakes.add(&spans.of(&path), message);
         }
         return false;
