@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::{debian, root, run};
+use crate::{capture, debian, root, run};
 
 mod listing;
 mod lost_product;
@@ -85,19 +85,7 @@ fn size_of_section(sizes: &str, name: &str) -> usize {
 }
 
 fn output(tool: &str, options: &[&str], elf: &Path) -> Result<String, String> {
-    let output = Command::new(tool)
-        .args(options)
-        .arg(elf)
-        .output()
-        .map_err(|error| format!("cannot start {tool}: {error}"))?;
-    if !output.status.success() {
-        return Err(format!(
-            "{tool} {}: {}",
-            elf.display(),
-            String::from_utf8_lossy(&output.stderr)
-        ));
-    }
-    String::from_utf8(output.stdout).map_err(|error| format!("{tool} {}: {error}", elf.display()))
+    capture(Command::new(tool).args(options).arg(elf))
 }
 
 #[cfg(test)]

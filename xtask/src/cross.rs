@@ -9,9 +9,9 @@ use std::process::Command;
 
 use crate::{debian, root, run};
 
-const ARM: &str = "aarch64-unknown-linux-musl";
-const X86: &str = "x86_64-unknown-linux-musl";
-const WINDOWS: &str = "x86_64-pc-windows-gnu";
+pub(crate) const ARM: &str = "aarch64-unknown-linux-musl";
+pub(crate) const X86: &str = "x86_64-unknown-linux-musl";
+pub(crate) const WINDOWS: &str = "x86_64-pc-windows-gnu";
 const MACOS: &str = "aarch64-apple-darwin";
 
 /// The packages whose tests run on the other machine; whole-system tests need ptys and a terminal of this one.
@@ -80,6 +80,20 @@ pub(crate) fn macos() -> Result<(), String> {
         .env("AR_aarch64_apple_darwin", "true"))
 }
 
+/// Builds the program for users and returns its path.
+pub(crate) fn release(target: &str, suffix: &str) -> Result<PathBuf, String> {
+    run(cargo(target)?.args([
+        "build",
+        "--release",
+        "--locked",
+        "--bin",
+        "groundwave",
+        "--target",
+        target,
+    ]))?;
+    Ok(folder().join(format!("{target}/release/groundwave{suffix}")))
+}
+
 fn program(target: &str, suffix: &str) -> PathBuf {
     folder().join(format!("{target}/debug/groundwave{suffix}"))
 }
@@ -94,6 +108,7 @@ fn cargo(target: &str) -> Result<Command, String> {
     cargo
         .env("CARGO_TARGET_DIR", folder())
         .env("CARGO_PROFILE_DEV_DEBUG", "0")
+        .env("CARGO_PROFILE_RELEASE_STRIP", "true")
         .env(
             "CARGO_UNSTABLE_BUILD_STD",
             "std,panic_abort,proc_macro,test",
@@ -127,9 +142,16 @@ fn link_static(cargo: &mut Command, upper: &str, machine: &str) -> Result<(), St
         .arg("-print-file-name=libgcc_eh.a")
         .output()
         .map_err(|error| format!("cannot start {gcc}: {error}"))?;
-    let unwinder = String::from_utf8_lossy(&found.stdout).trim().to_owned();
-    fs::copy(&unwinder, tools.join("libunwind.a"))
-        .map_err(|error| format!("cannot copy {unwinder}: {error}"))?;
+    let archive = tools.join("libunwind.a");
+    let (unwinder, object) = (found.stdout.trim_ascii(), tools.join("dl_find_object.o"));
+    let unwinder = String::from_utf8_lossy(unwinder).into_owned();
+    fs::copy(&unwinder, &archive).map_err(|error| format!("cannot copy {unwinder}: {error}"))?;
+    run(Command::new(&driver)
+        .args(["-O2", "-c", "xtask/src/cross/dl_find_object.c", "-o"])
+        .arg(&object))?;
+    run(Command::new(format!("{machine}-linux-gnu-ar"))
+        .arg("q")
+        .args([&archive, &object]))?;
     cargo
         .env(format!("CC_{machine}_unknown_linux_musl"), &driver)
         .env(

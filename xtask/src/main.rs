@@ -4,6 +4,7 @@
 mod avr;
 mod cross;
 mod debian;
+mod dist;
 mod licences;
 mod mutants;
 mod nightly;
@@ -55,6 +56,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let all = [CHECK, OUTSIDE, NIGHTLY].concat();
     let steps: Vec<Step> = match arguments.first().map(String::as_str) {
+        Some("dist") => return ended(dist::make(), "dist"),
         Some("acceptance") => return ended(acceptance(&arguments[1..]), "acceptance"),
         Some("check") => CHECK.to_vec(),
         Some("ci") => [CHECK, OUTSIDE].concat(),
@@ -68,7 +70,7 @@ fn main() -> ExitCode {
     if steps.is_empty() {
         let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
         eprintln!(
-            "usage: cargo xtask check | ci | nightly | acceptance [OPTIONS] | {}",
+            "usage: cargo xtask check | ci | nightly | acceptance [OPTIONS] | dist | {}",
             names.join(" | ")
         );
         return ExitCode::from(2);
@@ -166,6 +168,24 @@ fn run(command: &mut Command) -> Result<(), String> {
     } else {
         Err(format!("{command:?} ended with {status}"))
     }
+}
+
+/// Standard output of a command.
+fn capture(command: &mut Command) -> Result<String, String> {
+    if command.get_current_dir().is_none() {
+        command.current_dir(root());
+    }
+    let output = command
+        .output()
+        .map_err(|error| format!("cannot start {command:?}: {error}"))?;
+    if !output.status.success() {
+        let errors = String::from_utf8_lossy(&output.stderr);
+        return Err(format!(
+            "{command:?} ended with {}: {errors}",
+            output.status
+        ));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 fn root() -> PathBuf {
