@@ -77,9 +77,8 @@ fn trial(line: &str) -> Trial {
             ),
         )
         | ("LC_ALL=C" | "mkdir", _) => Trial::Run,
-        ("cargo", Some("test" | "install")) | ("stty" | "cat" | "socat" | "rerun" | "pip", _) => {
-            Trial::Foreign
-        }
+        ("cargo", Some("test" | "install"))
+        | ("apt" | "cat" | "pip" | "rerun" | "socat" | "stty" | "tar", _) => Trial::Foreign,
         _ => panic!("no trial for this example: {line}"),
     }
 }
