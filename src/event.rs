@@ -167,7 +167,7 @@ pub enum Effect {
         capture: String,
         /// The remark.
         remark: Remark,
-        /// Time since the moment that the remark is about; in a replay, the remark is about the moment shown.
+        /// Time since the moment that the remark is about.
         ago: Moment,
     },
     /// Read the runs of the captures in a folder; the answer is [`Event::Runs`].
@@ -189,6 +189,8 @@ pub enum Effect {
     Playback(Control),
     /// Log a notice; it comes back as [`Event::Notice`].
     Notice(Notice),
+    /// Put a text on the terminal's clipboard.
+    Copy(String),
     /// Ring the bell, for a song or an alarm.
     Ring,
     /// Redraw the whole screen, after another program has written to it.

@@ -277,11 +277,11 @@ fn a_mark_of_a_live_session_comes_back_in_the_replay_of_its_recording() {
     let capture = capture.to_str().unwrap();
     let sim = Sim::start(&[]);
     let mut watch = watch(&sim, &["--record", capture], 120, 40);
-    watch.type_keys("a");
-    watch.wait_for("that it is marked", |text| {
-        text.contains("n m and N m go to marks")
-    });
+    watch.type_keys("alamp fell\r");
+    watch.wait_for("its text", |text| text.contains("note: lamp fell"));
     leave(watch);
+    let (label, _) = expect(0, &["label", capture]);
+    assert!(label.contains("lamp fell"), "{label}");
     let bytes = fs::read(capture).unwrap();
     let marks = mcap::MessageStream::new(&bytes)
         .unwrap()
@@ -425,6 +425,46 @@ fn the_tour_needs_no_state_folder() {
         demo.wait_for("that it is gone", |text| !text.contains("tour"));
         leave(demo);
     }
+}
+
+#[test]
+fn a_theme_is_chosen_by_option_and_key() {
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &["--theme", "mono"], 80, 24);
+    let has_colour = |screen: &vt100::Screen| {
+        (0..24).any(|row| {
+            (0..80).any(|column| {
+                let cell = screen.cell(row, column).expect("a cell");
+                cell.fgcolor() != vt100::Color::Default
+            })
+        })
+    };
+    watch.wait_for_terminal("no colours", |screen| !has_colour(screen));
+    watch.type_keys("\x14");
+    watch.wait_for_terminal("colours", |screen| {
+        has_colour(screen) && screen.contents().contains("theme dark")
+    });
+    leave(watch);
+}
+
+/// `/` finds a line of the log; `c` copies it to the terminal's clipboard.
+#[test]
+fn a_line_of_the_log_is_found_and_copied() {
+    let sim = Sim::start(&[]);
+    let mut watch = watch(&sim, &[], 80, 24);
+    watch.type_keys("/LISTENING\r");
+    watch.wait_for("the line", |text| {
+        text.contains("── F6 log") && text.contains("`LISTENING`: 1 of 1")
+    });
+    watch.type_keys("c");
+    watch.wait_for("the answer", |text| {
+        text.contains("copied, if the terminal allows it: listening to")
+    });
+    let copied = watch.copied();
+    assert!(copied.starts_with("listening to /dev/"), "{copied}");
+    watch.type_keys(ESC);
+    watch.wait_for("the end of the search", |text| !text.contains("N newer"));
+    leave(watch);
 }
 
 const REDRAW: &str = "\x0c";

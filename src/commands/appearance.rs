@@ -7,8 +7,8 @@ use super::config::{self, MapSigns, Theme};
 use crate::io::terminal;
 use crate::model::{Colors, Config, MapLines, Marker};
 
-/// The appearance by the configuration, else by `NO_COLOR`, `TERM`, `COLORFGBG` and the locale.
-pub(super) fn appearance(config: &config::Config) -> Config {
+/// The appearance by `--theme` and the configuration, else by `NO_COLOR`, `TERM`, `COLORFGBG` and the locale.
+pub(super) fn appearance(config: &config::Config, theme: Option<Theme>) -> Config {
     let set = |name| env::var(name).ok().filter(|value| !value.is_empty());
     let locale = set("LC_ALL")
         .or_else(|| set("LC_CTYPE"))
@@ -16,9 +16,9 @@ pub(super) fn appearance(config: &config::Config) -> Config {
     let no_color = set("NO_COLOR").is_some();
     let dashboard = &config.dashboard;
     Config {
-        colors: match dashboard.theme {
-            // NO_COLOR outranks the configuration.
-            _ if no_color => Colors::Mono,
+        colors: match theme.or(dashboard.theme) {
+            // NO_COLOR outranks the configuration, but not the command line.
+            _ if no_color && theme.is_none_or(|theme| theme == Theme::Auto) => Colors::Mono,
             None | Some(Theme::Auto) if is_monochrome(set("TERM").as_deref()) => Colors::Mono,
             None | Some(Theme::Auto) => colors(set("COLORFGBG").as_deref()),
             Some(Theme::Dark) => Colors::Dark,

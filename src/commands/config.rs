@@ -11,6 +11,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use clap::ValueEnum;
 use etcetera::BaseStrategy as _;
 use serde::Deserialize;
 
@@ -106,7 +107,7 @@ pub struct Robot {
 }
 
 /// Colours of the screen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Theme {
     /// By `NO_COLOR`, `TERM` and `COLORFGBG`.

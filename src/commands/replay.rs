@@ -36,7 +36,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     let config = Arc::new(Config {
         bell: false,
         capture: Some(options.file.display().to_string()),
-        ..appearance(config)
+        ..appearance(config, options.theme)
     });
     let mut first = CaptureState::new(&name, Arc::clone(&config), &*tape);
     if let Some(unfinished) = unfinished(&options.file) {

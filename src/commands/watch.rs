@@ -73,7 +73,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         .iter()
         .map(|server| Event::Truth(simulated::truth(server.outlines())))
         .collect();
-    let mut model = appearance(config);
+    let mut model = appearance(config, options.theme);
     model.bell |= options.bell;
     show(&plan, model, first)
 }
@@ -125,7 +125,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         tour: tour::is_due(),
     };
     let raw = address(&server, 1);
-    let mut model = appearance(settings);
+    let mut model = appearance(settings, options.theme);
     model.bell |= options.bell;
     model.raw_copy = Some(if cfg!(unix) {
         format!("cat {raw}")

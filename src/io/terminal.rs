@@ -86,6 +86,14 @@ impl Screen {
         self.drawing.ring()
     }
 
+    /// Asks the terminal to put a text on the clipboard (OSC 52). Not every terminal does.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub fn copy(&self, text: &str) -> io::Result<()> {
+        self.drawing.copy(text)
+    }
+
     /// Columns and rows.
     #[must_use]
     pub const fn size(&self) -> (u16, u16) {

@@ -1,5 +1,7 @@
 //! Turns keys into changes of the screen and effects.
 
+use std::sync::Arc;
+
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
@@ -195,6 +197,11 @@ impl Ui {
             }
             Action::ToggleRecording => return vec![Effect::ToggleRecording],
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
+            Action::AskSearch => self.overlay = Overlay::Text(TextEntry::new(Purpose::Search)),
+            Action::Find(steps) => self.find(facts, steps),
+            Action::Copy => return self.copy(facts, now),
+            Action::NextTheme => self.next_theme(now),
+            Action::Playback(Control::Mark) => return self.mark(now),
             Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
             Action::Playback(_)
             | Action::Speed(_)
@@ -231,6 +238,14 @@ impl Ui {
             | Action::Recall(_) => return self.act_on_overlay(facts, now, action, repeated),
         }
         Vec::new()
+    }
+
+    fn next_theme(&mut self, now: Moment) {
+        let config = Arc::make_mut(&mut self.config);
+        config.colors = config.colors.next();
+        let name = config.colors.name();
+        let words = format!("theme {name}; `theme = \"{name}\"` in the configuration keeps it");
+        self.pass_on(now, Passing::Words(words));
     }
 
     /// STOP, or in a replay, which has no robot, pause.
@@ -318,7 +333,7 @@ impl Ui {
             }
             (Action::Submit, Overlay::Text(entry)) => {
                 let entry = entry.clone();
-                return self.submit(facts, entry);
+                return self.submit(facts, now, entry);
             }
             (Action::Confirm, Overlay::Question(question)) => {
                 let then = question.then.clone();

@@ -39,11 +39,13 @@ pub(crate) enum Context {
     Why,
     /// The list of runs, or two runs over each other.
     Runs,
+    /// A text found in the log.
+    Search,
 }
 
 impl Context {
     /// Every context.
-    pub(crate) const ALL: [Self; 12] = [
+    pub(crate) const ALL: [Self; 13] = [
         Self::Dashboard,
         Self::Route,
         Self::Drive,
@@ -56,6 +58,7 @@ impl Context {
         Self::Trace,
         Self::Why,
         Self::Runs,
+        Self::Search,
     ];
 
     /// Its name in the configuration.
@@ -73,6 +76,7 @@ impl Context {
             Self::Trace => "trace-window",
             Self::Why => "why-window",
             Self::Runs => "runs-window",
+            Self::Search => "search",
         }
     }
 }
@@ -130,7 +134,7 @@ const fn row(
 }
 
 use Context::{
-    Dashboard, Drive, Help, Jump, Modes, Palette, Question, Route, Runs, Text, Trace, Why,
+    Dashboard, Drive, Help, Jump, Modes, Palette, Question, Route, Runs, Search, Text, Trace, Why,
 };
 
 /// Every key. STOP is the first of each context: Space, and Ctrl-S where Space is a character.
@@ -188,6 +192,8 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "acknowledge alarms", "ack"),
     row(Dashboard, "b", &[plain('b')], Action::ToggleBell, "bell for alarms: on, or off", "bell"),
     row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", "trace"),
+    row(Dashboard, "/", &[plain('/')], Action::AskSearch, "search the log", "search"),
+    row(Dashboard, "c", &[plain('c')], Action::Copy, "copy the newest line", ""),
     row(Dashboard, "y", &[plain('y')], Action::Why, "explain: why does it do that?", "why"),
     row(Dashboard, "R", &[plain('R')], Action::ToggleRecording, "record, or stop recording", "record"),
     row(Dashboard, "p", &[plain('p')], Action::Playback(Control::TogglePause), "pause, or go on", "pause"),
@@ -204,6 +210,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "Home", &[bare(KeyCode::Home)], Action::Playback(Control::Oldest), "to the beginning", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
     row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", "back"),
+    row(Dashboard, "Ctrl-T", &[ctrl('t')], Action::NextTheme, "other colours", ""),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),
     row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "to the shell; fg comes back", ""),
     row(Dashboard, "q", &[plain('q'), ctrl('c')], Action::Quit, "leave; the robot carries on", "quit"),
@@ -303,6 +310,7 @@ const TABLE: &[Binding] = &[
     row(Trace, "", &[bare(KeyCode::Left), plain('h')], Action::NextValue(-1), "", ""),
     row(Trace, "", &[bare(KeyCode::Down), plain('j')], Action::NextLine(1), "", ""),
     row(Trace, "", &[bare(KeyCode::Up), plain('k')], Action::NextLine(-1), "", ""),
+    row(Trace, "c", &[plain('c'), plain('y')], Action::Copy, "", "copy"),
     row(Trace, "Esc", &[bare(KeyCode::Esc), plain('i'), plain('q')], Action::Close, "", "back"),
     row(Trace, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Why, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
@@ -315,6 +323,13 @@ const TABLE: &[Binding] = &[
     row(Runs, ":", &[plain(':')], Action::AskCommand, "", "command"),
     row(Runs, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "back"),
     row(Runs, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Search, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Search, "n", &[plain('n'), bare(KeyCode::Enter), bare(KeyCode::Up), plain('k')], Action::Find(1), "", "older"),
+    row(Search, "N", &[plain('N'), bare(KeyCode::Down), plain('j')], Action::Find(-1), "", "newer"),
+    row(Search, "/", &[plain('/')], Action::AskSearch, "", "search"),
+    row(Search, "c", &[plain('c'), plain('y')], Action::Copy, "", "copy"),
+    row(Search, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "back"),
+    row(Search, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
 ];
 
 #[cfg(test)]

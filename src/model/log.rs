@@ -65,6 +65,8 @@ impl Entry {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Log {
     entries: VecDeque<Entry>,
+    /// Number of entries ever added.
+    added: u64,
     held_at: Option<Moment>,
     alarms: u64,
 }
@@ -91,6 +93,7 @@ impl Log {
         if self.entries.len() == ENTRIES_MAX {
             self.entries.pop_front();
         }
+        self.added += 1;
         self.entries.push_back(Entry {
             at,
             level,
@@ -115,6 +118,11 @@ impl Log {
     /// Number of alarms so far.
     pub(super) const fn alarms(&self) -> u64 {
         self.alarms
+    }
+
+    /// Newest first, each with its number, which it keeps.
+    pub(crate) fn numbered(&self) -> impl Iterator<Item = (u64, &Entry)> {
+        (0..self.added).rev().zip(self.newest_first())
     }
 
     /// Newest first.

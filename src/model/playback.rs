@@ -6,9 +6,9 @@ use super::drive::Stick;
 use super::editor::RouteAction;
 use super::keys::Action;
 use super::ui::{Overlay, Question, Then};
-use super::{TextEntry, Ui, age};
-use crate::event::Effect;
-use crate::playback::{Control, Position, SPEED_MAX, SPEED_MIN};
+use super::{Facts, Purpose, TextEntry, Ui, age};
+use crate::event::{Effect, Level, Moment, Remark};
+use crate::playback::{Control, MARKER_REACH, Position, SPEED_MAX, SPEED_MIN};
 use crate::request::Request;
 
 /// Speeds that the keys step through.
@@ -68,6 +68,34 @@ impl Ui {
             .map(|&speed| Effect::Playback(Control::Speed(speed)))
             .into_iter()
             .collect()
+    }
+
+    /// Sets a mark and asks for its text; a mark that is here already is removed.
+    pub(super) fn mark(&mut self, now: Moment) -> Vec<Effect> {
+        let playback = self.playback.as_ref();
+        self.marked_at = playback.map_or(now, |playback| playback.at);
+        let is_marked = playback.is_some_and(|playback| {
+            let mut marks = playback.markers.iter();
+            marks.any(|mark| mark.abs_diff(self.marked_at) < MARKER_REACH)
+        });
+        if !is_marked {
+            self.overlay = Overlay::Text(TextEntry::new(Purpose::Mark));
+        }
+        vec![Effect::Playback(Control::Mark)]
+    }
+
+    /// Keeps the text of the mark just set: as a note to the capture, else in the log alone.
+    pub(super) fn name_mark(&mut self, facts: &Facts, now: Moment, text: &str) -> Vec<Effect> {
+        let remark = Remark::Note(text.to_owned());
+        if let Some(capture) = self.capture_at_hand(facts) {
+            return vec![Effect::Label {
+                capture: capture.clone(),
+                remark,
+                ago: now.saturating_sub(self.marked_at),
+            }];
+        }
+        self.note(Level::Info, remark.to_string());
+        Vec::new()
     }
 
     pub(super) fn submit_moment(&mut self, entry: TextEntry) -> Vec<Effect> {
@@ -179,7 +207,7 @@ mod tests {
 
     use super::super::map::Focus;
     use super::*;
-    use crate::event::{Event, Level, Moment, Notice, NoticeCode};
+    use crate::event::{Event, Notice, NoticeCode, Recording};
     use crate::model::testing::{Scene, playback};
     use crate::model::{Change, Config, Panel};
     use crate::playback::{Landmark, Playback};
@@ -287,7 +315,6 @@ mod tests {
             (".", travel(Control::Step { forward: true })),
             ("<", travel(Control::Speed(0.5))),
             (">", travel(Control::Speed(2.0))),
-            ("a", travel(Control::Mark)),
             ("o", travel(Control::Loop)),
             ("G", travel(Control::Newest)),
             ("na", jump(Some(Landmark::Alarm), true)),
@@ -318,6 +345,43 @@ mod tests {
             panic!("the text stays to be mended");
         };
         assert!(entry.error.as_ref().is_some_and(|e| e.contains("`soon`")));
+    }
+
+    #[test]
+    fn a_mark_asks_for_its_text() {
+        let mark = Effect::Playback(Control::Mark);
+        let mut scene = scene(false);
+        assert_eq!(scene.type_text("a"), std::slice::from_ref(&mark));
+        scene.type_text("lamp fell");
+        assert_eq!(scene.press(&[KeyCode::Enter]), []);
+        let told = scene.model.ui.aside.as_deref();
+        assert_eq!(told, Some("note: lamp fell"), "nothing is recorded");
+        scene.event(Event::Recording(Recording {
+            mcap: Some("evening.mcap".to_owned()),
+            ..Recording::default()
+        }));
+        scene.show_moment(None);
+        scene.type_text("a");
+        scene.wait_ms(7000);
+        scene.type_text("lamp fell");
+        let label = Effect::Label {
+            capture: "evening.mcap".to_owned(),
+            remark: Remark::Note("lamp fell".to_owned()),
+            ago: Moment::from_secs(7),
+        };
+        assert_eq!(scene.press(&[KeyCode::Enter]), [label]);
+        // Enter and Esc alone leave the mark without a text.
+        for key in [KeyCode::Enter, KeyCode::Esc] {
+            assert_eq!(scene.type_text("a"), std::slice::from_ref(&mark));
+            assert_eq!(scene.press(&[key]), []);
+            assert_eq!(scene.model.ui.overlay, Overlay::None);
+        }
+        // A mark that is here is removed, not named.
+        let mut marked = playback(true);
+        marked.markers = vec![marked.at];
+        scene.show_moment(Some(marked));
+        assert_eq!(scene.type_text("a"), [mark]);
+        assert_eq!(scene.model.ui.overlay, Overlay::None);
     }
 
     #[test]

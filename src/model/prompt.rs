@@ -5,29 +5,33 @@ use groundwave_protocol::status_codes::Mode;
 
 use super::keys::Action;
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
-use crate::event::{Effect, Level, remark_from_words, unquoted};
+use crate::event::{Effect, Level, Moment, remark_from_words, unquoted};
 use crate::request::Request;
 
 /// Page of the commands in the help: the last.
 const HELP_OF_COMMANDS: i32 = -1;
 
 impl Ui {
-    pub(super) fn submit(&mut self, facts: &Facts, entry: TextEntry) -> Vec<Effect> {
+    pub(super) fn submit(&mut self, facts: &Facts, now: Moment, entry: TextEntry) -> Vec<Effect> {
         let text = entry.text.trim();
         self.overlay = Overlay::None;
         if text.is_empty() {
             return Vec::new();
         }
         self.typed.keep(entry.purpose, text);
-        if entry.purpose == Purpose::Moment {
-            return self.submit_moment(entry);
+        match entry.purpose {
+            Purpose::Moment => return self.submit_moment(entry),
+            Purpose::Mark => return self.name_mark(facts, now, text),
+            Purpose::Search => {
+                self.submit_search(facts, entry);
+                return Vec::new();
+            }
+            Purpose::Command | Purpose::RouteFile | Purpose::SaveRoute => {}
         }
         let named = match entry.purpose {
             Purpose::SaveRoute => Some(self.save_route(&unquoted(text), false)),
             Purpose::RouteFile => Some(Effect::LoadRoute(unquoted(text))),
-            Purpose::Command | Purpose::Moment => {
-                route_file(text).map(|(file, _)| Effect::LoadRoute(unquoted(file)))
-            }
+            _ => route_file(text).map(|(file, _)| Effect::LoadRoute(unquoted(file))),
         };
         if let Some(effect) = named {
             // The prompt stays open until the file is read or written, so that its name can be corrected.

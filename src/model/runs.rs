@@ -69,7 +69,7 @@ impl Ui {
     }
 
     /// The capture shown, else the recording under way.
-    fn capture_at_hand<'a>(&'a self, facts: &'a Facts) -> Option<&'a String> {
+    pub(super) fn capture_at_hand<'a>(&'a self, facts: &'a Facts) -> Option<&'a String> {
         let recording = &facts.recording;
         let recorded = recording.mcap.as_ref().or(recording.tee.as_ref());
         self.config.capture.as_ref().or(recorded)

@@ -16,6 +16,10 @@ pub(crate) enum Purpose {
     SaveRoute,
     /// A position in time.
     Moment,
+    /// A text in the log.
+    Search,
+    /// A text for the mark just set.
+    Mark,
 }
 
 /// A prompt.

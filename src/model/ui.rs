@@ -15,6 +15,7 @@ use super::palette::Palette;
 use super::panels::{Large, Panel};
 use super::plots::WINDOWS;
 use super::runs::Runs;
+use super::search::Search;
 use super::text_entry::{TextEntry, Typed};
 use super::tour::Tour;
 use crate::event::{CommandId, CommandStatus, Effect, Event, Level, Moment, Notice, NoticeCode};
@@ -43,6 +44,8 @@ pub(crate) enum Overlay {
     Why,
     /// The list of runs, or two of them over each other.
     Runs(Runs),
+    /// A text found in the log.
+    Search(Search),
 }
 
 /// A yes-or-no question.
@@ -93,6 +96,8 @@ pub struct Ui {
     /// Feedback to the last key, and its moment.
     pub(super) passing: Option<(Moment, Passing)>,
     pub(super) tour: Tour,
+    /// The moment of the mark that is being named.
+    pub(super) marked_at: Moment,
     /// Lines for the log.
     notices: Vec<Effect>,
     revision: u64,
@@ -122,6 +127,7 @@ impl Ui {
             aside: None,
             passing: None,
             tour: Tour::default(),
+            marked_at: Moment::ZERO,
             notices: Vec::new(),
             revision: 0,
         }
@@ -232,6 +238,7 @@ impl Ui {
             Overlay::Trace(_) => Context::Trace,
             Overlay::Why => Context::Why,
             Overlay::Runs(_) => Context::Runs,
+            Overlay::Search(_) => Context::Search,
         }
     }
 

@@ -289,6 +289,7 @@ impl Running {
                 Event::RouteSaved { path, saved }
             }),
             Effect::Notice(notice) => return self.tell(Event::Notice(notice)),
+            Effect::Copy(text) => self.screen.copy(&text)?,
             Effect::Ring => self.screen.ring()?,
             Effect::Redraw => self.screen.redraw()?,
             Effect::Suspend => self.suspend()?,
@@ -344,7 +345,7 @@ impl Running {
         let said = notice(Level::Info, remark.to_string());
         let now = Instant::now();
         let at = match (&self.source, &self.keeper) {
-            (Source::Capture(_), _) => Some(self.source.now()),
+            (Source::Capture(_), _) => Some(self.source.now().saturating_sub(ago)),
             (Source::Live(_), Some(keeper)) => {
                 keeper.event_sink()(now, &said);
                 let at = keeper.moment_of(Path::new(&capture), now);

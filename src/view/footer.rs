@@ -22,6 +22,8 @@ impl Screen<'_> {
                 Purpose::RouteFile => "route file: ",
                 Purpose::SaveRoute => "save as: ",
                 Purpose::Moment => "go to: ",
+                Purpose::Search => "/",
+                Purpose::Mark => "mark: ",
             };
             let keys = Line::from(self.keys_beside_prompt(area.width));
             let taken = prompt.len() + 1 + width_of(&keys.spans);

@@ -41,13 +41,20 @@ struct Terseness {
 impl Screen<'_> {
     /// Draws help for the text being typed, else news, else the summary: rate, loss, recording, raw command.
     pub(super) fn hint(&self, buffer: &mut Buffer, area: Rect) {
+        let news = self.shown().news(self.present_at);
+        let answer = news.filter(|news| matches!(news, News::Passing(_)));
+        let answer = answer.filter(|_| self.ui.aside.is_none());
         let line = if let Some(help) = self.prompt_help() {
             help
+        } else if let Some(answer) = answer {
+            self.news(answer)
         } else if let Some(aside) = self.aside() {
             aside
+        } else if let Some(found) = self.search_words() {
+            found
         } else if let Some(traced) = self.trace_words() {
             traced
-        } else if let Some(news) = self.shown().news(self.present_at) {
+        } else if let Some(news) = news {
             self.news(news)
         } else {
             self.one_line(usize::from(area.width))
@@ -70,6 +77,11 @@ impl Screen<'_> {
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
             (None, Purpose::Moment) => Line::styled(POSITION_HELP, self.theme.dim),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
+            (None, Purpose::Search) => Line::styled("a text in the log", self.theme.dim),
+            (None, Purpose::Mark) => Line::styled(
+                self.told("marked; a text for it, or <text/submit> alone"),
+                self.theme.dim,
+            ),
             (None, Purpose::SaveRoute) => Line::styled(
                 "a file for the draft; overwriting asks first",
                 self.theme.dim,

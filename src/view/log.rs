@@ -8,8 +8,9 @@ use ratatui::text::{Line, Span};
 use super::text::{First, rows};
 use super::{Screen, put};
 use crate::event::Level;
-use crate::model::Panel;
 use crate::model::log::{Entry, Subject};
+use crate::model::search::Search;
+use crate::model::{Overlay, Panel};
 
 /// Width of a glyph and a space.
 const MARK_COLUMNS: usize = 2;
@@ -20,28 +21,82 @@ const TIMES_COLUMNS: usize = 12;
 impl Screen<'_> {
     pub(super) fn log(&self, buffer: &mut Buffer, area: Rect) {
         let width = usize::from(area.width);
-        let newest = self.facts.log.newest_first();
+        let newest = self.facts.log.numbered();
         let mut entries: Vec<_> = newest
-            .map(|entry| (entry, self.rows_of(entry, width)))
+            .map(|(number, entry)| (number, entry, self.rows_of(entry, width)))
             .collect();
         entries.reverse();
-        let rows = entries.iter().map(|(_, rows)| rows).sum();
+        let rows = entries.iter().map(|(.., rows)| rows).sum();
+        let found = self.search().map(|search| {
+            let before = entries.iter().filter(|(number, ..)| *number < search.at);
+            before.map(|(.., rows)| rows).sum()
+        });
         let title = (Panel::Log, "log");
-        let (below, shown) = self.page(buffer, area, title, None, rows, First::Bottom);
+        let (below, shown) = self.page(buffer, area, title, None, (rows, found), First::Bottom);
         let mut place = 0;
-        for (entry, rows) in entries {
+        for (number, entry, rows) in entries {
             let begin = place;
             place += rows;
             // Entries of other pages are only measured.
             if begin >= shown.end || place <= shown.start {
                 continue;
             }
-            for (place, line) in (begin..).zip(self.log_lines(entry, width)) {
+            for (place, mut line) in (begin..).zip(self.log_lines(entry, width)) {
+                if let Some(search) = self.search() {
+                    line = self.with_matches(line, &search.text, number == search.at);
+                }
                 if shown.contains(&place) {
                     put(buffer, below, (place - shown.start) as u16, &line);
                 }
             }
         }
+    }
+
+    fn search(&self) -> Option<&Search> {
+        match &self.ui.overlay {
+            Overlay::Search(search) => Some(search),
+            _ => None,
+        }
+    }
+
+    /// The text searched and the number of entries with it, for the hint row.
+    pub(super) fn search_words(&self) -> Option<Line<'static>> {
+        let search = self.search()?;
+        let found = self.facts.log.numbered();
+        let found: Vec<u64> = found
+            .filter(|(_, entry)| entry.contains(&search.text))
+            .map(|(number, _)| number)
+            .collect();
+        let place = found.iter().position(|number| *number == search.at)? + 1;
+        let words = format!(
+            "`{}`: {place} of {}, newest first",
+            search.text,
+            found.len()
+        );
+        Some(Line::styled(words, self.theme.strong))
+    }
+
+    /// Highlights a text in a row of the log; of the found entry also its time.
+    fn with_matches(&self, line: Line<'static>, text: &str, is_found: bool) -> Line<'static> {
+        let text = text.to_ascii_lowercase();
+        let mut spans: Vec<Span<'static>> = Vec::new();
+        for (n, span) in line.spans.into_iter().enumerate() {
+            if n == 0 && is_found && span.style == self.theme.dim {
+                spans.push(Span::styled(span.content, self.theme.lit));
+                continue;
+            }
+            let style = span.style;
+            let content = span.content.into_owned();
+            let lower = content.to_ascii_lowercase();
+            let mut end = 0;
+            for (at, _) in lower.match_indices(&text) {
+                spans.push(Span::styled(content[end..at].to_owned(), style));
+                end = at + text.len();
+                spans.push(Span::styled(content[at..end].to_owned(), self.theme.lit));
+            }
+            spans.push(Span::styled(content[end..].to_owned(), style));
+        }
+        Line::from(spans)
     }
 
     /// Height of an entry in rows.

@@ -59,6 +59,7 @@ impl Screen<'_> {
             | Overlay::Drive(_)
             | Overlay::Modes
             | Overlay::Jump { .. }
+            | Overlay::Search(_)
             | Overlay::Trace(_) => {}
         }
     }

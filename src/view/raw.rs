@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 
 use super::{Screen, put};
 use crate::model::trace::{FIELDS, Field};
-use crate::model::{Overlay, age};
+use crate::model::{Overlay, age, printable};
 
 const RULER: &str =
     "1...5...10...15...20...25...30...35...40...45...50...55...60...65...70...75...80";
@@ -122,13 +122,4 @@ impl Screen<'_> {
         let words = format!("{} lines{acks}, {damaged} damaged", counters.lines);
         put(buffer, beside(row), 0, &Line::styled(words, self.theme.dim));
     }
-}
-
-fn printable(raw: &[u8; LINE_BYTES]) -> String {
-    raw.iter()
-        .map(|&byte| match byte {
-            b' '..=b'~' => char::from(byte),
-            _ => ' ',
-        })
-        .collect()
 }

@@ -76,20 +76,21 @@ impl Screen<'_> {
         lines: &[Line<'_>],
         first: First,
     ) {
-        let (below, shown) = self.page(buffer, area, title, note, lines.len(), first);
+        let (below, shown) = self.page(buffer, area, title, note, (lines.len(), None), first);
         for (row, line) in (0..).zip(&lines[shown]) {
             put(buffer, below, row, line);
         }
     }
 
-    /// Draws the frame of a panel; returns the area for rows and the range of rows to show.
+    /// Draws the frame of a panel with a number of rows; returns the area for rows and the range of rows to show: those around
+    /// a place, if one is given.
     pub(super) fn page(
         &self,
         buffer: &mut Buffer,
         area: Rect,
         (panel, title): (Panel, &str),
         note: Option<Span<'_>>,
-        rows: usize,
+        (rows, around): (usize, Option<usize>),
         first: First,
     ) -> (Rect, Range<usize>) {
         let height = usize::from(area.height.saturating_sub(1)).max(1);
@@ -102,6 +103,10 @@ impl Screen<'_> {
                 "<turn-page-less>",
             ),
         };
+        let page = around.map_or(page, |row| match first {
+            First::Top => row / height,
+            First::Bottom => rows.saturating_sub(1 + row) / height,
+        });
         let note = note.filter(|note| !note.content.is_empty());
         let note = if pages > 1 {
             let turn = self.told(&format!("{key} {}/{pages}", page + 1));

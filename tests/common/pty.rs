@@ -12,6 +12,8 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use etcetera::BaseStrategy as _;
 use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, native_pty_system};
 
@@ -19,7 +21,7 @@ use portable_pty::{Child, CommandBuilder, MasterPty, PtySize, native_pty_system}
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
 pub struct OnTerminal {
-    screen: vt100::Parser,
+    screen: vt100::Parser<Clipboard>,
     output: Receiver<Vec<u8>>,
     reader: JoinHandle<()>,
     /// Stops the reader.
@@ -76,7 +78,12 @@ impl OnTerminal {
             }
         });
         Self {
-            screen: vt100::Parser::new(nonzero(rows), nonzero(columns), 0),
+            screen: vt100::Parser::new_with_callbacks(
+                nonzero(rows),
+                nonzero(columns),
+                0,
+                Clipboard::default(),
+            ),
             output,
             reader,
             blind,
@@ -120,6 +127,12 @@ impl OnTerminal {
     /// The screen as text.
     pub fn text(&self) -> String {
         self.screen.screen().contents()
+    }
+
+    /// The text on the terminal's clipboard.
+    pub fn copied(&self) -> String {
+        let bytes = BASE64_STANDARD.decode(&self.screen.callbacks().0);
+        String::from_utf8(bytes.expect("Base64")).expect("UTF-8")
     }
 
     pub fn is_alternate(&self) -> bool {
@@ -212,6 +225,16 @@ impl OnTerminal {
             thread::yield_now();
         }
         panic!("it never ended. The screen:\n{}", self.text());
+    }
+}
+
+/// What the program has put on the clipboard, as it was sent.
+#[derive(Default)]
+struct Clipboard(Vec<u8>);
+
+impl vt100::Callbacks for Clipboard {
+    fn copy_to_clipboard(&mut self, _: &mut vt100::Screen, _: &[u8], data: &[u8]) {
+        self.0 = data.to_vec();
     }
 }
 

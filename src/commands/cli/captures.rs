@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use clap_complete::engine::ArgValueCompleter;
 
 use super::super::completions;
+use super::super::config::Theme;
 use super::{laid_out, parse_factor};
 use crate::capture::when::When;
 
@@ -51,6 +52,9 @@ pub struct Replay {
     /// Speed, as a multiple of the recorded one
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_factor)]
     pub speed: f64,
+    /// Colours of the dashboard; key Ctrl-T changes them
+    #[arg(long, value_name = "THEME")]
+    pub theme: Option<Theme>,
 }
 
 /// `info`

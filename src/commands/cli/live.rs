@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args};
 use clap_complete::engine::ArgValueCompleter;
 
 use super::super::completions;
-use super::super::config::Config;
+use super::super::config::{Config, Theme};
 use super::super::sharing::parse_address;
 use super::{Connection, laid_out, parse_baud, parse_duration};
 use crate::capture::Rotation;
@@ -128,6 +128,9 @@ pub struct Watch {
     /// Ring the bell for alarms and songs; key b switches it
     #[arg(long)]
     pub bell: bool,
+    /// Colours of the dashboard; key Ctrl-T changes them
+    #[arg(long, value_name = "THEME")]
+    pub theme: Option<Theme>,
     /// Where received bytes are recorded.
     #[command(flatten)]
     pub recording: RecordingArgs,

@@ -9,6 +9,7 @@ use clap_complete::engine::ArgValueCompleter;
 use super::live::{RecordingArgs, Sharing};
 use super::{laid_out, parse_duration, parse_factor, parse_seed};
 use crate::commands::completions;
+use crate::commands::config::Theme;
 use crate::radio::RadioKind;
 
 /// The simulation.
@@ -50,6 +51,9 @@ pub struct Demo {
     /// Ring the bell for alarms and songs; key b switches it
     #[arg(long)]
     pub bell: bool,
+    /// Colours of the dashboard; key Ctrl-T changes them
+    #[arg(long, value_name = "THEME")]
+    pub theme: Option<Theme>,
     /// Where received bytes are recorded.
     #[command(flatten)]
     pub recording: RecordingArgs,

@@ -6,6 +6,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use ratatui::backend::CrosstermBackend;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -54,6 +56,8 @@ struct State {
     spare: Option<Buffer>,
     is_redraw: bool,
     rings: bool,
+    /// The sequence of the newest text for the clipboard.
+    copied: Vec<u8>,
     stage: Stage,
     /// The thread's result, once it has restored the terminal or failed.
     result: Option<io::Result<()>>,
@@ -130,6 +134,15 @@ impl Drawing {
         self.order(|state| state.rings = true)
     }
 
+    /// Puts a text on the clipboard in place of any that waits.
+    ///
+    /// # Errors
+    /// When the terminal is gone.
+    pub(super) fn copy(&self, text: &str) -> io::Result<()> {
+        let sequence = format!("\x1b]52;c;{}\x1b\\", BASE64_STANDARD.encode(text));
+        self.order(|state| state.copied = sequence.into_bytes())
+    }
+
     fn order(&self, change: impl FnOnce(&mut State)) -> io::Result<()> {
         let mut state = self.0.lock();
         match state.result.take() {
@@ -159,10 +172,14 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for something to do; returns the newest frame, whether to write it whole and whether to ring. `None` at the end.
-    fn next(&self) -> Option<(Option<Frame>, bool, bool)> {
+    /// Waits for something to do; returns the newest frame, whether to write it whole, and bytes for before it: bell and
+    /// clipboard. `None` at the end.
+    fn next(&self) -> Option<(Option<Frame>, bool, Vec<u8>)> {
         let is_idle = |state: &mut State| {
-            state.stage == Stage::Drawing && state.frame.is_none() && !state.rings
+            state.stage == Stage::Drawing
+                && state.frame.is_none()
+                && !state.rings
+                && state.copied.is_empty()
         };
         let waited = self.changed.wait_while(self.lock(), is_idle);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner);
@@ -171,7 +188,11 @@ impl Shared {
         }
         let frame = state.frame.take();
         let is_redraw = frame.is_some() && mem::take(&mut state.is_redraw);
-        Some((frame, is_redraw, mem::take(&mut state.rings)))
+        let mut before = mem::take(&mut state.copied);
+        if mem::take(&mut state.rings) {
+            before.extend(BELL);
+        }
+        Some((frame, is_redraw, before))
     }
 
     /// Waits for a slow line, or for the end.
@@ -212,10 +233,8 @@ fn draw_frames(
     terminal: &mut Terminal<CrosstermBackend<Output<'_>>>,
     leave: &[u8],
 ) -> io::Result<()> {
-    while let Some((frame, is_redraw, rings)) = shared.next() {
-        if rings {
-            terminal.backend_mut().write_all(BELL)?;
-        }
+    while let Some((frame, is_redraw, before)) = shared.next() {
+        terminal.backend_mut().write_all(&before)?;
         if let Some(Frame { mut page, after }) = frame {
             if is_redraw || page.area != terminal.get_frame().area() {
                 terminal.resize(page.area)?;

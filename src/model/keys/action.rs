@@ -60,6 +60,10 @@ pub(crate) enum Action {
     Playback(Control),
     Speed(i8),
     AskMoment,
+    AskSearch,
+    Find(i8),
+    Copy,
+    NextTheme,
     AskJump { forward: bool },
     JumpTo(Landmark),
     JumpAgain { forward: bool },
@@ -119,13 +123,20 @@ impl Action {
             | Self::AcknowledgeAlarms
             | Self::ToggleBell
             | Self::Trace
-            | Self::Why => Group::Panels,
+            | Self::Why
+            | Self::AskSearch
+            | Self::Copy => Group::Panels,
             Self::Playback(_)
             | Self::Speed(_)
             | Self::AskMoment
             | Self::AskJump { .. }
             | Self::ToggleRecording => Group::Time,
-            Self::Help | Self::Close | Self::Redraw | Self::Suspend | Self::Quit => Group::Program,
+            Self::Help
+            | Self::Close
+            | Self::NextTheme
+            | Self::Redraw
+            | Self::Suspend
+            | Self::Quit => Group::Program,
             _ => Group::Robot,
         }
     }
@@ -158,7 +169,7 @@ impl Action {
                 | (Panel::Above, Self::Why)
                 | (Panel::Plots | Panel::Fields, Self::NextPlotWindow)
                 | (Panel::Commands, Self::CancelCommands | Self::AskCommand)
-                | (Panel::Log, Self::AskJump { .. })
+                | (Panel::Log, Self::AskJump { .. } | Self::AskSearch)
                 | (Panel::Link, Self::ToggleRecording)
                 | (Panel::Alarms, Self::AcknowledgeAlarms | Self::ToggleBell)
         )

@@ -53,6 +53,7 @@ pub(super) fn alone(action: Action) -> Option<String> {
         Action::Choose(steps) => pick(steps, "choose the one below", "choose the one above"),
         Action::NextValue(steps) => pick(steps, "the next value", "the value before"),
         Action::NextLine(steps) => pick(steps, "the next kind of line", "the kind of line before"),
+        Action::Find(steps) => pick(steps, "an older line", "a newer line"),
         Action::EraseCharacter => "erase a character".to_owned(),
         Action::EraseAll => "erase everything".to_owned(),
         Action::Recall(steps) => pick(steps, "the line typed after this", "the line typed before"),

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::*;
+use crate::model::Colors;
 use crate::model::keys::{Keymap, Rebinding};
 
 #[test]
@@ -372,4 +373,26 @@ fn every_overlay_can_be_closed() {
         let mistakes = Keymap::with(&[none]).unwrap_err();
         assert!(mistakes[0].message.contains("lead out of"), "{mistakes:?}");
     }
+}
+
+#[test]
+fn a_key_steps_through_the_themes() {
+    let mut scene = scene();
+    let colors = |scene: &Scene| scene.model.ui.config.colors;
+    let begin = colors(&scene);
+    let mut seen = vec![begin];
+    loop {
+        scene.ctrl('t');
+        if colors(&scene) == begin {
+            break;
+        }
+        seen.push(colors(&scene));
+    }
+    let all = [
+        Colors::Dark,
+        Colors::Light,
+        Colors::HighContrast,
+        Colors::Mono,
+    ];
+    assert_eq!(seen, all);
 }
