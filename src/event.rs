@@ -248,4 +248,6 @@ pub struct Recording {
     pub bytes: u64,
     /// Why recording failed, and the loss.
     pub problem: Option<String>,
+    /// Whether the disk, or the pipe, accepts no bytes.
+    pub is_disk_silent: bool,
 }

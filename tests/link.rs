@@ -4,7 +4,9 @@
 use crate::common::{on_all_cores, seeds};
 use crate::witness::Trial;
 use groundwave::event::CommandStatus;
+use groundwave_protocol::arq;
 use groundwave_protocol::status_codes::Mode;
+use sr04_firmware::board::Duplex;
 
 const SEEDS: u64 = 50;
 
@@ -145,5 +147,34 @@ fn a_cold_stop_takes_its_turn() {
         assert_eq!(trial.stopped(), Some(&confirmed), "seed {seed}");
         let mode = trial.co.simulation.robot().mode();
         assert_eq!(mode, Mode::Stop, "seed {seed}");
+    });
+}
+
+/// The radio is configured on one end only: a station for modems whose robot does not take turns, and the other way round.
+#[test]
+fn a_radio_known_to_one_end() {
+    over_seeds(|seed| {
+        let also = ["", "ber=1e-3", "drop=0.01,dup=0.01"][seed as usize / 2 % 3];
+        let robot_takes_turns = seed % 2 == 0;
+        let (channel, robot, station) = if robot_takes_turns {
+            let robot = Duplex::Half { patience_bytes: 16 };
+            (format!("half-duplex,{also}"), robot, arq::Duplex::Full)
+        } else {
+            (also.to_owned(), Duplex::Full, arq::Duplex::Half)
+        };
+        let mut trial = Trial::with(seed, channel.trim_end_matches(','), robot, station, 400);
+        trial.run_ms(seed * 13 % 3000);
+        trial.stop();
+        for _ in 0..15_000 {
+            trial.step();
+        }
+        let confirmed = CommandStatus::Confirmed { digest: None };
+        assert_eq!(trial.stopped(), Some(&confirmed), "seed {seed}");
+        let deed = trial.some_deed();
+        let number = trial.order(deed);
+        trial.run_to_end(number);
+        let is_clean = also.is_empty();
+        assert!(!is_clean || trial.is_confirmed(number), "seed {seed}");
+        trial
     });
 }

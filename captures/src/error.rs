@@ -5,6 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::files;
 use super::repair::Problem;
 use crate::hint::{self, shell_word};
 
@@ -107,6 +108,18 @@ pub enum CaptureError {
     /// The file cannot be created.
     #[error("cannot create {}: {}{}", path.display(), hint::without_numbers(&error.to_string()), hint(error))]
     Create {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's error.
+        error: io::Error,
+    },
+    /// An interrupted recording keeps its name, which a new one needs.
+    #[error(
+        "cannot rename the interrupted recording {}, to free its name: {}; choose another name",
+        path.display(),
+        hint::without_numbers(&error.to_string())
+    )]
+    SetAside {
         /// The file.
         path: PathBuf,
         /// The operating system's error.
@@ -239,9 +252,7 @@ pub(super) fn create(
         Existing::Append => options.append(true).create(true),
         Existing::Overwrite => options.write(true).create(true).truncate(true),
     };
-    options
-        .open(path)
-        .map_err(|error| create_error(path, error, can_append))
+    files::open_to_write(&mut options, path).map_err(|error| create_error(path, error, can_append))
 }
 
 /// The error for a file that could not be created.

@@ -1,9 +1,11 @@
 //! Files of recordings: names, locks and free names.
 
 use std::ffi::OsString;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::time::Duration;
 
 use super::CaptureError;
 use super::name::another;
@@ -51,18 +53,60 @@ pub(crate) fn claim(file: &File) {
 /// # Errors
 /// The operating system's.
 pub fn open(path: &Path) -> io::Result<File> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt as _;
-        // The pipes that a shell passes, as `<(...)`, are open already.
-        let is_open = path.starts_with("/dev") || path.starts_with("/proc");
-        if !is_open && fs::metadata(path)?.file_type().is_fifo() {
-            return Err(io::Error::other(
-                "it is a named pipe; read it as standard input: - < PIPE",
-            ));
-        }
+    // The pipes that a shell passes, as `<(...)`, are open already.
+    let is_open = path.starts_with("/dev") || path.starts_with("/proc");
+    if !is_open && is_named_pipe(path) {
+        return Err(io::Error::other(
+            "it is a named pipe; read it as standard input: - < PIPE",
+        ));
     }
     File::open(path)
+}
+
+#[cfg(unix)]
+fn is_named_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    fs::metadata(path).is_ok_and(|about| about.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+const fn is_named_pipe(_: &Path) -> bool {
+    false
+}
+
+/// Opens a file for writing. Refuses a named pipe that no program begins to read within a second, because opening one waits
+/// for the reader.
+///
+/// # Errors
+/// The operating system's.
+pub fn open_to_write(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
+    #[cfg(unix)]
+    if is_named_pipe(path) {
+        use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+        use rustix::io::Errno;
+        use std::os::unix::fs::OpenOptionsExt as _;
+
+        /// How long the reader may take to open the pipe, and the period of looks for it.
+        const PATIENCE: Duration = Duration::from_secs(1);
+        const PERIOD: Duration = Duration::from_millis(50);
+
+        options.custom_flags(OFlags::NONBLOCK.bits().cast_signed());
+        let mut patience = PATIENCE;
+        let file = loop {
+            match options.open(path) {
+                Err(error) if error.raw_os_error() == Some(Errno::NXIO.raw_os_error()) => {
+                    patience = patience.checked_sub(PERIOD).ok_or_else(|| {
+                        io::Error::other("no program reads this named pipe; start its reader first")
+                    })?;
+                    std::thread::sleep(PERIOD);
+                }
+                opened => break opened?,
+            }
+        };
+        fcntl_setfl(&file, fcntl_getfl(&file)? - OFlags::NONBLOCK)?;
+        return Ok(file);
+    }
+    options.open(path)
 }
 
 /// Whether both paths lead to one regular file, also by links. `-` is standard input.
@@ -157,7 +201,11 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     if !is_unfinished(path) {
         return Ok(None);
     }
-    let Ok(Some(_lock)) = Lock::take(path) else {
+    let opened = |error| CaptureError::Open {
+        path: path.to_owned(),
+        error,
+    };
+    let Some(_lock) = Lock::take(path).map_err(opened)? else {
         return Err(CaptureError::InUse(path.to_owned()));
     };
     let aside = match path.extension() {
@@ -168,7 +216,7 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     };
     let mut names = (1..=VARIANTS_MAX).map(|number| another(&aside, number));
     let aside = names.find(|name| !name.exists()).unwrap_or(aside);
-    fs::rename(path, &aside).map_err(|error| CaptureError::Write {
+    fs::rename(path, &aside).map_err(|error| CaptureError::SetAside {
         path: path.to_owned(),
         error,
     })?;
@@ -223,6 +271,8 @@ pub(crate) fn sync_folder(path: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::Session;
+    use crate::unfinished::UnfinishedWriter;
     use std::sync::atomic::{AtomicBool, Ordering};
 
     #[test]
@@ -235,6 +285,52 @@ mod tests {
         assert!(is_in_use(&path));
         drop(first);
         assert!(!is_in_use(&path));
+    }
+
+    /// Opening a named pipe without a reader would wait for one.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_named_pipe_is_written_only_to_a_reader() {
+        use rustix::fs::{CWD, FileType, Mode, OFlags, mknodat, open};
+        use std::io::{Read as _, Write as _};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        mknodat(CWD, &path, FileType::Fifo, Mode::from(0o600), 0).unwrap();
+        let mut options = OpenOptions::new();
+        let write = options.write(true).create(true).truncate(true);
+        let error = open_to_write(write, &path).unwrap_err().to_string();
+        assert!(error.contains("start its reader first"), "{error}");
+        let flags = OFlags::RDONLY | OFlags::NONBLOCK;
+        let mut reader = File::from(open(&path, flags, Mode::empty()).unwrap());
+        let mut writer = open_to_write(write, &path).unwrap();
+        writer.write_all(b"line").unwrap();
+        drop(writer);
+        let mut read = String::new();
+        reader.read_to_string(&mut read).unwrap();
+        assert_eq!(read, "line");
+    }
+
+    /// Its name with `.interrupted` would be too long.
+    #[cfg(unix)]
+    #[test]
+    fn an_interrupted_recording_that_cannot_be_renamed_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("{}.mcap", "a".repeat(250)));
+        let file = File::create(&path).unwrap();
+        let session = Session {
+            link: String::new(),
+            start: std::time::UNIX_EPOCH,
+            notes: std::collections::BTreeMap::new(),
+            configuration: String::new(),
+        };
+        UnfinishedWriter::begin(file, &path, &session).unwrap();
+        let words = set_aside(&path).unwrap_err().to_string();
+        assert!(
+            words.starts_with("cannot rename the interrupted recording"),
+            "{words}"
+        );
+        assert!(words.ends_with("choose another name"), "{words}");
+        assert!(path.exists());
     }
 
     #[test]

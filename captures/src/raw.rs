@@ -83,6 +83,12 @@ impl RawWriter {
     pub fn problem(&self) -> Option<String> {
         self.queue.problem()
     }
+
+    /// Whether [`Self::problem`] is that the file accepts no bytes.
+    #[must_use]
+    pub fn is_stalled(&self) -> bool {
+        self.queue.is_stalled()
+    }
 }
 
 impl Drop for RawWriter {

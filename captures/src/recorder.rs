@@ -29,7 +29,7 @@ use writer::{Entry, PartWriter};
 /// A recording under way.
 ///
 /// Calls never wait for the disk and do not fail; [`Self::problem`] reports errors. A reader calls [`Pace::wait`] after
-/// each read, so that a killed program loses no more than a few kilobytes while the disk accepts them.
+/// each read, so that a killed program loses nothing that it passed on, while the disk accepts it.
 /// [`Self::finish`] makes the finished recording; so does dropping the recorder.
 pub struct Recorder {
     queue: WriteQueue<Entry>,
@@ -48,8 +48,8 @@ pub struct Recorder {
 pub struct Pace(write_queue::Pace<Entry>);
 
 impl Pace {
-    /// Waits until the file has almost all that was recorded: 100 ms at most for a disk that falls behind, and 5 s with a full
-    /// queue, after which the recording is given up.
+    /// Waits until the file has all that was recorded: 100 ms at most for a disk that falls behind, and 5 s with a full queue,
+    /// after which the recording is given up.
     pub fn wait(&self) {
         self.0.wait();
     }
@@ -253,6 +253,12 @@ impl Recorder {
         problem
             .or_else(|| self.queue.problem())
             .or_else(|| self.is_stalled.then(stalled))
+    }
+
+    /// Whether [`Self::problem`] is that the disk accepts no bytes.
+    #[must_use]
+    pub fn is_stalled(&self) -> bool {
+        self.shared.problem().is_none() && (self.is_stalled || self.queue.is_stalled())
     }
 
     /// Whether the present part cannot be written or is gone.

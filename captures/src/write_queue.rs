@@ -16,11 +16,8 @@ const WAITING_MAX: u64 = 1 << 24;
 /// Memory of a queued item without its bytes.
 const ITEM_BYTES: u64 = 128;
 
-/// Bytes that a reader may be ahead of the file. A killed program loses no more.
-const AHEAD_MAX: u64 = 4096;
-
-/// How long a reader that is ahead waits before it runs on.
-const AHEAD_PATIENCE: Duration = Duration::from_millis(100);
+/// How long a reader waits for the file before it runs on.
+const WRITE_PATIENCE: Duration = Duration::from_millis(100);
 
 /// How long a reader with a full queue, or the end of a session, waits for a file that accepts nothing.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
@@ -132,6 +129,12 @@ impl<T: Send + 'static> WriteQueue<T> {
         state.is_given_up || state.problem.is_some()
     }
 
+    /// Whether the file is given up or was found without progress for 30 s.
+    pub(super) fn is_stalled(&self) -> bool {
+        let state = self.shared.lock();
+        state.problem.is_none() && (state.is_given_up || state.is_stalled())
+    }
+
     /// Reason why writing ended, the file is lost, or [`Self::handle_timeout`] found no progress for 30 s.
     pub(super) fn problem(&self) -> Option<String> {
         let state = self.shared.lock();
@@ -216,16 +219,15 @@ impl<T: Send + 'static> WriteQueue<T> {
 pub(super) struct Pace<T>(Arc<Shared<T>>);
 
 impl<T> Pace<T> {
-    /// Waits until the file has almost everything; a file that takes longer than 100 ms is waited for again when it has
-    /// caught up. With a full queue, waits for room, and gives the file up when it accepts nothing for 5 s.
+    /// Waits until the file has everything, so that a killed program loses nothing; a file that takes longer than 100 ms is
+    /// waited for again when it has caught up. With a full queue, waits for room, and gives the file up when it accepts nothing for 5 s.
     pub(super) fn wait(&self) {
         let shared = &*self.0;
         let mut state = shared.lock();
-        let unwritten = shared.unwritten(&state);
-        state.is_late &= unwritten > 0;
-        if unwritten > AHEAD_MAX && !state.is_late {
-            let is_ahead = |state: &State<T>| state.is_live() && shared.unwritten(state) > 0;
-            state = shared.wait_while(state, AHEAD_PATIENCE, is_ahead);
+        let is_ahead = |state: &State<T>| state.is_live() && shared.unwritten(state) > 0;
+        state.is_late &= is_ahead(&state);
+        if !state.is_late {
+            state = shared.wait_while(state, WRITE_PATIENCE, is_ahead);
             state.is_late = is_ahead(&state);
         }
         let is_full = |state: &State<T>| state.is_live() && shared.memory(state) > WAITING_MAX;

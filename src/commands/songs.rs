@@ -11,6 +11,7 @@ use sr04_sim::Sound;
 use super::cli::Songs;
 use super::output::check_inputs;
 use super::{Exit, Fault, out, say};
+use crate::capture::files;
 use crate::capture::songs::{Notes, for_each_song, length};
 use crate::capture::{Capture, CaptureError};
 use crate::hint;
@@ -97,7 +98,10 @@ fn write_wav(path: &Path, song: &SongLine, force: bool) -> io::Result<()> {
         fs::create_dir_all(folder)?;
     }
     let file = if force {
-        File::create(path)
+        files::open_to_write(
+            File::options().write(true).create(true).truncate(true),
+            path,
+        )
     } else {
         File::create_new(path)
     };

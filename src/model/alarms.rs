@@ -4,6 +4,8 @@ mod rules;
 
 use super::age;
 use crate::event::Moment;
+#[cfg(test)]
+pub(crate) use rules::DISK_IS_SILENT;
 pub(super) use rules::Inputs;
 pub use rules::Limits;
 pub(crate) use rules::{PRESSED_S, RULES, Rule, Source};

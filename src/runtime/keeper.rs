@@ -421,6 +421,11 @@ impl Inner {
         let name = |path: &Path| path.display().to_string();
         let tee_problem = self.tee.as_ref().and_then(|tee| tee.problem());
         let recorder_problem = self.recorder.as_ref().and_then(Recorder::problem);
+        let is_disk_silent = match (&tee_problem, &self.tee, &self.recorder) {
+            (Some(_), Some(tee), _) => tee.is_stalled(),
+            (_, _, Some(recorder)) => recorder.is_stalled(),
+            _ => false,
+        };
         self.told.clone_from(&recorder_problem);
         Recording {
             tee: self.tee.as_ref().map(|tee| name(tee.path())),
@@ -431,6 +436,7 @@ impl Inner {
                 (None, None) => 0,
             },
             problem: tee_problem.or(recorder_problem),
+            is_disk_silent,
         }
     }
 }

@@ -103,7 +103,7 @@ impl Screen<'_> {
 
     /// What to do, as a sentence.
     fn hint_of(&self, rule: &Rule) -> String {
-        let mut hint = self.told(rule.hint);
+        let mut hint = self.told(rule.hint_of(&self.present.recording));
         if let Some(first) = hint.get_mut(..1) {
             first.make_ascii_uppercase();
         }

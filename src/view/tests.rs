@@ -378,6 +378,13 @@ fn a_failed_recording_is_an_alarm() {
         &screen(&scene, 120, 40),
         "  RECORDING FAILED: the disk is full",
     );
+    row(&screen(&scene, 120, 40), "Make room");
+    scene.event(Event::Recording(Recording {
+        problem: Some("the disk has written nothing for 30 s".to_owned()),
+        is_disk_silent: true,
+        ..Recording::default()
+    }));
+    row(&screen(&scene, 120, 40), "The disk does not answer");
 }
 
 #[test]

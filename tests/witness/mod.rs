@@ -88,12 +88,24 @@ impl Trial {
     /// A trial on a half-duplex radio known to both ends; the robot waits `patience` byte times for the ground's first
     /// byte.
     pub fn taking_turns(seed: u64, channel: &str, patience_bytes: u8, latency_ms: u64) -> Self {
+        let robot = Duplex::Half { patience_bytes };
+        Self::with(seed, channel, robot, arq::Duplex::Half, latency_ms)
+    }
+
+    /// A trial with the duplex that each end is configured for.
+    pub fn with(
+        seed: u64,
+        channel: &str,
+        robot: Duplex,
+        station: arq::Duplex,
+        latency_ms: u64,
+    ) -> Self {
         let world = World::built_in("open-room").expect("it comes with the program");
         let mut config = SimulationConfig::new(world, seed);
         config.channel = channel.parse().expect("a channel");
-        config.duplex = Duplex::Half { patience_bytes };
+        config.duplex = robot;
         let station = Config {
-            duplex: arq::Duplex::Half,
+            duplex: station,
             latency_us: latency_ms * 1000,
             ..Config::new(owner(seed))
         };

@@ -70,8 +70,7 @@ pub(super) fn create(path: &Path, existing: Existing) -> Result<File, CaptureErr
     if files::is_in_use(path) {
         return Err(CaptureError::InUse(path.to_owned()));
     }
-    let file = options
-        .open(path)
+    let file = files::open_to_write(&mut options, path)
         .map_err(|error| create_error(path, error, false))?;
     if existing == Existing::Overwrite {
         let is_file = file.metadata().is_ok_and(|about| about.is_file());

@@ -187,11 +187,28 @@ impl Style {
         }
     }
 
-    /// Length of the first piece of `bytes`: a line, or a part of one that is too long. There are at least [`Self::reach`] bytes
-    /// unless the capture ends.
+    /// Length of the first piece of `bytes`: a line, or a part of one that is too long. Lines too short for any of the robot's
+    /// are joined, or a flood of line feeds would cost a piece a byte. There are at least [`Self::reach`] bytes unless the
+    /// capture ends.
     pub(super) fn piece_bytes(&self, bytes: &[u8]) -> usize {
         let reach = bytes.len().min(self.reach());
-        line_feed(&bytes[..reach]).map_or(reach, |at| at + 1)
+        let length = line_feed(&bytes[..reach]).map_or(reach, |at| at + 1);
+        if length >= ACK_LINE_BYTES || !self.is_as_sent() {
+            return length;
+        }
+        let short = &bytes[..reach.min(ACK_LINE_BYTES)];
+        let end = short.iter().rposition(|&byte| byte == b'\n');
+        end.map_or(length, |at| at + 1)
+    }
+
+    /// Whether a piece of this length may be longer with more bytes after it.
+    const fn may_grow(&self, length: usize) -> bool {
+        length < ACK_LINE_BYTES && self.is_as_sent()
+    }
+
+    /// Whether the file's bytes are the radio's.
+    const fn is_as_sent(&self) -> bool {
+        matches!((self.stamps, self.ends), (None, Ends::AsSent))
     }
 
     /// Timestamp of a piece that follows one at `last`.

@@ -3,10 +3,12 @@
 use std::borrow::Cow;
 use std::io::{self, Read};
 
+use groundwave_protocol::telemetry::ACK_LINE_BYTES;
+
 use super::{HEAD_BYTES, Style};
 use crate::event::Moment;
 
-/// The bytes up to a line feed, noise or not, or 80 bytes without one.
+/// The bytes up to a line feed, noise or not, or 80 bytes without one. Lines of fewer than 14 bytes may be joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece<'a> {
     /// Time since the capture began.
@@ -88,7 +90,8 @@ impl<R: Read> TextReader<R> {
             let unread = &self.buffer[self.unread.clone()];
             let length = style.piece_bytes(unread);
             let is_whole = length == style.reach() || unread[..length].ends_with(b"\n");
-            if is_whole || self.has_ended {
+            let may_grow = unread.len() < ACK_LINE_BYTES && style.may_grow(length);
+            if is_whole && !may_grow || self.has_ended {
                 break length;
             }
             self.fill()?;

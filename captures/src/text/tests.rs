@@ -92,7 +92,7 @@ fn pieces_do_not_depend_on_how_the_bytes_arrive() {
             .collect::<Vec<_>>(),
         stream
     );
-    assert_eq!(whole[0].1, b"noise\n");
+    assert_eq!(whole[0].1, b"noise\n\n");
     assert_eq!(whole.last().unwrap().1, b"rest");
     for step in [1, 2, 3, 7, 79, 80, 81] {
         assert_eq!(
@@ -238,4 +238,25 @@ fn text_without_times_plays_as_fast_as_the_robot_spoke() {
     assert!((5.5..6.5).contains(&ratio), "{ratio}");
     let played = played(&mut *tape(&fast)).last().unwrap().0.as_secs_f64();
     assert!((played - end(&fast)).abs() < 0.001);
+}
+
+/// A flood of line feeds does not cost a piece a byte; the robot's lines keep their pieces, however the bytes arrive.
+#[test]
+fn short_lines_are_joined() {
+    let line = include_bytes!("../../house-clean.txt")
+        .split_inclusive(|&byte| byte == b'\n')
+        .next()
+        .unwrap();
+    let flood = [b'\n'; 140];
+    let text = [&line[..], &flood, line, b"a\nb\n", line, b"\n"].concat();
+    let wanted: Vec<usize> = [vec![80], vec![14; 10], vec![80, 4, 80, 1]].concat();
+    for at_once in [1, 7, 80, text.len()] {
+        let mut reader = TextReader::new(Trickle(&text, at_once));
+        let mut lengths = Vec::new();
+        while let Some(piece) = reader.next_piece().unwrap() {
+            assert_eq!(piece.radio, piece.stored);
+            lengths.push(piece.stored.len());
+        }
+        assert_eq!(lengths, wanted, "{at_once} bytes at once");
+    }
 }

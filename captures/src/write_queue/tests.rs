@@ -75,7 +75,7 @@ fn a_full_queue_ends_the_file_at_an_exact_place() {
 #[test]
 fn a_reader_is_delayed_once() {
     let (queue, permit, done) = gated();
-    queue.push("much", AHEAD_MAX + 1, None);
+    queue.push("much", 4, None);
     let is_late = || queue.shared.lock().is_late;
     queue.pace().wait();
     assert!(is_late());

@@ -85,8 +85,11 @@ const KNOCK_PERIOD_US: u64 = 1_000_000;
 /// Longest silence to judge the downlink by, in bytes; a longer one is an outage.
 const FORGET_BYTES: u64 = 10 * LINE_BYTES as u64;
 
-/// Long lines without a line G after which the robot counts as full-duplex.
+/// Long lines without a line G after which a robot of unknown duplex counts as full-duplex.
 const LONG_LINES: u8 = 2;
+
+/// Long lines with nothing lost between them after which a robot that should take turns counts as full-duplex.
+const LONG_LINES_IN_A_ROW: u8 = 3;
 
 const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
@@ -132,7 +135,8 @@ pub struct Fop {
     heard_us: u64,
     downlink: Quality,
     duplex: Duplex,
-    /// Long lines received while `duplex` was unknown.
+    /// Long lines received since the latest other line, while the robot was not known to be full-duplex; where it should take turns,
+    /// only those that follow each other.
     long_lines: u8,
     carrier: Carrier,
     /// The turn to send, in half duplex.

@@ -54,6 +54,14 @@ impl Default for Limits {
     }
 }
 
+/// The hint for a recording that failed.
+const MAKE_ROOM: &str =
+    "make room, then <toggle-recording> records on; until then memory keeps the newest";
+
+/// The hint for a recording on a disk that hangs.
+pub(crate) const DISK_IS_SILENT: &str =
+    "the disk does not answer; check it; until then memory keeps the newest";
+
 /// Inputs of the rules.
 pub(in crate::model) struct Inputs<'a> {
     pub(in crate::model) now: Moment,
@@ -194,7 +202,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
         level: Level::Alarm,
         name: "recording failed",
-        hint: "make room, then <toggle-recording> records on; until then memory keeps the newest",
+        hint: MAKE_ROOM,
         unit: "",
         logged_here: false,
         source: Source::Station,
@@ -369,6 +377,15 @@ impl Rule {
 }
 
 impl Rule {
+    /// The hint for a recording as it is.
+    pub(crate) fn hint_of(&self, recording: &Recording) -> &'static str {
+        if self.hint == MAKE_ROOM && recording.is_disk_silent {
+            DISK_IS_SILENT
+        } else {
+            self.hint
+        }
+    }
+
     /// The log line when it is raised; `None` when another event adds one.
     pub(in crate::model) fn log_text(&self, value: Option<f64>, config: &Config) -> Option<String> {
         let figures = match value {

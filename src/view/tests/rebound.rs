@@ -272,6 +272,7 @@ fn texts_name_the_chosen_keys() {
 fn remedies_and_commands_name_existing_keys() {
     let labels = labels_of_the_table();
     let hints = RULES.iter().map(|rule| rule.hint);
+    let hints = hints.chain([crate::model::alarms::DISK_IS_SILENT]);
     let listing = dashboard_listing().map(|(_, does)| does);
     for text in hints.chain(listing) {
         let told = Keymap::default().told(text);

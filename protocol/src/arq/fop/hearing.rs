@@ -4,15 +4,15 @@ use super::super::{SESSION_LAST, session_after};
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
     CommandStatus, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES,
-    MISMATCHES_MAX, RECEIPT_COUNT_BITS, RECEIPT_COUNT_MAX, STOP_BLIND_US, Session, US_PER_BYTE,
-    Work, next_tag,
+    LONG_LINES_IN_A_ROW, MISMATCHES_MAX, RECEIPT_COUNT_BITS, RECEIPT_COUNT_MAX, STOP_BLIND_US,
+    Session, US_PER_BYTE, Work, next_tag,
 };
 use crate::LINE_BYTES;
 use crate::command::Order;
 use crate::decoder::Received;
 use crate::failsafe::Failsafe;
 use crate::status_codes::Link;
-use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome};
+use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome, SEQUENCE_MODULUS};
 
 impl Fop {
     /// Takes the instant at which bytes arrived, noise included.
@@ -28,20 +28,17 @@ impl Fop {
         self.judge_downlink(arrived_us, received);
         self.carrier.judge();
         self.heard_us = arrived_us;
+        let is_next = received.sequence() == (self.latest_line + 1) % SEQUENCE_MODULUS;
         self.latest_line = received.sequence();
         match received {
             Received::Line(line, _) => {
                 self.turn = None;
                 self.paused_bytes = 0;
-                if self.duplex == Duplex::Unknown {
-                    self.long_lines += 1;
-                    if self.long_lines >= LONG_LINES {
-                        self.duplex = Duplex::Full;
-                    }
-                }
+                self.judge_duplex(is_next);
                 self.handle_body(&line.body);
             }
             Received::Ack(line) => {
+                self.long_lines = 0;
                 if line.listens {
                     if let Some(stopping) = &mut self.stopping {
                         stopping.blind_us = arrived_us + STOP_BLIND_US;
@@ -59,6 +56,22 @@ impl Fop {
         }
         let latched_us = arrived_us.saturating_sub(LATCH_TO_END_US + self.config.latency_us);
         self.handle_ack(arrived_us, *received.ack(), latched_us);
+    }
+
+    /// Judges at a long line whether the robot takes turns. Such a robot sends a line G after each long line, whatever the station
+    /// was configured for.
+    fn judge_duplex(&mut self, is_next: bool) {
+        let (long_lines, enough) = match self.duplex {
+            Duplex::Full => return,
+            Duplex::Unknown => (self.long_lines + 1, LONG_LINES),
+            Duplex::Half if is_next => (self.long_lines + 1, LONG_LINES_IN_A_ROW),
+            Duplex::Half => (1, LONG_LINES_IN_A_ROW),
+        };
+        self.long_lines = long_lines;
+        if long_lines >= enough {
+            self.duplex = Duplex::Full;
+            self.long_lines = 0;
+        }
     }
 
     /// Judges the downlink: the robot sends without a pause, so bytes missing between two lines were lost.
