@@ -126,7 +126,7 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
         "made       2025-03-14T09:26:53Z",
         "link       tcp:robot:4000",
         "software   groundwave 0.1.0",
-        "lines      29 intact: 29 packets (A 0, B 0, C 0, T 29), 0 acknowledgements (K)",
+        "lines      29 intact: 29 long (A 0, B 0, C 0, T 29), 0 short (K)",
         "sent       24 bytes, 2 frames, 1 of them again",
     ] {
         assert!(text.contains(fact), "no `{fact}` in\n{text}");

@@ -3,7 +3,9 @@
 
 use std::collections::VecDeque;
 
-use groundwave_protocol::decoder::Counters;
+use groundwave_protocol::decoder::{Counters, Received};
+
+use crate::event::Moment;
 
 /// Number of newest gaps that may still close: a late line or a restart shows that nothing was lost.
 const OPEN_MAX: usize = 16;
@@ -25,6 +27,10 @@ pub(crate) struct Gaps {
     before: Counters,
     open: VecDeque<Open>,
     settled: u64,
+    /// When the latest line arrived.
+    at: Moment,
+    /// The longest pause since the latest line C, and the line after it; `None` for one that is a gap already.
+    longest: (Moment, Option<u64>),
 }
 
 impl Gaps {
@@ -33,8 +39,13 @@ impl Gaps {
         self.is_interrupted = self.has_begun;
     }
 
-    /// Takes the decoder's counts after an intact line; returns the line after a gap that no longer closes.
-    pub(crate) fn take_line(&mut self, counters: &Counters) -> Option<u64> {
+    /// Takes an intact line and the decoder's counts after it; returns the line after a gap that no longer closes.
+    pub(crate) fn take_line(
+        &mut self,
+        at: Moment,
+        received: &Received,
+        counters: &Counters,
+    ) -> Option<u64> {
         let lines = counters.intact();
         let (before, now) = (self.before.lines_lost, counters.lines_lost);
         if let Some(found) = before.checked_sub(now).filter(|found| *found > 0) {
@@ -46,6 +57,21 @@ impl Gaps {
             let lost = lost.filter(|_| !is_interrupted);
             self.open.push_back(Open { line: lines, lost });
         }
+        let pause = at.saturating_sub(self.at);
+        if self.has_begun && pause >= self.longest.0 {
+            let is_gap = self.open.back().is_some_and(|gap| gap.line == lines);
+            self.longest = (pause, (!is_gap).then_some(lines));
+        }
+        if received.uptime_s().is_some() {
+            let hidden = counters.hidden.max > self.before.hidden.max;
+            let (_, silent) = std::mem::take(&mut self.longest);
+            // Whole hundreds of lines, which the sequence does not show, were lost in the longest pause.
+            if let Some(line) = silent.filter(|_| hidden) {
+                let place = self.open.partition_point(|gap| gap.line < line);
+                self.open.insert(place, Open { line, lost: None });
+            }
+        }
+        self.at = at;
         self.has_begun = true;
         self.before = *counters;
         if self.open.len() > OPEN_MAX {
@@ -85,19 +111,53 @@ impl Gaps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use groundwave_protocol::decoder::Decoder;
 
     /// Number of gaps after lines with these totals of lost lines and restarts.
     fn count(totals: &[(u64, u64)]) -> u64 {
         let mut gaps = Gaps::default();
+        let line = line('A');
         for (number, &(lines_lost, restarts)) in totals.iter().enumerate() {
-            gaps.take_line(&Counters {
+            let counters = Counters {
                 lines: number as u64 + 1,
                 lines_lost,
                 restarts,
                 ..Counters::default()
-            });
+            };
+            gaps.take_line(Moment::ZERO, &line, &counters);
         }
         gaps.count()
+    }
+
+    /// A line of this type.
+    fn line(letter: char) -> Received {
+        let mut decoder = Decoder::default();
+        let sample = include_bytes!("../house-clean.txt");
+        let mut lines = decoder.lines(sample);
+        let is_wanted =
+            |line: &Received| matches!(line, Received::Line(_, raw) if raw[0] == letter as u8);
+        lines.find(is_wanted).unwrap()
+    }
+
+    /// Whole hundreds of lines were lost in the longest pause; the next line C tells it.
+    #[test]
+    fn hidden_lines_are_a_gap_in_the_longest_pause() {
+        for lost in [0, 2] {
+            let mut gaps = Gaps::default();
+            let mut counters = Counters::default();
+            for (at_s, letter) in [(0, 'C'), (1, 'A'), (40, 'A'), (41, 'A'), (42, 'C')] {
+                counters.lines += 1;
+                if at_s == 40 {
+                    counters.lines_lost = lost;
+                }
+                if at_s == 42 {
+                    (counters.hidden.min, counters.hidden.max) = (100, 100);
+                }
+                gaps.take_line(Moment::from_secs(at_s), &line(letter), &counters);
+            }
+            assert_eq!(gaps.count(), 1, "{lost} lines lost in the sequence");
+            assert_eq!(gaps.settle(), Some(3), "the line after the pause");
+        }
     }
 
     #[test]
@@ -121,7 +181,7 @@ mod tests {
         gaps.interrupt();
         for expected in [0, 1] {
             counters.lines += 1;
-            gaps.take_line(&counters);
+            gaps.take_line(Moment::ZERO, &line('A'), &counters);
             assert_eq!(gaps.count(), expected);
             gaps.interrupt();
         }

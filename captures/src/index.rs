@@ -75,6 +75,11 @@ pub trait SeekableReader {
         None
     }
 
+    /// Baud rate of the radio, if the capture tells it.
+    fn baud(&self) -> Option<u32> {
+        None
+    }
+
     /// A second, independent reader of this capture.
     fn reopen(&self) -> Box<dyn SeekableReader + Send>;
 }

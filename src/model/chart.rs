@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use groundwave_protocol::status_codes::{Bump, Drive, Infrared};
-use groundwave_protocol::telemetry::StateLine;
+use groundwave_protocol::telemetry::{SEQUENCE_MODULUS, StateLine};
 
 use super::bounds::Bounds;
 use super::robot::{Reading, detects, touches};
@@ -18,8 +18,14 @@ pub(crate) const ROBOT_RADIUS_IN: f64 = 5.5;
 /// Least distance between two marks of a kind, inches.
 const MARK_SPACING_IN: f64 = 6.0;
 
-/// Time without a line after which the trail has a gap.
-const GAP_AFTER: Moment = Moment::from_secs(2);
+/// Time without a pose after which the trail has a gap, if lines have no sequence.
+const SILENCE: Moment = Moment::from_secs(2);
+
+/// Time without a line in which a robot may have sent a hundred short ones, which the sequence does not show.
+const HUNDRED_LINES: Moment = Moment::from_secs(5);
+
+/// Most lines by which a late or repeated line is behind the newest.
+const LATE_LINES_MAX: u8 = 5;
 
 /// A greater distance between two lines is a jump, inches.
 const JUMP_IN: f64 = 60.0;
@@ -76,9 +82,32 @@ pub(crate) struct Chart {
     /// Near the robot: the middle of the picture at the operator's scale.
     pub(super) near: (f64, f64),
     was_touching: bool,
+    /// When the newest line arrived, and its sequence.
+    newest: Option<(Moment, u8)>,
+    /// Whether lines were lost since the newest line A.
+    is_interrupted: bool,
 }
 
 impl Chart {
+    /// Takes the sequence of any line: lines lost before it are a gap in the trail.
+    pub(super) fn take_sequence(&mut self, now: Moment, sequence: u8) {
+        let Some((at, newest)) = self.newest else {
+            self.newest = Some((now, sequence));
+            return;
+        };
+        let ahead = (sequence + SEQUENCE_MODULUS - newest) % SEQUENCE_MODULUS;
+        if ahead == 0 || ahead >= SEQUENCE_MODULUS - LATE_LINES_MAX {
+            return;
+        }
+        self.is_interrupted |= ahead > 1 || now.saturating_sub(at) >= HUNDRED_LINES;
+        self.newest = Some((now, sequence));
+    }
+
+    /// Takes the loss of the link.
+    pub(super) const fn interrupt(&mut self) {
+        self.is_interrupted = true;
+    }
+
     /// Takes a line A; returns the place of a new contact.
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine) -> Option<(f64, f64)> {
         if state.drive == Drive::OdometerReset {
@@ -107,9 +136,12 @@ impl Chart {
 
     /// Takes a pose.
     pub(super) fn take_pose(&mut self, now: Moment, pose: Pose) {
+        let is_interrupted = std::mem::take(&mut self.is_interrupted);
         let joined = self.pose.is_some_and(|last| {
             let moved_in = (pose.x_in - last.value.x_in).hypot(pose.y_in - last.value.y_in);
-            last.age(now) < GAP_AFTER && moved_in < JUMP_IN
+            // Lines of a robot's own have no sequence.
+            let is_silent = self.newest.is_none() && last.age(now) >= SILENCE;
+            !is_interrupted && !is_silent && moved_in < JUMP_IN
         });
         self.trail.push(pose.x_in, pose.y_in, joined);
         self.bounds.include(pose.x_in, pose.y_in);
@@ -128,6 +160,8 @@ impl Chart {
         self.pose = None;
         self.followed = None;
         self.was_touching = false;
+        self.newest = None;
+        self.is_interrupted = false;
     }
 
     /// Follows the robot and the points that it heads for.

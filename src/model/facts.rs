@@ -105,6 +105,7 @@ impl Facts {
             }
             Event::Own(line) => self.take_own_line(now, line),
             Event::Ack(line) => {
+                self.chart.take_sequence(now, line.sequence);
                 self.counted.take_ack(line.ack);
                 is_shown = self.life.take_boot(line.ack.boot);
                 if is_shown {
@@ -235,6 +236,7 @@ impl Facts {
         self.robot.take(now, line);
         self.counted.tally.lines += 1;
         self.counted.take_ack(line.ack);
+        self.chart.take_sequence(now, line.sequence);
         match &line.body {
             Body::State(state) => self.take_state(now, before.as_ref(), state),
             Body::Status(status) => {
@@ -378,7 +380,10 @@ impl Facts {
                 let only = if *can_send { "" } else { ", receive only" };
                 (Level::Info, format!("listening to {name}{only}"))
             }
-            LinkEvent::Lost { reason } => (Level::Alarm, format!("link lost: {reason}")),
+            LinkEvent::Lost { reason } => {
+                self.chart.interrupt();
+                (Level::Alarm, format!("link lost: {reason}"))
+            }
             LinkEvent::Ended => (Level::Info, "the session is over".to_owned()),
         };
         self.log.add(now, level, Subject::Link, text);

@@ -57,6 +57,9 @@ impl CaptureState {
 
     fn from(name: &str, config: Arc<Config>, place: Place, tape: &dyn SeekableReader) -> Self {
         let mut station = Station::new(arq::Config::new(1), false);
+        if let Some(baud) = tape.baud() {
+            station.set_baud(baud);
+        }
         station.handle_link(place.at(), opened(name));
         let mut scene = Self {
             station,

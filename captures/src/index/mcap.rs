@@ -1,5 +1,6 @@
 //! Seekable MCAP recordings.
 
+use std::collections::BTreeMap;
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
@@ -36,6 +37,7 @@ pub struct SeekableRecording {
     start_ns: u64,
     end_ns: u64,
     truth: Option<Truth>,
+    baud: Option<u32>,
     pieces: Pieces<SourceReader>,
     at: Moment,
     /// The end has been reached, and its reason returned.
@@ -71,6 +73,7 @@ impl SeekableRecording {
             start_ns,
             end_ns: contents.end_ns.max(start_ns),
             truth: contents.truth,
+            baud: contents.baud,
             pieces,
             at: Moment::ZERO,
             is_over: false,
@@ -198,6 +201,10 @@ impl SeekableReader for SeekableRecording {
         self.truth.clone()
     }
 
+    fn baud(&self) -> Option<u32> {
+        self.baud
+    }
+
     fn unix(&self) -> Option<Moment> {
         Some(Moment::from_nanos(self.start_ns))
     }
@@ -210,15 +217,22 @@ struct Contents {
     channels: Channels,
     end_ns: u64,
     truth: Option<Truth>,
+    baud: Option<u32>,
 }
 
 impl Contents {
+    fn take_session(&mut self, session: &BTreeMap<String, String>) {
+        let truth = session.get(Session::TRUTH);
+        self.truth = truth.and_then(|truth| serde_json::from_str(truth).ok());
+        let baud = session.get(Session::BAUD);
+        self.baud = baud.and_then(|baud| baud.parse().ok());
+    }
+
     fn take_metadata(&mut self, body: &[u8]) {
         if let Some(Record::Metadata(table)) = parse(op::METADATA, body)
             && table.name == Session::TABLE
         {
-            let truth = table.metadata.get(Session::TRUTH);
-            self.truth = truth.and_then(|truth| serde_json::from_str(truth).ok());
+            self.take_session(&table.metadata);
         }
     }
 }
@@ -296,8 +310,7 @@ fn read_through(source: &Arc<dyn Source>) -> io::Result<Contents> {
     }
     contents.end_ns = pieces.last_ns();
     contents.channels = pieces.channels().clone();
-    let truth = pieces.session().get(Session::TRUTH);
-    contents.truth = truth.and_then(|truth| serde_json::from_str(truth).ok());
+    contents.take_session(pieces.session());
     Ok(contents)
 }
 

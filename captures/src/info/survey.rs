@@ -73,7 +73,7 @@ impl Survey {
             };
             while let Some(received) = decoder.next_own_line(&mut bytes) {
                 self.outages.handle_line(at, &received, decoder.counters());
-                self.gaps.take_line(decoder.counters());
+                self.gaps.take_line(at, &received, decoder.counters());
                 self.noise.take_line(decoder.counters());
                 self.odometer.take(at, &received);
                 self.take(&received);

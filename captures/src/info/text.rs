@@ -105,7 +105,7 @@ impl Info {
         };
         writeln!(
             output,
-            "lines      {all} intact: {} packets (A {a}, B {b}, C {c}, T {t}{rare}), {k} acknowledgements (K)",
+            "lines      {all} intact: {} long (A {a}, B {b}, C {c}, T {t}{rare}), {k} short (K)",
             all - k
         )?;
         writeln!(

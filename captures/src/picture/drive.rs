@@ -54,6 +54,11 @@ fn notes(track: &Track, problem: Option<&CaptureError>) -> Vec<String> {
             "After a restart, positions count from the place of the restart{walls}."
         ));
     }
+    if let Some(longest) = track.outages.iter().max_by_key(|it| it.duration()) {
+        let plural = if track.outages.len() == 1 { "" } else { "s" };
+        let count = track.outages.len();
+        notes.push(format!("{count} outage{plural}, the longest: {longest}."));
+    }
     notes.extend(problem.map(ToString::to_string));
     notes
 }

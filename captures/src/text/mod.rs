@@ -193,22 +193,15 @@ impl Style {
     pub(super) fn piece_bytes(&self, bytes: &[u8]) -> usize {
         let reach = bytes.len().min(self.reach());
         let length = line_feed(&bytes[..reach]).map_or(reach, |at| at + 1);
-        if length >= ACK_LINE_BYTES || !self.is_as_sent() {
+        let Some(more) = bytes[..reach.min(ACK_LINE_BYTES)].get(length..) else {
             return length;
+        };
+        if self.is_stamped() {
+            // The next line may have a timestamp of its own.
+            return length + more.iter().take_while(|&&byte| byte == b'\n').count();
         }
-        let short = &bytes[..reach.min(ACK_LINE_BYTES)];
-        let end = short.iter().rposition(|&byte| byte == b'\n');
-        end.map_or(length, |at| at + 1)
-    }
-
-    /// Whether a piece of this length may be longer with more bytes after it.
-    const fn may_grow(&self, length: usize) -> bool {
-        length < ACK_LINE_BYTES && self.is_as_sent()
-    }
-
-    /// Whether the file's bytes are the radio's.
-    const fn is_as_sent(&self) -> bool {
-        matches!((self.stamps, self.ends), (None, Ends::AsSent))
+        let end = more.iter().rposition(|&byte| byte == b'\n');
+        end.map_or(length, |at| length + at + 1)
     }
 
     /// Timestamp of a piece that follows one at `last`.
@@ -271,8 +264,19 @@ impl Ends {
         }
     }
 
-    /// The line with the robot's line end.
+    /// The line, or joined short lines, with the robot's line ends.
     fn restore(self, line: &[u8]) -> Cow<'_, [u8]> {
+        let is_one = line
+            .split_last()
+            .is_none_or(|(_, head)| !head.contains(&b'\n'));
+        if self != Self::AsSent && !is_one {
+            let lines = line.split_inclusive(|&byte| byte == b'\n');
+            let mut restored = Vec::with_capacity(2 * line.len());
+            for line in lines {
+                restored.extend_from_slice(&self.restore(line));
+            }
+            return restored.into();
+        }
         let kept = match (self, Self::of(line)) {
             (Self::Lf, Self::Lf) => line.strip_suffix(b"\n"),
             (Self::CrCrLf, Self::CrCrLf) => line.strip_suffix(b"\r\r\n"),

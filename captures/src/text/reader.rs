@@ -90,8 +90,9 @@ impl<R: Read> TextReader<R> {
             let unread = &self.buffer[self.unread.clone()];
             let length = style.piece_bytes(unread);
             let is_whole = length == style.reach() || unread[..length].ends_with(b"\n");
-            let may_grow = unread.len() < ACK_LINE_BYTES && style.may_grow(length);
-            if is_whole && !may_grow || self.has_ended {
+            // Until then, another short line may be joined.
+            let is_complete = length >= ACK_LINE_BYTES || unread.len() >= ACK_LINE_BYTES;
+            if is_whole && is_complete || self.has_ended {
                 break length;
             }
             self.fill()?;

@@ -243,20 +243,39 @@ fn text_without_times_plays_as_fast_as_the_robot_spoke() {
 /// A flood of line feeds does not cost a piece a byte; the robot's lines keep their pieces, however the bytes arrive.
 #[test]
 fn short_lines_are_joined() {
-    let line = include_bytes!("../../house-clean.txt")
-        .split_inclusive(|&byte| byte == b'\n')
-        .next()
-        .unwrap();
-    let flood = [b'\n'; 140];
-    let text = [&line[..], &flood, line, b"a\nb\n", line, b"\n"].concat();
-    let wanted: Vec<usize> = [vec![80], vec![14; 10], vec![80, 4, 80, 1]].concat();
-    for at_once in [1, 7, 80, text.len()] {
-        let mut reader = TextReader::new(Trickle(&text, at_once));
-        let mut lengths = Vec::new();
-        while let Some(piece) = reader.next_piece().unwrap() {
-            assert_eq!(piece.radio, piece.stored);
-            lengths.push(piece.stored.len());
+    let sample = include_str!("../../house-clean.txt");
+    let line = sample.split_inclusive('\n').next().unwrap();
+    let bare = line.replace("\r\n", "\n");
+    let stamped = format!("12:00:01 {line}");
+    let flood = "\n".repeat(140);
+    let feeds = [14; 10];
+    let cases = [
+        (
+            format!("{line}{flood}{line}a\r\nb\r\n{line}\r\n"),
+            [&[80], &feeds[..], &[80, 6, 80, 2]].concat(),
+            format!("{line}{flood}{line}a\r\nb\r\n{line}\r\n"),
+        ),
+        (
+            format!("{bare}{bare}{bare}{flood}{bare}a\nb\n{bare}"),
+            [&[79, 79, 79], &feeds[..], &[79, 4, 79]].concat(),
+            format!(
+                "{line}{line}{line}{}{line}a\r\nb\r\n{line}",
+                "\r\n".repeat(140)
+            ),
+        ),
+        (
+            format!("{stamped}{stamped}{stamped}{flood}{stamped}"),
+            [&[89, 89, 89], &feeds[..], &[89]].concat(),
+            format!("{line}{line}{line}{flood}{line}"),
+        ),
+    ];
+    for (text, lengths, radio) in cases {
+        for at_once in [1, 7, 80, text.len()] {
+            let pieces = pieces(Trickle(text.as_bytes(), at_once));
+            let stored: Vec<usize> = pieces.iter().map(|(_, _, stored)| stored.len()).collect();
+            assert_eq!(stored, lengths, "{at_once} bytes at once");
+            let received: Vec<u8> = pieces.into_iter().flat_map(|(_, radio, _)| radio).collect();
+            assert_eq!(received, radio.as_bytes());
         }
-        assert_eq!(lengths, wanted, "{at_once} bytes at once");
     }
 }

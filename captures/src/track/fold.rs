@@ -108,7 +108,7 @@ impl Fold {
 
     /// Takes a line, with the decoder's counts after it.
     pub(super) fn take(&mut self, at: Duration, received: &Received, counters: &Counters) {
-        if let Some(line) = self.gaps.take_line(counters) {
+        if let Some(line) = self.gaps.take_line(at, received, counters) {
             self.add_gap(line);
         }
         if counters.restarts > self.counters.restarts {

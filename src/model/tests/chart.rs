@@ -53,14 +53,31 @@ fn after_an_odometer_reset_the_map_starts_afresh() {
     assert_eq!(scene.model.facts.chart.trail.recent().count(), 1);
 }
 
+/// Late lines are none, as in the exports; whole hundreds of lines are not in the sequence.
 #[test]
-fn a_gap_in_the_telemetry_is_a_gap_in_the_trail() {
-    let mut scene = scene();
-    scene.drive(5, 4.0, 0);
-    scene.wait_ms(5000);
-    scene.drive(5, 4.0, 0);
-    let gaps = scene.model.facts.chart.trail.recent().filter(|p| !p.joined);
-    assert_eq!(gaps.count(), 2, "where it starts and after the silence");
+fn lost_lines_are_a_gap_in_the_trail() {
+    type Change = fn(&mut Scene);
+    let lost = LinkEvent::Lost {
+        reason: "unplugged".to_owned(),
+    };
+    let changes: [(usize, Change); 4] = [
+        (0, |scene| scene.wait_ms(3000)),
+        (1, |scene| scene.lose(1)),
+        (1, |scene| scene.wait_ms(33_000)),
+        (1, |_| {}),
+    ];
+    for (n, (gaps, change)) in changes.into_iter().enumerate() {
+        let mut scene = scene();
+        scene.drive(5, 4.0, 0);
+        change(&mut scene);
+        if n == 3 {
+            scene.event(Event::Link(lost.clone()));
+        }
+        scene.drive(5, 4.0, 0);
+        let trail = &scene.model.facts.chart.trail;
+        let broken = trail.recent().skip(1).filter(|point| !point.joined);
+        assert_eq!(broken.count(), gaps, "change {n}");
+    }
 }
 
 /// The part of the floor on the map.
