@@ -10,7 +10,7 @@ use crate::programs::{expect, scratch};
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::cut::{Window, cut_mcap, cut_raw};
 use groundwave::capture::decode::{Format, decode};
-use groundwave::capture::verify::verify_mcap;
+use groundwave::capture::verify::{RawCopy, verify_mcap};
 use groundwave::capture::when::When;
 use groundwave::capture::{Capture, CaptureError};
 use proptest::prelude::*;
@@ -84,7 +84,7 @@ proptest! {
     fn what_a_robot_sends_comes_back_from_an_mcap(seed in any::<u64>(), slots in 1_u32..300) {
         let raw = streams::noisy(slots, seed);
         let mcap = converted(&raw);
-        let text: Box<dyn std::io::Read> = Box::new(Cursor::new(raw.clone()));
+        let text = RawCopy { source: Box::new(Cursor::new(raw.clone())), is_named: true };
         let verdict = verify_mcap(&mcap[..], Some(text)).unwrap();
         prop_assert!(verdict.is_good(), "{:?}", verdict.faults);
         prop_assert_eq!(verdict.is_as_raw_file, Some(true));
@@ -429,6 +429,14 @@ fn exit_codes_say_how_good_a_capture_is() {
         &["verify", &file("good.mcap"), "--raw", &file("other.txt")],
     );
     assert!(out.contains("the raw file"), "{out}");
+    // Another capture of the same name is not compared unless it is named.
+    fs::write(file("good.txt"), "2026-11-23 notes on the drive\n").unwrap();
+    expect(0, &["verify", &file("good.mcap")]);
+    expect(
+        1,
+        &["verify", &file("good.mcap"), "--raw", &file("good.txt")],
+    );
+    fs::write(file("good.txt"), &raw).unwrap();
     expect(2, &["verify", &file("nonsense.txt")]);
     expect(2, &["verify", &file("absent.mcap")]);
     let (out, _) = expect(

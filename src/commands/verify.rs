@@ -1,7 +1,7 @@
 //! `verify`: checks captures for damage and gaps.
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::cli::Verify;
 use super::{Exit, Fault, batch, input, out};
 use crate::capture::CaptureError;
 use crate::capture::source::Form;
-use crate::capture::verify::{Verdict, verify_mcap, verify_raw};
+use crate::capture::verify::{RawCopy, Verdict, verify_mcap, verify_raw};
 
 pub(super) fn run(options: &Verify) -> Result<(), Fault> {
     let files = batch::files(&options.captures)?;
@@ -54,14 +54,17 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
 }
 
 /// The raw file to compare: the one named, or the one beside the recording.
-fn raw_file(options: &Verify, path: &Path) -> Result<Option<Box<dyn Read>>, Fault> {
+fn raw_file(options: &Verify, path: &Path) -> Result<Option<RawCopy>, Fault> {
     let is_file = path != Path::new("-");
     let raw = || Some(path.with_extension("txt")).filter(|raw| is_file && raw.is_file());
     let Some(raw) = options.raw.clone().or_else(raw) else {
         return Ok(None);
     };
     match File::open(&raw) {
-        Ok(file) => Ok(Some(Box::new(file))),
+        Ok(file) => Ok(Some(RawCopy {
+            source: Box::new(file),
+            is_named: options.raw.is_some(),
+        })),
         Err(error) => Err(Fault::from(CaptureError::Open { path: raw, error })),
     }
 }

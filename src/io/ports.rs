@@ -117,7 +117,13 @@ fn available() -> Result<Vec<SerialPortInfo>, String> {
     if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
         return Ok(Vec::new());
     }
-    serialport::available_ports().map_err(|error| format!("cannot list serial ports: {error}"))
+    let mut ports = serialport::available_ports()
+        .map_err(|error| format!("cannot list serial ports: {error}"))?;
+    if cfg!(target_os = "macos") {
+        // Opening the other name of a port, /dev/tty.*, waits for a carrier.
+        ports.retain(|port| !port.port_name.starts_with("/dev/tty."));
+    }
+    Ok(ports)
 }
 
 fn describe(kind: &SerialPortType) -> (String, Option<String>) {

@@ -20,6 +20,7 @@ use super::source::Form;
 use super::text::TextReader;
 use super::topics::RAW_RX;
 use crate::statistics::{Damaged, Loss};
+pub use raw_file::RawCopy;
 pub use recording::verify_mcap;
 
 /// Maximum faults that are listed.
@@ -51,7 +52,7 @@ pub struct Verdict {
     pub derived_equal: u64,
     /// Derived messages that cannot be checked, because their bytes are missing or precede the capture.
     pub derived_unchecked: u64,
-    /// Whether the raw text beside it holds the same bytes; `None` where there is none.
+    /// Whether the raw text holds the same bytes; `None` where there is none, or only another capture beside it.
     pub is_as_raw_file: Option<bool>,
     /// The first faults.
     pub faults: Vec<String>,

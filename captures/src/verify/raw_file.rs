@@ -2,33 +2,49 @@
 
 use std::io::{self, Read};
 
+use groundwave_protocol::LINE_BYTES;
+
 use super::Verdict;
 use crate::messages::RawBytes;
 use crate::text::TextReader;
 
+/// A file that differs within its first line, and that the operator did not name, is another capture.
+const UNRELATED_BYTES: u64 = LINE_BYTES as u64;
+
+/// A raw text to compare with the received bytes of a recording.
+pub struct RawCopy {
+    /// The text.
+    pub source: Box<dyn Read>,
+    /// Whether the operator named it. Otherwise it was found beside the recording, and may be another capture.
+    pub is_named: bool,
+}
+
 /// A raw text that is compared with the received bytes of a recording.
 pub(super) struct RawFile {
     source: RadioBytes,
+    is_named: bool,
     offset: u64,
-    is_equal: bool,
+    /// Whether all bytes so far are equal; `None` for another capture.
+    is_equal: Option<bool>,
 }
 
 impl RawFile {
-    pub(super) fn new(source: Box<dyn Read>) -> Self {
+    pub(super) fn new(copy: RawCopy) -> Self {
         let source = RadioBytes {
-            reader: TextReader::new(source),
+            reader: TextReader::new(copy.source),
             unread: Vec::new(),
         };
         Self {
             source,
+            is_named: copy.is_named,
             offset: 0,
-            is_equal: true,
+            is_equal: Some(true),
         }
     }
 
     /// Compares the next bytes received; the first difference is a fault.
     pub(super) fn compare(&mut self, raw: &RawBytes, verdict: &mut Verdict) -> io::Result<()> {
-        if !self.is_equal {
+        if self.is_equal != Some(true) {
             return Ok(());
         }
         let skipped = raw.stream_offset.saturating_sub(self.offset);
@@ -40,19 +56,23 @@ impl RawFile {
         if theirs != raw.data {
             let equal = theirs.iter().zip(&raw.data).take_while(|(a, b)| a == b);
             let byte = raw.stream_offset + equal.count() as u64;
+            if byte < UNRELATED_BYTES && !self.is_named {
+                self.is_equal = None;
+                return Ok(());
+            }
             verdict.fault(format!("the raw file differs from byte {byte} on"));
-            self.is_equal = false;
+            self.is_equal = Some(false);
         }
         Ok(())
     }
 
-    /// Whether all bytes are equal; bytes left over are a fault.
-    pub(super) fn finish(mut self, verdict: &mut Verdict) -> io::Result<bool> {
-        if self.is_equal {
+    /// Whether all bytes are equal; bytes left over are a fault. `None` for another capture.
+    pub(super) fn finish(mut self, verdict: &mut Verdict) -> io::Result<Option<bool>> {
+        if self.is_equal == Some(true) {
             let more = io::copy(&mut self.source, &mut io::sink())?;
             if more > 0 {
                 verdict.fault(format!("the raw file has {more} more bytes"));
-                self.is_equal = false;
+                self.is_equal = Some(false);
             }
         }
         Ok(self.is_equal)

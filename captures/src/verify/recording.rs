@@ -8,7 +8,7 @@ use ::mcap::records::{MessageHeader, Record, op};
 use prost::Message as _;
 
 use super::derived::Derived;
-use super::raw_file::RawFile;
+use super::raw_file::{RawCopy, RawFile};
 use super::{Lines, Verdict};
 use crate::event::NoticeCode;
 use crate::mcap_reader::{Channel, Entries, Entry};
@@ -23,7 +23,7 @@ use crate::unfinished::is_library;
 ///
 /// # Errors
 /// When one of them cannot be read.
-pub fn verify_mcap<R: Read>(source: R, raw: Option<Box<dyn Read>>) -> io::Result<Verdict> {
+pub fn verify_mcap<R: Read>(source: R, raw: Option<RawCopy>) -> io::Result<Verdict> {
     let mut entries = Entries::new(source);
     let mut check = Check {
         verdict: Verdict::new(Form::Mcap),
@@ -198,7 +198,7 @@ impl Check {
         let has = |topic| topic == Topic::Telemetry || has(topic);
         self.derived.finish(has, &mut self.verdict);
         if let Some(file) = self.raw {
-            self.verdict.is_as_raw_file = Some(file.finish(&mut self.verdict)?);
+            self.verdict.is_as_raw_file = file.finish(&mut self.verdict)?;
         }
         self.lines.finish(&mut self.verdict);
         Ok(self.verdict)

@@ -152,14 +152,14 @@ Examples:
   groundwave verify evening.mcap --raw evening.txt
 
 Checks all checksums, message numbers, byte offsets and statistics; that all messages derived from the bytes and the
-station's events are what the bytes decode to; and that the raw file beside the recording (NAME.txt), if there is one,
-holds the same bytes. Lines lost on the radio are reported, but are not a fault of the capture.
+station's events are what the bytes decode to; and that the raw file beside the recording (NAME.txt), if it begins
+like it, holds the same bytes. Lines lost on the radio are reported, but are not a fault of the capture.
 Exit codes: 0 all good, 1 not good, 2 not a capture."))]
 pub struct Verify {
     /// The captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if it exists]
+    /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if it begins like it]
     #[arg(long, value_name = "FILE")]
     pub raw: Option<PathBuf>,
     /// Print one JSON object per file
