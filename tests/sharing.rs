@@ -14,7 +14,7 @@ use std::thread;
 
 use crate::common::CoSimulation;
 use crate::edges::{long_route, path_in};
-use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use crate::programs::{GROUNDWAVE, Running, Sim, Telling, expect, groundwave, scratch};
 use crate::pty::OnTerminal;
 use groundwave::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, Moment};
 use groundwave::request::Request;
@@ -22,6 +22,7 @@ use groundwave::share::{Broker, ClientId, Heard, Output, StationLine};
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
 use groundwave_protocol::status_codes::Mode;
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 /// A headless station that shares its link.
@@ -354,6 +355,31 @@ fn share_and_via_meet_without_an_address() {
     let second = run(&watch).output().unwrap();
     let err = String::from_utf8(second.stderr).unwrap();
     assert!(err.contains("another program"), "{err}");
+}
+
+#[test]
+fn a_recorder_sends_for_its_clients_unless_it_may_not() {
+    let folder = scratch("recorder");
+    for (option, code) in [("--radio=full", 0), ("--no-uplink", 6)] {
+        let sim = Sim::start(&[]);
+        let socket = path_in(&folder, option.trim_start_matches('-'));
+        let capture = format!("{socket}.mcap");
+        let recorder = [
+            "record", &sim.path, "-o", &capture, "--share", &socket, option,
+        ];
+        let mut recorder = Running(Command::new(GROUNDWAVE).args(recorder).spawn().unwrap());
+        while !Path::new(&socket).exists() {
+            assert_eq!(recorder.0.try_wait().unwrap(), None, "it ended");
+            thread::yield_now();
+        }
+        expect(code, &["send", "--via", &socket, "stop"]);
+        kill_process(Pid::from_child(&recorder.0), Signal::TERM).unwrap();
+        assert!(recorder.0.wait().unwrap().success());
+        expect(0, &["verify", &capture]);
+        let exported = groundwave(&["export", &capture, "--to", "jsonl", "-o", "-"]).stdout;
+        let out = String::from_utf8(exported).unwrap();
+        assert_eq!(out.contains(r#""status":"confirmed""#), code == 0, "{out}");
+    }
 }
 
 #[test]

@@ -11,16 +11,16 @@ use super::config::Config;
 use super::{Exit, Fault, block_on, recording, say, say_progress, sharing, simulated};
 use crate::capture::words::lost_words;
 use crate::event::{Event, LinkEvent};
-use crate::io::link::{BAUD, Connection, Link};
+use crate::io::link::{Connection, Link};
 use crate::io::signals::{Signal, Signals, stop_myself};
-use crate::radio::{Radio, RadioKind};
+use crate::radio::Radio;
 use crate::runtime::{Driver, KeepOptions, Keeper};
 
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     let (link, config) = &config.at(&options.link)?;
-    let baud = options.baud.or(config.link.baud).unwrap_or(BAUD);
+    let baud = options.radio.baud(config);
     let started = Instant::now();
     let output = options
         .output
@@ -36,7 +36,14 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             "--append needs a raw file; a finished MCAP file cannot be appended to",
         ));
     }
-    let (spec, simulator) = simulated::embed(link, RadioKind::Auto)?;
+    let sharing = options.sharing.or(config);
+    // A recorder alone is never heard on the air; one that is shared sends what its clients ask for.
+    let radio = if sharing.share.is_some() || sharing.foxglove.is_some() {
+        options.radio.radio(config)
+    } else {
+        Radio::RECEIVE_ONLY
+    };
+    let (spec, simulator) = simulated::embed(link, radio.kind)?;
     let name = options.link.to_string();
     let (tee, mcap) = if is_mcap {
         (None, Some(output.clone()))
@@ -65,20 +72,12 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         // Opened first: a port that cannot be opened leaves no empty file behind.
         let connection =
             Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
-        let sharing = options.sharing.or(config);
         let share = sharing::listen(&sharing)?;
         let foxglove = sharing::foxglove(&sharing, &name).await?;
         let keeper = Keeper::open(&keep, started)?;
         let sink = sharing::sink(share.as_ref(), keeper.sink());
         let link = Link::start(spec, baud, connection, sink, inputs);
-        let driver = Driver::new(
-            name,
-            link,
-            from_link,
-            Radio::RECEIVE_ONLY,
-            started,
-            keeper.sent_sink(),
-        );
+        let driver = Driver::new(name, link, from_link, radio, started, keeper.sent_sink());
         let driver = driver
             .advising(port_baud)
             .telling(keeper.event_sink())

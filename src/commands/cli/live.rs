@@ -154,7 +154,8 @@ impl Watch {
 #[command(after_help = laid_out("\
 Examples:
   groundwave record /dev/ttyUSB0 -o evening.mcap
-  groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m"))]
+  groundwave record /dev/ttyUSB0 -o evening.txt --duration 90m
+  groundwave record /dev/ttyUSB0 --share            then: groundwave send --via stop"))]
 pub struct Record {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim
     #[arg(add = ArgValueCompleter::new(completions::links))]
@@ -168,9 +169,9 @@ pub struct Record {
     /// Stop after this long: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,
-    /// Baud rate of the serial device [default: 2400]
-    #[arg(long, value_parser = parse_baud)]
-    pub baud: Option<u32>,
+    /// The radio, for the commands of other programs.
+    #[command(flatten)]
+    pub radio: RadioArgs,
     /// Append to an existing raw file
     #[arg(long, conflicts_with = "force")]
     pub append: bool,
@@ -180,7 +181,7 @@ pub struct Record {
     /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
-    /// How the link is shared; a link opened by `record` is receive-only.
+    /// How the link is shared; `record` itself sends nothing.
     #[command(flatten)]
     pub sharing: Sharing,
 }

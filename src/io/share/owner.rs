@@ -24,10 +24,15 @@ const TOKEN_BYTES: usize = 32;
 /// Maximum bytes that are read from a token's file.
 const TOKEN_FILE_MAX: u64 = 256;
 
-/// The socket of `--share` and `--via` without an address; `None` when the system has no home folder.
+/// The address of `--share` and `--via` without one: a socket, or a local port where the system has no such sockets. `None`
+/// when the system has no home folder.
 #[must_use]
 pub fn usual_address() -> Option<Address> {
-    Some(Address::Unix(folder()?.join("station.sock")))
+    if cfg!(unix) {
+        Some(Address::Unix(folder()?.join("station.sock")))
+    } else {
+        Some(Address::Tcp("127.0.0.1:4001".to_owned()))
+    }
 }
 
 /// The token for the peer of a connection: from the environment, or the file of a station on this machine.
