@@ -76,7 +76,8 @@ fn command(message: &UplinkEvent) -> Option<Event> {
 fn request(message: &UplinkEvent) -> Option<Request> {
     if message.total.is_none() {
         let words: Vec<&str> = message.command.as_deref()?.split(' ').collect();
-        return Request::from_words(&words).ok();
+        let own = || Request::Own(words.join(" "));
+        return Some(Request::from_words(&words).unwrap_or_else(|_| own()));
     }
     let xs = message.waypoints_x_in.iter();
     let waypoints = xs.zip(&message.waypoints_y_in).map(|(&x_in, &y_in)| {

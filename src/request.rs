@@ -56,6 +56,8 @@ pub enum Request {
     Failsafe(Option<Failsafe>),
     /// Read, change or save the robot's parameters.
     Parameter(Tuning),
+    /// A command string of the configuration: its name and arguments, separated by spaces.
+    Own(String),
 }
 
 /// The robot's parameter that switches its cliff guard on and off.
@@ -215,6 +217,24 @@ impl Request {
         }
     }
 
+    /// Parses the words of a command for a robot with command strings of these names, which come before other commands.
+    ///
+    /// # Errors
+    /// Names the wrong word and the right ones.
+    pub fn all_from_words_or_own<S: AsRef<str>>(
+        words: &[S],
+        own: &[String],
+    ) -> Result<Vec<Self>, RequestError> {
+        let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
+        match words.first() {
+            Some(&"stop") => Self::all_from_words(&words),
+            Some(name) if own.iter().any(|known| known == name) => {
+                Ok(vec![Self::Own(words.join(" "))])
+            }
+            _ => Self::all_from_words(&words),
+        }
+    }
+
     /// The first words of all commands.
     pub fn commands() -> impl Iterator<Item = &'static str> {
         commands::words()
@@ -239,7 +259,8 @@ impl Request {
             | Self::Only(_)
             | Self::Scan
             | Self::Failsafe(_)
-            | Self::Parameter(_) => self.turns_off().is_some(),
+            | Self::Parameter(_)
+            | Self::Own(_) => self.turns_off().is_some(),
         }
     }
 
@@ -264,7 +285,8 @@ impl Request {
             | Self::Pose { .. }
             | Self::Scan
             | Self::Failsafe(_)
-            | Self::Parameter(_) => None,
+            | Self::Parameter(_)
+            | Self::Own(_) => None,
         }
     }
 
@@ -292,6 +314,7 @@ impl fmt::Display for Request {
             Self::Only(LayerMask::NONE) => f.write_str("only none"),
             Self::Only(layers) => write!(f, "only {}", layer_words(*layers)),
             Self::Parameter(tuning) => tuning.fmt(f),
+            Self::Own(words) => f.write_str(words),
             Self::Route(waypoints) => match waypoints[..] {
                 [] => f.write_str("clear"),
                 [Waypoint { x_in, y_in }] => write!(f, "goto {x_in} {y_in}"),

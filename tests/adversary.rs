@@ -599,7 +599,7 @@ impl Trial {
 fn is_order_of(order: Order, request: &Request) -> bool {
     let layers = |which, allowed| order == Order::Layers { which, allowed };
     match request {
-        Request::Stop => false,
+        Request::Stop | Request::Own(_) => false,
         Request::Mode(mode) => order == Order::Mode(*mode),
         Request::Enable(mask) => layers(*mask, *mask),
         Request::Disable(mask) => layers(*mask, LayerMask::NONE),

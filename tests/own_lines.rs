@@ -1,7 +1,9 @@
 //! Robots with lines of their own, on real links.
 #![cfg(unix)]
 
-use std::io::Write;
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -9,7 +11,7 @@ use std::time::Duration;
 
 use portable_pty::{MasterPty, PtySize, native_pty_system};
 
-use crate::programs::GROUNDWAVE;
+use crate::programs::{GROUNDWAVE, expect, scratch};
 use crate::pty::OnTerminal;
 
 /// A robot on a pseudo-terminal that prints lines until it is dropped.
@@ -67,6 +69,92 @@ fn values_are_shown_without_a_configuration() {
         "{}",
         watch.text()
     );
+    watch.type_keys("q");
+    assert_eq!(watch.wait(), 0);
+}
+
+/// A robot on a TCP port that prints its position and answers each command with `OK` and the command, except `X`.
+fn answering_robot() -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    thread::spawn(move || {
+        for connection in listener.incoming() {
+            let mut port = connection.unwrap();
+            let mut answers = port.try_clone().unwrap();
+            let commands = BufReader::new(port.try_clone().unwrap()).lines();
+            thread::spawn(move || {
+                for command in commands
+                    .map_while(Result::ok)
+                    .filter(|command| command != "X")
+                {
+                    let _ = writeln!(answers, "OK {command}");
+                }
+            });
+            thread::spawn(move || {
+                while writeln!(port, "12.7,25.4,11500").is_ok() {
+                    thread::sleep(Duration::from_millis(50));
+                }
+            });
+        }
+    });
+    format!("tcp:{address}")
+}
+
+#[test]
+fn command_strings_are_echoed_and_never_confirmed() {
+    let folder = scratch("own-commands");
+    let config = folder.join("config.toml");
+    let text = format!(
+        r#"
+        [robot.rover]
+        link = "{}"
+        [robot.rover.lines]
+        form = "csv"
+        fields = [
+          {{ name = "x", unit = "cm", role = "x" }},
+          {{ name = "y", unit = "cm", role = "y" }},
+          {{ name = "batt", unit = "mV", role = "battery" }},
+        ]
+        [robot.rover.commands]
+        stop = {{ send = "S\n", reply = "OK S" }}
+        goto = {{ send = "G {{x}} {{y}}\n", reply = "OK G" }}
+        beep = {{ send = "X\n", reply = "OK" }}
+        "#,
+        answering_robot()
+    );
+    fs::write(&config, text).unwrap();
+    let config = config.to_str().unwrap();
+    let (out, _) = expect(0, &["--config", config, "send", "rover", "goto", "48", "0"]);
+    assert!(out.starts_with("goto 48 0: echoed after"), "{out}");
+    let (out, _) = expect(0, &["--config", config, "send", "rover", "stop", "--json"]);
+    assert!(
+        out.contains("\"status\":\"echoed\"") && !out.contains("confirmed"),
+        "{out}"
+    );
+    let (_, err) = expect(1, &["--config", config, "send", "rover", "scan"]);
+    assert!(err.contains("no such command string"), "{err}");
+    expect(
+        3,
+        &[
+            "--config",
+            config,
+            "send",
+            "rover",
+            "beep",
+            "--timeout",
+            "1s",
+        ],
+    );
+    let arguments = ["--config", config, "watch", "rover"];
+    let mut watch = OnTerminal::start(GROUNDWAVE, &arguments, 120, 40);
+    watch.wait_for("the map", |text| {
+        text.contains("map: x +5 y +10 in") && text.contains("11.5 V")
+    });
+    watch.type_keys(":goto 1 2\r");
+    watch.wait_for("its echo", |text| text.contains("goto 1 2: echoed in"));
+    watch.type_keys(" ");
+    watch.wait_for("the echo of STOP", |text| text.contains("stop: echoed"));
+    assert!(!watch.text().contains("confirmed"), "{}", watch.text());
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
 }

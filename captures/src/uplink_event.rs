@@ -82,7 +82,10 @@ impl UplinkEvent {
             ..Self::new(status.code())
         };
         match status {
-            CommandStatus::Queued | CommandStatus::Refused(_) | CommandStatus::Failed(_) => {}
+            CommandStatus::Queued
+            | CommandStatus::Echoed
+            | CommandStatus::Refused(_)
+            | CommandStatus::Failed(_) => {}
             CommandStatus::Sent { frames } => event.frames = Some(*frames),
             CommandStatus::Progress {
                 acknowledged,
@@ -117,6 +120,7 @@ impl UplinkEvent {
             CommandStatus::CONFIRMED => CommandStatus::Confirmed {
                 digest: self.list_digest,
             },
+            CommandStatus::ECHOED => CommandStatus::Echoed,
             CommandStatus::REFUSED => CommandStatus::Refused(Outcome::from_code(code?)?),
             CommandStatus::FAILED => CommandStatus::Failed(Failure::from_code(code?)?),
             _ => return None,

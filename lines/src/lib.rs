@@ -16,12 +16,14 @@
 //! of a line and [`FIELDS_MAX`] fields. No input panics, and the time for a line grows linearly with its length.
 
 mod checksum;
+mod command;
 mod field;
 mod forms;
 mod profile;
 mod recognizer;
 
 pub use checksum::Checksum;
+pub use command::{CommandError, OwnCommand};
 pub use field::{Field, Limits, Role};
 pub use profile::{Form, Profile, ProfileError};
 pub use recognizer::{Content, OwnLine, Recognizer, Sample, Value};

@@ -18,6 +18,7 @@ const PATTERN_NESTING_MAX: u32 = 50;
 #[serde(deny_unknown_fields)]
 pub struct Profile {
     /// The form of each line.
+    #[serde(default)]
     pub form: Form,
     /// The checksum at the end of each line.
     #[serde(default)]

@@ -43,6 +43,7 @@ pub(super) fn appearance(config: &config::Config, theme: Option<Theme>) -> Confi
         },
         bell: dashboard.bell == Some(true),
         mouse: dashboard.mouse != Some(false),
+        own_commands: config.own.commands.keys().cloned().collect(),
         limits: config.limits.clone(),
         keys: config.keys.clone(),
         ..Config::default()

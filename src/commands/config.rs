@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use etcetera::BaseStrategy as _;
+use groundwave_lines::{OwnCommand, Profile, Recognizer};
 use serde::Deserialize;
 
 use super::{Exit, Fault};
@@ -45,6 +46,8 @@ pub struct Config {
     pub links: BTreeMap<String, Link>,
     /// Robots by name.
     pub robots: BTreeMap<String, Robot>,
+    /// The chosen robot's own lines and commands.
+    pub own: OwnRobot,
     /// Settings of recordings.
     pub recording: Recording,
     /// The file.
@@ -87,7 +90,7 @@ pub struct Dashboard {
 }
 
 /// `[robot.NAME]`
-#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Robot {
     /// The name of a `[link.NAME]`, or a link as on the command line.
@@ -102,8 +105,21 @@ pub struct Robot {
     pub bell: Option<bool>,
     /// As in `[dashboard]`.
     pub mouse: Option<bool>,
+    /// `[robot.NAME.lines]`
+    pub lines: Option<Profile>,
+    /// `[robot.NAME.commands]`
+    pub commands: BTreeMap<String, OwnCommand>,
     /// `[robot.NAME.limits]`, with the rest from `[limits]`.
     pub limits: Limits,
+}
+
+/// Lines and command strings of a robot that does not speak Groundwave's protocol.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OwnRobot {
+    /// The form of its lines; recognized if not given.
+    pub lines: Option<Profile>,
+    /// Its commands by name.
+    pub commands: BTreeMap<String, OwnCommand>,
 }
 
 /// Colours of the screen.
@@ -146,6 +162,17 @@ pub struct Recording {
     pub keep_minutes: Option<u16>,
     /// As `--rotate`.
     pub rotate: Option<Rotation>,
+}
+
+impl OwnRobot {
+    /// Reads the robot's lines; of an unknown form if none is configured.
+    pub(super) fn recognizer(&self) -> Result<Recognizer, Fault> {
+        let usage = |error| Fault::new(Exit::Usage, error);
+        let configured = self.lines.as_ref().map(Recognizer::new);
+        configured
+            .unwrap_or_else(|| Ok(Recognizer::default()))
+            .map_err(usage)
+    }
 }
 
 impl Recording {

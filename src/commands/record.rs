@@ -1,5 +1,6 @@
 //! `record`: received bytes into a file, without a dashboard.
 
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -80,6 +81,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let driver = Driver::new(name, link, from_link, radio, started, keeper.sent_sink());
         let driver = driver
             .advising(port_baud)
+            .reading(config.own.recognizer()?, BTreeMap::new())
             .telling(keeper.event_sink())
             .shared(share)
             .watched(foxglove);

@@ -18,12 +18,13 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
     let usage = |message| Fault::new(Exit::Usage, message);
     if options.dry_run {
         let words = options.words_to_plan().map_err(usage)?;
-        return dry_run::run(options, &Script::read(options, &words)?);
+        return dry_run::run(options, &Script::read(options, &words, &[])?);
     }
     let (way, words) = options.connection().map_err(usage)?;
     let (way, config) = &way.at(config)?;
     let radio = options.radio.radio(config);
-    let script = Script::read(options, &words)?;
+    let own: Vec<String> = config.own.commands.keys().cloned().collect();
+    let script = Script::read(options, &words, &own)?;
     match way {
         Connection::Via(address) if !radio.can_send() => Err(receive_only(address)),
         Connection::Via(address) => shared_link::deliver(options, address, &script),
@@ -38,7 +39,12 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
                     shared_link::deliver(options, &address, &script)
                 }
                 (None, LinkSpec::Unix(_)) => Err(receive_only(link)),
-                (None, _) => block_on(own_link::deliver(options, opened, baud, radio, &script)),
+                (None, _) => {
+                    let (driver, simulator) = opened.start(baud, radio);
+                    let driver =
+                        driver.reading(config.own.recognizer()?, config.own.commands.clone());
+                    block_on(own_link::deliver(options, driver, simulator, &script))
+                }
             }
         }
     }

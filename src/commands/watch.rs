@@ -218,6 +218,10 @@ impl Plan {
             keeper.sent_sink(),
         )
         .advising(port_baud)
+        .reading(
+            self.config.own.recognizer()?,
+            self.config.own.commands.clone(),
+        )
         .telling(keeper.event_sink())
         .shared(share)
         .watched(foxglove);

@@ -26,6 +26,8 @@ pub struct Config {
     pub mouse: bool,
     /// What every key does.
     pub keys: Keymap,
+    /// Names of the robot's command strings.
+    pub own_commands: Vec<String>,
     /// Limits of the alarms.
     pub limits: Limits,
     /// Time since 1970 at the start of the session; `None` shows no clock.

@@ -421,6 +421,7 @@ impl Facts {
             CommandStatus::Confirmed { digest: None } => {
                 (Level::Info, format!("{asked}: confirmed"))
             }
+            CommandStatus::Echoed => (Level::Info, format!("{asked}: echoed")),
             CommandStatus::Refused(outcome) => {
                 let reason = self.robot.standing().why(asked, *outcome);
                 let why = reason.as_deref().unwrap_or(words::outcome(*outcome));

@@ -96,7 +96,9 @@ impl Ledger {
                 entry.status = *status;
                 entry.attempts = *frames;
             }
-            CommandStatus::Refused(_) | CommandStatus::Failed(_) => entry.status = *status,
+            CommandStatus::Echoed | CommandStatus::Refused(_) | CommandStatus::Failed(_) => {
+                entry.status = *status;
+            }
             CommandStatus::Confirmed { digest } => {
                 entry.status = *status;
                 entry.confirmed_after = Some(now.saturating_sub(entry.asked_at));

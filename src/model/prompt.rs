@@ -59,7 +59,10 @@ impl Ui {
                 return Vec::new();
             }
         }
-        match (Request::all_from_words(&words), &words[..]) {
+        match (
+            Request::all_from_words_or_own(&words, &self.config.own_commands),
+            &words[..],
+        ) {
             (Ok(requests), _) => requests
                 .into_iter()
                 .flat_map(|request| self.ask_or_send(request))

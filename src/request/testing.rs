@@ -40,7 +40,8 @@ pub(crate) fn samples() -> Vec<Request> {
                 Request::Parameter(Tuning::Set(name("track"), Amount::Counts(-7)))
             }
             Request::Parameter(Tuning::Set(..)) => Request::Parameter(Tuning::Save),
-            Request::Parameter(Tuning::Save) => return None,
+            // Command strings are known to the configuration only.
+            Request::Parameter(Tuning::Save) | Request::Own(_) => return None,
         })
     };
     let each = iter::successors(Some(Request::Stop), next);

@@ -1,9 +1,10 @@
 //! Runs a station on a real link and a real clock.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::hash::{BuildHasher, RandomState};
 use std::time::{Duration, Instant};
 
+use groundwave_lines::{OwnCommand, Recognizer};
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
@@ -123,6 +124,14 @@ impl Driver {
             baud,
             has_complained: false,
         });
+        self
+    }
+
+    /// Reads the lines of a robot that does not speak Groundwave's protocol, and sends its command strings.
+    #[must_use]
+    pub fn reading(mut self, own: Recognizer, commands: BTreeMap<String, OwnCommand>) -> Self {
+        self.station.set_own_lines(own);
+        self.station.set_own_commands(commands);
         self
     }
 
@@ -304,7 +313,7 @@ impl Driver {
         let counters = self.station.counters();
         Heard {
             bytes: counters.bytes,
-            lines: counters.lines + counters.ack_lines,
+            lines: counters.lines + counters.ack_lines + self.station.own_lines(),
         }
     }
 

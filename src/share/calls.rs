@@ -134,7 +134,7 @@ impl Calls {
                 call.parameters.push(line.into());
                 return;
             }
-            CommandStatus::Confirmed { .. } => {
+            CommandStatus::Confirmed { .. } | CommandStatus::Echoed => {
                 if let Some(next) = call.rest.pop_front() {
                     call.request = next.clone();
                     call.command = None;

@@ -86,6 +86,7 @@ impl StatusJson {
                     None => None,
                 },
             },
+            CommandStatus::ECHOED => CommandStatus::Echoed,
             CommandStatus::REFUSED => CommandStatus::Refused(Outcome::from_code(code?)?),
             CommandStatus::FAILED => CommandStatus::Failed(Failure::from_code(code?)?),
             _ => return None,
@@ -101,7 +102,9 @@ impl From<&CommandStatus> for StatusJson {
             ..Self::default()
         };
         match status {
-            CommandStatus::Queued | CommandStatus::Confirmed { digest: None } => {}
+            CommandStatus::Queued
+            | CommandStatus::Echoed
+            | CommandStatus::Confirmed { digest: None } => {}
             CommandStatus::Sent { frames } => json.frames = Some(*frames),
             CommandStatus::Progress {
                 acknowledged,

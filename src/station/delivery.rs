@@ -164,7 +164,7 @@ impl Station {
 /// The order of a request; `None` for a request that is no order.
 pub(super) fn order(request: &Request) -> Option<Order> {
     Some(match request {
-        Request::Stop | Request::Route(_) => return None,
+        Request::Stop | Request::Route(_) | Request::Own(_) => return None,
         Request::Mode(mode) => Order::Mode(*mode),
         Request::Enable(layers) => Order::Layers {
             which: *layers,
@@ -202,6 +202,8 @@ const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
         Failure::Stopped if stopped => "STOP ended the session",
         Failure::Stopped => "the robot ended the session: a STOP from elsewhere, or a restart",
         Failure::CannotHear => "the robot cannot hear",
-        Failure::TimedOut | Failure::Cancelled | Failure::ReceiveOnly => "session given up",
+        Failure::TimedOut | Failure::Cancelled | Failure::ReceiveOnly | Failure::NotConfigured => {
+            "session given up"
+        }
     }
 }

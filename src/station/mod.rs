@@ -3,15 +3,16 @@
 //! `handle_*` takes input, `poll_*` returns output. After each `handle_*`, call all `poll_*` until they return `None`.
 
 mod delivery;
+mod own_uplink;
 pub mod plan;
 mod reception;
 mod shared;
 mod tuner;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use groundwave_lines::{Content, Recognizer};
+use groundwave_lines::{Content, OwnCommand, Recognizer};
 use groundwave_protocol::arq::{Config, Duplex, Fop};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
@@ -24,6 +25,7 @@ use crate::outages::Outages;
 use crate::request::Request;
 use crate::share::ClientLine;
 use crate::statistics::{LinkMeter, Statistics};
+use own_uplink::OwnUplink;
 use reception::Listener;
 use shared::Shared;
 use tuner::Tuner;
@@ -46,6 +48,10 @@ pub struct Station {
     decoder: Decoder,
     /// Reads the lines that are not Groundwave's.
     own: Recognizer,
+    /// Lines of the robot's own so far.
+    own_lines: u64,
+    /// The command strings of a robot that has them; it gets no frame.
+    own_uplink: Option<OwnUplink>,
     listener: Listener,
     fop: Fop,
     /// The way to another station that sends the commands; `None` on a radio.
@@ -77,6 +83,8 @@ impl Station {
         Self {
             decoder: Decoder::default(),
             own: Recognizer::default(),
+            own_lines: 0,
+            own_uplink: None,
             listener: Listener::default(),
             fop: Fop::new(config),
             shared: None,
@@ -104,6 +112,17 @@ impl Station {
     /// Sets how lines that are not Groundwave's are read; until then their form is recognized.
     pub fn set_own_lines(&mut self, own: Recognizer) {
         self.own = own;
+    }
+
+    /// Sets the robot's command strings. With any, it gets no frame.
+    pub fn set_own_commands(&mut self, commands: BTreeMap<String, OwnCommand>) {
+        self.own_uplink = (!commands.is_empty()).then(|| OwnUplink::new(commands));
+    }
+
+    fn settle_own(&mut self, now: Moment) {
+        while let Some((id, status)) = self.own_uplink.as_mut().and_then(OwnUplink::poll_status) {
+            self.report(now, id, status);
+        }
     }
 
     /// Takes a change of the connection.
@@ -169,7 +188,13 @@ impl Station {
         self.report_outages();
         self.report_other_robot();
         if let Some(line) = self.own.take(run, has_line) {
-            has_line |= line.content != Content::Damaged;
+            let is_intact = line.content != Content::Damaged;
+            has_line |= is_intact;
+            self.own_lines += u64::from(is_intact);
+            if let Some(uplink) = &mut self.own_uplink {
+                uplink.handle_line(&line.text);
+                self.settle_own(now);
+            }
             self.events.push_back(Event::Own(line));
         }
         let heard = self.listener.take(now, run, has_line);
@@ -294,6 +319,9 @@ impl Station {
         });
         if !self.can_send {
             self.report(now, id, CommandStatus::Failed(Failure::ReceiveOnly));
+        } else if let Some(uplink) = &mut self.own_uplink {
+            uplink.handle_request(now, id, &request);
+            self.settle_own(now);
         } else if request == Request::Stop {
             self.cancel_waiting(now, Failure::Stopped);
             self.give_up_tuning(now, Failure::Stopped);
@@ -316,7 +344,7 @@ impl Station {
     /// Drives by hand for half a second; call it again to continue.
     pub fn handle_drive(&mut self, now: Moment, velocity_in_s: i8, rotation_in_s: i8) {
         match &mut self.shared {
-            _ if !self.can_send => {}
+            _ if !self.can_send || self.own_uplink.is_some() => {}
             Some(shared) => shared.push(ClientLine::Drive {
                 velocity_in_s,
                 rotation_in_s,
@@ -340,6 +368,10 @@ impl Station {
 
     /// Cancels all commands.
     pub fn handle_cancel(&mut self, now: Moment) {
+        if let Some(uplink) = &mut self.own_uplink {
+            uplink.cancel(Failure::Cancelled, None);
+            return self.settle_own(now);
+        }
         self.cancel_waiting(now, Failure::Cancelled);
         self.give_up_tuning(now, Failure::Cancelled);
         if let Some(id) = self.current.filter(|_| self.shared.is_some()) {
@@ -351,6 +383,10 @@ impl Station {
 
     /// Ends a command for a reason, such as a timeout that has passed; a STOP continues.
     pub fn handle_give_up(&mut self, now: Moment, id: CommandId, why: Failure) {
+        if let Some(uplink) = &mut self.own_uplink {
+            uplink.cancel(why, Some(id));
+            return self.settle_own(now);
+        }
         if self.current == Some(id) {
             self.current = None;
             self.tuner = None;
@@ -375,6 +411,10 @@ impl Station {
 
     /// Handles deadlines that have passed.
     pub fn handle_timeout(&mut self, now: Moment) {
+        if let Some(uplink) = &mut self.own_uplink {
+            uplink.handle_timeout(now);
+            self.settle_own(now);
+        }
         self.fop.handle_timeout(micros(now));
         if self.shared_give_up_at().is_some_and(|at| at <= now) {
             self.cancel_waiting(now, Failure::TimedOut);
@@ -401,7 +441,10 @@ impl Station {
         if !self.can_send || self.shared.is_some() {
             return None;
         }
-        let bytes = self.fop.poll_transmit(micros(now)).map(<[u8]>::to_vec);
+        let bytes = match &mut self.own_uplink {
+            Some(uplink) => uplink.poll_transmit(),
+            None => self.fop.poll_transmit(micros(now)).map(<[u8]>::to_vec),
+        };
         if let Some(bytes) = &bytes {
             self.meter.take_sent(now, bytes);
         }
@@ -421,10 +464,18 @@ impl Station {
         let tuner = self.tuner.as_ref().and_then(Tuner::poll_timeout);
         let shared = self.shared_give_up_at();
         let outage = self.outages.poll_timeout();
-        [fop, tuner, shared, self.listener.poll_timeout(), outage]
-            .into_iter()
-            .flatten()
-            .min()
+        let own = self.own_uplink.as_ref().and_then(OwnUplink::poll_timeout);
+        [
+            own,
+            fop,
+            tuner,
+            shared,
+            self.listener.poll_timeout(),
+            outage,
+        ]
+        .into_iter()
+        .flatten()
+        .min()
     }
 
     /// When the commands that wait for another station's connection are given up.
@@ -439,6 +490,12 @@ impl Station {
         self.decoder.counters()
     }
 
+    /// Lines of the robot's own so far.
+    #[must_use]
+    pub const fn own_lines(&self) -> u64 {
+        self.own_lines
+    }
+
     /// Statistics of the link; the caller adds `not_taken_bytes`.
     #[must_use]
     pub fn statistics(&self, now: Moment) -> Statistics {
@@ -448,7 +505,8 @@ impl Station {
     /// Whether every command has ended.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        self.waiting.is_empty() && self.current.is_none() && self.stops.is_empty()
+        let has_echoes = self.own_uplink.as_ref().is_none_or(OwnUplink::is_settled);
+        has_echoes && self.waiting.is_empty() && self.current.is_none() && self.stops.is_empty()
     }
 
     fn notice(&mut self, code: NoticeCode, level: Level, text: &str) {

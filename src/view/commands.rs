@@ -77,6 +77,13 @@ impl Screen<'_> {
                 },
                 _,
             ) => self.list_fate(entry, digest),
+            (CommandStatus::Echoed, _) => {
+                let says = format!(
+                    "echoed{}",
+                    in_seconds(entry.at.saturating_sub(entry.asked_at))
+                );
+                (glyphs.dot, says, theme.plain)
+            }
             (CommandStatus::Refused(outcome), _) => (
                 glyphs.bad,
                 format!(

@@ -513,6 +513,7 @@ impl Deriver {
                 format!("refused: {}", outcome_words(outcome)),
             ),
             CommandStatus::Failed(failure) => (Level::Warning, failure.to_string()),
+            CommandStatus::Echoed => (Level::Info, "echoed".to_owned()),
             _ => (Level::Info, "confirmed".to_owned()),
         };
         let text = format!("{}: {end}", command.words);

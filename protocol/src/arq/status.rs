@@ -28,6 +28,8 @@ pub enum CommandStatus {
         /// Digest of the list, if the command was one.
         digest: Option<u32>,
     },
+    /// A robot without acknowledgements answered with the text that was expected; it may have been late, or another's.
+    Echoed,
     /// The robot refused.
     Refused(Outcome),
     /// Ended without confirmation.
@@ -45,6 +47,8 @@ impl CommandStatus {
     pub const REPORTED: &str = "reported";
     /// Stable code of [`Self::Confirmed`].
     pub const CONFIRMED: &str = "confirmed";
+    /// Stable code of [`Self::Echoed`].
+    pub const ECHOED: &str = "echoed";
     /// Stable code of [`Self::Refused`].
     pub const REFUSED: &str = "refused";
     /// Stable code of [`Self::Failed`].
@@ -59,6 +63,7 @@ impl CommandStatus {
             Self::Progress { .. } => Self::PROGRESS,
             Self::Reported(_) => Self::REPORTED,
             Self::Confirmed { .. } => Self::CONFIRMED,
+            Self::Echoed => Self::ECHOED,
             Self::Refused(_) => Self::REFUSED,
             Self::Failed(_) => Self::FAILED,
         }
@@ -79,7 +84,7 @@ impl CommandStatus {
     pub const fn is_end(&self) -> bool {
         matches!(
             self,
-            Self::Confirmed { .. } | Self::Refused(_) | Self::Failed(_)
+            Self::Confirmed { .. } | Self::Echoed | Self::Refused(_) | Self::Failed(_)
         )
     }
 }
@@ -101,11 +106,13 @@ pub enum Failure {
     ReceiveOnly,
     /// The robot says that it cannot hear.
     CannotHear,
+    /// The robot has command strings, and none for this command.
+    NotConfigured,
 }
 
 impl Failure {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::TimedOut,
         Self::RobotRestarted,
         Self::TakenOver,
@@ -113,6 +120,7 @@ impl Failure {
         Self::Cancelled,
         Self::ReceiveOnly,
         Self::CannotHear,
+        Self::NotConfigured,
     ];
 
     /// Stable code.
@@ -126,6 +134,7 @@ impl Failure {
             Self::Cancelled => "cancelled",
             Self::ReceiveOnly => "receive-only",
             Self::CannotHear => "cannot-hear",
+            Self::NotConfigured => "not-configured",
         }
     }
 
@@ -145,6 +154,9 @@ impl fmt::Display for Failure {
             Self::Stopped => "cancelled by STOP",
             Self::Cancelled => "cancelled",
             Self::ReceiveOnly => "the link is receive-only",
+            Self::NotConfigured => {
+                "not sent: the robot has no such command string, or not with these arguments"
+            }
             Self::CannotHear => "the robot reports that it cannot hear: it has no receiver",
         })
     }

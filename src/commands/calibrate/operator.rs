@@ -145,7 +145,7 @@ impl Progress {
                 return Err(not_confirmed(request, heard, timeout, self.frames));
             }
             CommandStatus::Failed(failure) => return Err(failed(request, *failure)),
-            CommandStatus::Queued | CommandStatus::Progress { .. } => {}
+            CommandStatus::Queued | CommandStatus::Echoed | CommandStatus::Progress { .. } => {}
         }
         Ok(false)
     }

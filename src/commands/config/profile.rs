@@ -3,7 +3,7 @@
 use super::super::cli::Connection;
 use std::path::Path;
 
-use super::{Config, Dashboard, Exit, Fault, Link, Robot};
+use super::{Config, Dashboard, Exit, Fault, Link, OwnRobot, Robot};
 use crate::io::link::{LinkSpec, has_port};
 use crate::io::ports;
 use crate::suggest;
@@ -17,6 +17,10 @@ impl Config {
         if let Some(robot) = named(&link).and_then(|name| self.robots.get(name)) {
             config.dashboard = dashboard(robot, &self.dashboard);
             config.limits = robot.limits.clone();
+            config.own = OwnRobot {
+                lines: robot.lines.clone(),
+                commands: robot.commands.clone(),
+            };
             link = parse(robot.link.as_deref()).map_err(usage)?;
         }
         if let Some(profile) = named(&link).and_then(|name| self.links.get(name)) {

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use groundwave_lines::Profile;
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::mistakes::{Mistake, Mistakes};
-use super::{Config, Dashboard, Link, Recording, Robot};
+use super::{Config, Dashboard, Link, OwnRobot, Recording, Robot};
 use crate::io::ports;
 use crate::model::Limits;
 use crate::model::keys::{Keymap, Rebinding};
@@ -113,6 +114,7 @@ fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
         keys: keymap(sections.keys, mistakes),
         links,
         robots,
+        own: OwnRobot::default(),
         recording: sections.recording,
         path: None,
         text: String::new(),
@@ -266,6 +268,7 @@ fn check_robot(
     if spans.find(&limits_path).is_some() {
         check_limits(&robot.limits, &limits_path, spans, mistakes);
     }
+    check_own(name, robot, spans, mistakes);
     let Some(link) = &robot.link else {
         if !mistakes.are_in(&path) {
             let message = format!(
@@ -284,6 +287,28 @@ fn check_robot(
         mistakes.add(&spans.of(&["robot", name, "link"]), message);
     }
     true
+}
+
+/// Checks `[robot.NAME.lines]` and `[robot.NAME.commands]`.
+fn check_own(name: &str, robot: &Robot, spans: &Spans<'_>, mistakes: &mut Mistakes<'_>) {
+    if let Some(Err(error)) = robot.lines.as_ref().map(Profile::check) {
+        let path = ["robot", name, "lines"];
+        mistakes.add(&spans.of(&path), format!("[robot.{name}.lines]: {error}"));
+    }
+    for (command, own) in &robot.commands {
+        let is_word = !command.is_empty() && !command.contains(char::is_whitespace);
+        let checked = own.check().map_err(|error| error.to_string());
+        let checked = if is_word {
+            checked
+        } else {
+            Err("the name of a command is one word".to_owned())
+        };
+        if let Err(error) = checked {
+            let path = ["robot", name, "commands", command];
+            let message = format!("[robot.{name}.commands] {command}: {error}");
+            mistakes.add(&spans.of(&path), message);
+        }
+    }
 }
 
 fn keymap(keys: Keys, mistakes: &mut Mistakes<'_>) -> Keymap {

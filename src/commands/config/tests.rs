@@ -169,7 +169,10 @@ fn default_file_parses_as_it_is_and_with_every_line_uncommented() {
     let offered = offered.join("\n");
     let config = parse(&offered).unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{offered}"));
     assert_eq!(config.links.keys().collect::<Vec<_>>(), ["shed"]);
-    assert_eq!(config.robots.keys().collect::<Vec<_>>(), ["marvin"]);
+    assert_eq!(
+        config.robots.keys().collect::<Vec<_>>(),
+        ["marvin", "rover"]
+    );
     assert_eq!(config.limits, Limits::default());
     for section in [
         "link.shed",
@@ -182,5 +185,35 @@ fn default_file_parses_as_it_is_and_with_every_line_uncommented() {
             let is_offered = |line: &str| line.starts_with(&format!("{key} = "));
             assert!(offered.lines().any(is_offered), "{key}");
         }
+    }
+}
+
+#[test]
+fn lines_and_commands_of_a_robot_are_read_and_checked() {
+    let text = "[robot.rover]\nlink = \"sim\"\n[robot.rover.lines]\nform = \"csv\"\nchecksum = \"crc16-ccitt\"\nfields = [{ name = \"x\", unit = \"cm\", role = \"x\" }]\n\
+                [robot.rover.commands]\nstop = { send = \"S\\n\", reply = \"OK\" }\n";
+    let config = parse(text).expect("it is right");
+    let (_, config) = config
+        .at(&"rover".parse().expect("a link"))
+        .expect("it is found");
+    assert_eq!(config.own.commands["stop"].send, "S\n");
+    assert_eq!(config.own.lines.expect("a profile").fields[0].name, "x");
+    for (wrong, place, expected) in [
+        ("unit = \"cm\", ", "3:1", "field \"x\": role x needs a unit"),
+        ("role = \"x\"", "6:", "unknown variant `z`"),
+        (
+            "\"OK\"",
+            "8:8",
+            "[robot.rover.commands] stop: reply needs 1",
+        ),
+    ] {
+        let with = match wrong {
+            "role = \"x\"" => "role = \"z\"",
+            "\"OK\"" => "\"\"",
+            _ => "",
+        };
+        let mistakes = parse(&text.replace(wrong, with)).expect_err(wrong);
+        let told = mistakes[0].to_string();
+        assert!(told.starts_with(place) && told.contains(expected), "{told}");
     }
 }

@@ -64,12 +64,10 @@ impl Opened {
 /// Delivers each command of the script until one fails.
 pub(super) async fn deliver(
     options: &Send,
-    opened: Opened,
-    baud: u32,
-    radio: Radio,
+    mut driver: Driver,
+    _simulator: Embedded,
     script: &Script,
 ) -> Result<(), Fault> {
-    let (mut driver, _simulator) = opened.start(baud, radio);
     let mut report = Report::new(options);
     for (index, line) in script.lines().iter().enumerate() {
         deliver_one(options, &mut driver, &mut report, line)

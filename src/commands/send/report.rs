@@ -177,6 +177,11 @@ impl Report {
                 }
                 Some(Ok(()))
             }
+            CommandStatus::Echoed if self.json || self.quiet => Some(Ok(())),
+            CommandStatus::Echoed => Some(show_line(format_args!(
+                "{request}: echoed after {:.1} s, which confirms nothing",
+                after.as_secs_f64()
+            ))),
             CommandStatus::Refused(outcome) => {
                 Some(Err(refused(request, &self.why(request, *outcome))))
             }

@@ -28,14 +28,14 @@ pub(super) struct Script {
 
 impl Script {
     /// Reads and checks all commands.
-    pub(super) fn read(options: &Send, words: &[&str]) -> Result<Self, Fault> {
+    pub(super) fn read(options: &Send, words: &[&str], own: &[String]) -> Result<Self, Fault> {
         let mut script = match &options.file {
             Some(_) if !words.is_empty() => {
                 return Err(usage("give the command either as words or with -f"));
             }
             None => Self {
                 name: None,
-                lines: read_words(words)
+                lines: read_words(words, own)
                     .map_err(usage)?
                     .into_iter()
                     .map(|request| Line {
@@ -44,7 +44,7 @@ impl Script {
                     })
                     .collect(),
             },
-            Some(path) => Self::read_file(path)?,
+            Some(path) => Self::read_file(path, own)?,
         };
         if options.go {
             let number = match script.lines.last() {
@@ -80,7 +80,7 @@ impl Script {
         Ok(())
     }
 
-    fn read_file(path: &Path) -> Result<Self, Fault> {
+    fn read_file(path: &Path, own: &[String]) -> Result<Self, Fault> {
         let name = name_of(path);
         let text = read_text(path)?;
         let mut lines = Vec::new();
@@ -96,7 +96,7 @@ impl Script {
                     "the script itself is read from standard input; name the route's file"
                         .to_owned(),
                 ),
-                _ => read_words(&words),
+                _ => read_words(&words, own),
             };
             let requests = requests.map_err(wrong)?;
             lines.extend(requests.into_iter().map(|request| Line {
@@ -156,9 +156,9 @@ fn name_of(path: &Path) -> String {
     }
 }
 
-fn read_words(words: &[&str]) -> Result<Vec<Request>, String> {
+fn read_words(words: &[&str], own: &[String]) -> Result<Vec<Request>, String> {
     match words {
-        ["route", file] => {
+        ["route", file] if !own.iter().any(|name| name == "route") => {
             let path = Path::new(file);
             let text = read_text(path).map_err(|fault| fault.to_string())?;
             let waypoints =
@@ -166,11 +166,11 @@ fn read_words(words: &[&str]) -> Result<Vec<Request>, String> {
             let request = Request::route(waypoints).map_err(|error| error.to_string())?;
             Ok(vec![request])
         }
-        ["route", ..] => Err(
+        ["route", ..] if !own.iter().any(|name| name == "route") => Err(
             "`route` takes one file of `X,Y` lines, or - for standard input; quote a name with spaces"
                 .to_owned(),
         ),
-        _ => Request::all_from_words(words).map_err(|error| error.in_shell()),
+        _ => Request::all_from_words_or_own(words, own).map_err(|error| error.in_shell()),
     }
 }
 
