@@ -286,7 +286,7 @@ impl Facts {
                 None => "bumper hit".to_owned(),
             };
             self.log.add(now, Level::Warning, Subject::Bump, text);
-            self.counted.tally.bumps += 1;
+            self.take_contact();
         }
         if let Some(mode) = told.mode {
             let text = format!("the robot reports mode {mode}");
@@ -307,6 +307,11 @@ impl Facts {
         }
     }
 
+    const fn take_contact(&mut self) {
+        self.counted.tally.bumps += 1;
+        self.robot.contacts = self.robot.contacts.saturating_add(1);
+    }
+
     /// The robot restarted: its list is gone, and its frame begins where it stands.
     fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
@@ -320,7 +325,7 @@ impl Facts {
         if let Some((x_in, y_in)) = self.chart.take_state(now, state) {
             let text = format!("{} hit at ({x_in:.0}, {y_in:.0})", why::bump(state.bump));
             self.log.add(now, Level::Warning, Subject::Bump, text);
-            self.counted.tally.bumps += 1;
+            self.take_contact();
         }
         self.follow();
         if before.is_some_and(|before| before.mode != state.mode) {

@@ -36,6 +36,8 @@ pub(crate) struct Robot {
     pub(crate) state: Option<Reading<StateLine>>,
     pub(crate) status: Option<Reading<StatusLine>>,
     pub(crate) counters: Option<Reading<CountersLine>>,
+    /// Contacts seen since the robot started, or since the session began.
+    pub(crate) contacts: u16,
     /// The latest contact.
     pub(crate) bump: Option<Reading<Bump>>,
     /// The latest detection.
@@ -88,6 +90,7 @@ impl Robot {
 
     /// The robot restarted: its parameters are those it keeps.
     pub(super) const fn take_restart(&mut self) {
+        self.contacts = 0;
         self.cliff_guard.is_off = self.cliff_guard.stays_off;
         self.critical_battery.is_off = self.critical_battery.stays_off;
     }

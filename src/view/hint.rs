@@ -188,7 +188,7 @@ impl Screen<'_> {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));
         } else {
-            facts.push("not recorded".to_owned());
+            facts.push(self.told("<toggle-recording>: record"));
         }
         if let Some(command) = &self.ui.config.raw_copy {
             let how = if short {

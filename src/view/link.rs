@@ -22,9 +22,9 @@ pub(super) const ROWS_PLOTS: u16 = 11;
 const TITLE: &str = "link: totals; airtime over 20 s";
 
 /// Minimum width for two figures in a row.
-const TWO_COLUMNS: u16 = 58;
+const WIDE: u16 = 58;
 
-const NAME_COLUMNS: usize = 7;
+const NAME_COLUMNS: usize = 10;
 
 impl Screen<'_> {
     pub(super) fn link(&self, buffer: &mut Buffer, area: Rect) {
@@ -55,7 +55,7 @@ impl Screen<'_> {
         let theme = &self.theme;
         let link = &self.facts.link;
         let alone = failsafe::standing(&self.facts.robot, &self.facts.ledger)
-            .map(|(letter, says)| ("alone", says, self.failsafe_style(letter)));
+            .map(|(letter, says)| ("failsafe", says, self.failsafe_style(letter)));
         if link.has_only_own_lines() {
             let fields = &self.facts.fields;
             let down = format!(
@@ -64,31 +64,27 @@ impl Screen<'_> {
                 fields.damaged,
                 fields.lost
             );
-            return vec![("down", down, theme.plain)];
+            return vec![("received", down, theme.plain)];
         }
         let Some(statistics) = link.statistics() else {
             let nothing = ("", "nothing measured yet".to_owned(), theme.dim);
             return [nothing].into_iter().chain(alone).collect();
         };
-        let air = |pct: f64| format!("{pct:.0} % air, ");
-        let mut down = format!(
-            "{}loss {}",
-            air(statistics.airtime_down_pct),
-            statistics.loss.share()
-        );
+        let (down, up) = (statistics.airtime_down_pct, statistics.airtime_up_pct);
         let [crc, shape, field] = statistics.damaged.kinds();
-        let errors = format!("{crc} CRC, {shape} shape, {field} field");
-        let mut rows = Vec::new();
-        if width >= TWO_COLUMNS {
-            down = format!("{down}; {errors}");
-            rows.push(("down", down, theme.plain));
-        } else {
-            rows.push(("down", down, theme.plain));
-            rows.push(("errors", errors, theme.plain));
+        let is_whole = crc + shape + field == 0;
+        let mut received = format!("loss {}", statistics.loss.share());
+        if is_whole {
+            received += ", none damaged";
+        }
+        let mut rows = vec![("received", received, theme.plain)];
+        if !is_whole {
+            let kinds = format!("{crc} checksum, {shape} shape, {field} value");
+            rows.push(("damaged", kinds, theme.plain));
         }
         let types = statistics.damaged.types_words();
         if !types.is_empty() {
-            rows.push(("damaged", format!(" {types}"), theme.plain));
+            rows.push(("of types", types, theme.plain));
         }
         if let Some(id) = statistics.other.other_robot {
             let lines = statistics.other.other_lines;
@@ -101,42 +97,58 @@ impl Screen<'_> {
             let rates = format!("{packets_per_s:.1} lines + {acks_per_s:.1} short (K) a second");
             rows.push(("rate", rates, theme.plain));
         }
-        let resync = match statistics.resync {
-            Some(Resync {
-                last_bytes,
-                mean_bytes,
-                worst_bytes,
-                ..
-            }) => format!("{last_bytes} B last, {mean_bytes:.0} mean, {worst_bytes} worst"),
-            None => "none needed".to_owned(),
-        };
-        rows.push(("resync", resync, theme.plain));
+        if let Some(Resync {
+            last_bytes,
+            mean_bytes,
+            worst_bytes,
+            ..
+        }) = statistics.resync
+        {
+            let says = format!("in {last_bytes} B, mean {mean_bytes:.0}, worst {worst_bytes}");
+            rows.push(("regained", says, theme.plain));
+        }
         if !link.is_receive_only() {
-            rows.push(self.up_row(statistics, &air(statistics.airtime_up_pct)));
-            let answer = match statistics.confirmation {
-                Some(Confirmation {
-                    last_s,
-                    mean_s,
-                    worst_s,
-                    ..
-                }) => format!("{last_s:.1} s last, {mean_s:.1} mean, {worst_s:.1} worst"),
-                None => "none yet".to_owned(),
-            };
-            rows.push(("answer", answer, theme.plain));
+            rows.push(self.sent_row(statistics));
+            if let Some(Confirmation {
+                last_s,
+                mean_s,
+                worst_s,
+                ..
+            }) = statistics.confirmation
+            {
+                let says = format!("in {last_s:.1} s, mean {mean_s:.1}, worst {worst_s:.1}");
+                rows.push(("confirmed", says, theme.plain));
+            }
+        }
+        let airtime = if link.is_receive_only() {
+            format!("{down:.0} %")
+        } else {
+            format!("{down:.0} % down, {up:.0} % up")
+        };
+        if width < WIDE {
+            rows.push(("airtime", airtime, theme.plain));
+        } else {
+            for (name, says, _) in &mut rows {
+                match *name {
+                    "received" => *says = format!("{says}; airtime {down:.0} %"),
+                    "sent" => *says = format!("{says}; airtime {up:.0} %"),
+                    _ => {}
+                }
+            }
         }
         rows.extend(alone);
         rows
     }
 
-    fn up_row(&self, statistics: &Statistics, air: &str) -> (&'static str, String, Style) {
+    fn sent_row(&self, statistics: &Statistics) -> (&'static str, String, Style) {
         let frames = format!(
-            "{air}{} frames, {} repeated",
+            "{} frames, {} repeated",
             statistics.frames, statistics.frames_again
         );
         match statistics.not_taken_bytes {
-            0 => ("up", frames, self.theme.plain),
+            0 => ("sent", frames, self.theme.plain),
             bytes => (
-                "up",
+                "sent",
                 format!("{bytes} B NOT TAKEN, {frames}"),
                 self.theme.warning,
             ),

@@ -46,8 +46,8 @@ impl Screen<'_> {
         let chart = &self.facts.chart;
         let map = &self.ui.map;
         let focus = match map.focus {
-            Focus::Follow => "<follow>: all",
-            Focus::Robot(_) | Focus::Everything | Focus::Floor(_) => "<follow>: follow",
+            Focus::Follow => "<follow>: show all",
+            Focus::Robot(_) | Focus::Everything | Focus::Floor(_) => "<follow>: follow robot",
         };
         let right = Span::styled(self.told(focus), self.theme.dim);
         let below = self.panel(buffer, area, &self.map_title(), Some(right));
@@ -103,6 +103,12 @@ impl Screen<'_> {
                 raster.line(dot(*from), dot(*to), 1, Ink::Wall);
             }
         }
+        if self.shows_echoes() {
+            for place in chart.echoes() {
+                let (x, y) = dot(place);
+                raster.dot(x, y, Ink::Sonar);
+            }
+        }
         for place in chart.trail.older() {
             let (x, y) = dot(place);
             raster.dot(x, y, Ink::OldTrail);
@@ -134,6 +140,11 @@ impl Screen<'_> {
             let center = (ghost.pose.x_in, ghost.pose.y_in);
             dashed_circle(raster, projection, center, ghost.radius_in);
         }
+    }
+
+    /// Whether the echoes stand for walls that are not known.
+    fn shows_echoes(&self) -> bool {
+        self.facts.chart.plan().is_none() || self.ui.map.truth_hidden
     }
 
     /// Draws the dead-reckoned position of a silent robot with its uncertainty.
@@ -301,8 +312,10 @@ impl Screen<'_> {
         if !chart.infrareds.is_empty() && self.ui.map.cursor.is_none() {
             notes.push(format!("{} infrared", glyphs.infrared));
         }
-        if chart.plan().is_some() && !self.ui.map.truth_hidden {
+        if !self.shows_echoes() {
             notes.push("walls: simulator's truth".to_owned());
+        } else if chart.echoes().next().is_some() {
+            notes.push("dots: sonar echoes".to_owned());
         }
         if let Some(ghost) = self.ghost() {
             let words = format!(

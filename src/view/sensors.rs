@@ -331,7 +331,8 @@ impl Screen<'_> {
             "id {}, up {}, bumps {}, boot {}, v{}.{:02}",
             c.robot_id,
             age::words(Moment::from_secs(u64::from(c.uptime_s))),
-            c.bumps,
+            // A contact is seen up to four seconds before the robot's next count.
+            c.bumps.max(self.facts.robot.contacts),
             c.boots,
             c.version.major,
             c.version.minor

@@ -158,3 +158,27 @@ fn one_key_follows_and_shows_everything_and_ends_a_look_elsewhere() {
     scene.type_text("f");
     assert_eq!(focus(&scene), Focus::Follow);
 }
+
+#[test]
+fn echoes_are_kept_once_for_each_cell_of_the_floor() {
+    let mut scene = scene();
+    scene.state.sonar_left_in = Some(40);
+    scene.state.sonar_right_in = Some(200);
+    scene.hear();
+    let echoes = |scene: &Scene| scene.model.facts.chart.echoes().collect::<Vec<_>>();
+    let first = echoes(&scene);
+    let [.., (x_in, y_in)] = first[..] else {
+        panic!("an echo");
+    };
+    assert!(
+        (x_in + 6.0).abs() <= 2.0 && (y_in - 45.0).abs() <= 2.0,
+        "{first:?}"
+    );
+    scene.hear();
+    assert_eq!(echoes(&scene), first);
+    for n in 0..3000 {
+        scene.state.x_tenths_in = n * 50;
+        scene.hear();
+    }
+    assert_eq!(echoes(&scene).len(), 1500);
+}

@@ -26,7 +26,7 @@ pub(super) const STATES: &[State] = &[
     State {
         name: "waiting",
         make: |config| Scene::new(config),
-        facts: &["no line yet", "no data", "not recorded"],
+        facts: &["no line yet", "no data", "R: record", "no rec"],
     },
     State {
         name: "tour",
@@ -126,11 +126,11 @@ pub(super) const STATES: &[State] = &[
         make: |config| chosen(measured(config), 7),
         facts: &[
             "F7 link",
-            "99 % air",
-            "0 CRC",
-            "80 B last",
+            "loss 6.0 %, none damaged",
+            "in 80 B",
             "37 frames",
-            "0.4 s last",
+            "in 0.4 s",
+            "airtime ",
         ],
     },
     State {

@@ -59,13 +59,10 @@ fn figures_are_beside_the_log() {
     insta::assert_snapshot!("link_wide", wide);
     row(&wide, "── F7 link");
     row(&wide, "── F6 log");
-    row(
-        &wide,
-        "down   99 % air, loss 6.0 %; 0 CRC, 0 shape, 0 field",
-    );
-    row(&wide, "resync 80 B last, 96 mean, 412 worst");
-    row(&wide, "up     2 % air, 37 frames, 5 repeated");
-    row(&wide, "answer 0.4 s last, 0.6 mean, 1.3 worst");
+    row(&wide, "received  loss 6.0 %, none damaged; airtime 99 %");
+    row(&wide, "regained  in 80 B, mean 96, worst 412");
+    row(&wide, "sent      37 frames, 5 repeated; airtime 2 %");
+    row(&wide, "confirmed in 0.4 s, mean 0.6, worst 1.3");
     let status = wide.lines().next().unwrap();
     assert!(status.contains("  failsafe  "), "{status}");
 }
@@ -77,10 +74,10 @@ fn figures_are_reachable_on_the_smallest_screen() {
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("link_narrow", narrow);
     row(&narrow, "── F7 link");
-    row(&narrow, "down   99 % air, loss 6.0 %");
-    row(&narrow, "errors 0 CRC, 0 shape, 0 field");
-    row(&narrow, "answer 0.4 s last, 0.6 mean, 1.3 worst");
-    row(&narrow, "alone  home after 30 s of silence, ar");
+    row(&narrow, "received  loss 6.0 %, none damaged");
+    row(&narrow, "airtime   99 % down, 2 % up");
+    row(&narrow, "confirmed in 0.4 s, mean 0.6, worst 1.3");
+    row(&narrow, "failsafe  home after 30 s of silence");
     // On a low screen the figures replace the log.
     assert!(screen(&scene, 110, 34).contains("── F7 link"));
     scene.press(&[KeyCode::Tab]);
@@ -108,13 +105,10 @@ fn meaningless_figures_are_left_out() {
         ..statistics()
     })));
     let told = screen(&scene, 120, 40);
-    row(
-        &told,
-        "up     12 B NOT TAKEN, 2 % air, 37 frames, 5 repeated",
-    );
+    row(&told, "sent      12 B NOT TAKEN, 37 frames, 5 repeated");
     scene.event(Event::Link(LinkEvent::Opened {
         name: "-".to_owned(),
         can_send: false,
     }));
-    assert!(!screen(&scene, 120, 40).contains("answer "));
+    assert!(!screen(&scene, 120, 40).contains("confirmed in"));
 }

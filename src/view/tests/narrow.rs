@@ -22,7 +22,7 @@ fn a_cut_text_ends_with_a_mark() {
 fn the_summary_is_never_cut() {
     let long = format!("/tmp/{}.txt", "a-very-long-name-".repeat(12));
     for (tee, named) in [
-        (None, "not recorded"),
+        (None, "R: record"),
         (
             Some("groundwave-20250314T092653Z.mcap".to_owned()),
             "092653Z.mcap",

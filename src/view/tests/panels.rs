@@ -1,6 +1,7 @@
 //! Alarms, plots, the robot from above, and a silent robot.
 
 use groundwave_protocol::status_codes::{Arm, Cliff, Power};
+use groundwave_protocol::telemetry::HOLDERS;
 
 use ratatui::style::{Color, Modifier};
 
@@ -460,4 +461,30 @@ fn the_caret_is_visible_after_any_text() {
         row(&screen(&scene, width, 24), "ab▏c");
         scene.press(&[KeyCode::End]);
     }
+}
+
+#[test]
+fn a_contact_counts_before_the_robots_next_count() {
+    let mut scene = Scene::new(Config::default());
+    scene.hear_ticks(1, [0; HOLDERS]);
+    scene.hear();
+    row(&screen(&scene, 120, 40), "bumps 2,");
+    for _ in 0..3 {
+        scene.state.bump = Bump::Center;
+        scene.hear();
+        scene.state.bump = Bump::None;
+        scene.hear();
+    }
+    row(&screen(&scene, 120, 40), "bumps 3,");
+}
+
+#[test]
+fn echoes_stand_for_walls_that_are_not_known() {
+    let mut scene = Scene::new(Config::default());
+    scene.hear();
+    row(&screen(&scene, 120, 40), "dots: sonar echoes");
+    scene.event(Event::Truth(house()));
+    assert!(!screen(&scene, 120, 40).contains("echoes"));
+    scene.type_text("t");
+    row(&screen(&scene, 120, 40), "dots: sonar echoes");
 }
