@@ -174,6 +174,8 @@ pub enum Effect {
     ListRuns(String),
     /// Read two runs for comparison; the answer is [`Event::Overlaid`].
     CompareRuns([String; 2]),
+    /// End the session and replay a capture.
+    Replay(String),
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
     /// Write a route file; the answer is [`Event::RouteSaved`].

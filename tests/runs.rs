@@ -10,6 +10,9 @@ use groundwave::capture::{Existing, Recorder, Session};
 use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SongLine};
 use serde_json::Value;
 
+#[cfg(unix)]
+use crate::pty::OnTerminal;
+
 fn groundwave(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_groundwave"))
         .args(arguments)
@@ -51,6 +54,68 @@ fn runs_lists_all_captures_and_nothing_else() {
         .map(|row| row.split_whitespace().last().unwrap())
         .collect();
     assert_eq!(captures, ["a.txt", "b.mcap"], "{list}");
+}
+
+#[test]
+fn runs_have_a_date_and_are_found_by_it() {
+    let folder = folder();
+    let raw = fs::read(folder.path().join("a.txt")).unwrap();
+    // 2025-03-14T09:26:53Z and 2026-11-20T14:30:40Z, in the wrong order of names.
+    for (name, start_s) in [("z.mcap", 1_741_944_413_u64), ("y.mcap", 1_795_185_040)] {
+        let file = fs::File::create(folder.path().join(name)).unwrap();
+        convert_raw(&raw[..], Some(start_s * 1_000_000_000), file).unwrap();
+    }
+    fs::remove_file(folder.path().join("b.mcap")).unwrap();
+    let listed = |words: &[&str]| -> Vec<String> {
+        let list = told(&groundwave(folder.path(), &[&["runs"], words].concat()));
+        let names = list.lines().filter_map(|row| row.split("%  ").nth(1));
+        names.map(str::to_owned).collect()
+    };
+    assert_eq!(listed(&[]), ["a.txt", "z.mcap", "y.mcap"]);
+    for (words, expected) in [
+        (&["--since", "2026-11-20"][..], &["y.mcap"][..]),
+        (&["--since", "2026-11-21"], &[]),
+        (&["--until", "2025-03-14"], &["z.mcap"]),
+        (&["--until", "2025-03-14 09:26"], &["z.mcap"]),
+        (&["--until", "2025-03-14 09:25"], &[]),
+        (
+            &["--since", "2025-03-14 09:26:53", "--until", "2026-11-20"],
+            &["z.mcap", "y.mcap"],
+        ),
+        (&["--since", "yesterday"], &[]),
+    ] {
+        assert_eq!(listed(words), expected, "{words:?}");
+    }
+    let output = groundwave(folder.path(), &["runs", "--since", "2026-11-20"]);
+    let [out, err] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+    assert!(out.contains("2026-11-20 14:30 "), "{out}");
+    assert!(err.contains("left out 1 capture without a date"), "{err}");
+    let json = told(&groundwave(folder.path(), &["runs", "y.mcap", "--json"]));
+    let run: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(run["start"], "2026-11-20T14:30:40Z");
+    let wrong = groundwave(folder.path(), &["runs", "--since", "20.11."]);
+    assert_eq!(wrong.status.code(), Some(2));
+    let told = String::from_utf8_lossy(&wrong.stderr).into_owned();
+    assert!(told.contains("try 2026-11-20, yesterday"), "{told}");
+}
+
+#[cfg(unix)]
+#[test]
+fn enter_on_a_run_replays_it_in_the_same_program() {
+    let folder = folder();
+    let path = folder.path().join("a.txt");
+    let arguments = ["replay", path.to_str().unwrap()];
+    let mut replay = OnTerminal::start(env!("CARGO_BIN_EXE_groundwave"), &arguments, 160, 40);
+    replay.wait_for("the first capture", |screen| screen.contains("a.txt"));
+    replay.type_keys(":runs\r");
+    replay.wait_for("the runs", |screen| screen.contains("runs in"));
+    replay.type_keys("\r");
+    replay.wait_for("the other capture", |screen| {
+        screen.contains("b.mcap") && !screen.contains("runs in")
+    });
+    // The first key reaches the new dashboard.
+    replay.type_keys("q");
+    assert_eq!(replay.wait(), 0);
 }
 
 #[test]

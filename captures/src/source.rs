@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, UNIX_EPOCH};
 
 use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::CaptureError;
 use super::files::{self, is_in_use};
 use super::mcap_reader::Damages;
+use super::name::utc;
 use super::pieces::{Piece, Pieces, has_received};
 use super::text::TextReader;
 use super::topics::RAW_RX;
@@ -221,6 +222,16 @@ impl Capture {
             Reader::Raw(_) => None,
             Reader::Mcap(reader) => Some(reader.session()),
         }
+    }
+
+    /// Its start in UTC, `2025-03-14T09:26:53Z`, once a piece has been read; `None` of raw text without dates.
+    #[must_use]
+    pub fn start(&self) -> Option<String> {
+        let since_1970 = match &self.reader {
+            Reader::Raw(reader) => reader.judged()?.unix()?,
+            Reader::Mcap(reader) => Duration::from_nanos(reader.first_ns()?),
+        };
+        Some(utc(UNIX_EPOCH + since_1970))
     }
 
     /// Statistics of the bytes sent up to the piece read last; `None` of a raw capture.

@@ -1,7 +1,11 @@
 //! Time arguments: moments in a capture as typed by the operator.
 
 use std::str::FromStr;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
+
+use jiff::civil::{Date, DateTime, Time};
+use jiff::tz::TimeZone;
+use jiff::{Span, Timestamp};
 
 /// A moment in a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +28,7 @@ impl FromStr for When {
     /// the T and without the Z.
     fn from_str(text: &str) -> Result<Self, NoMoment> {
         let moment = match text.split_once(['T', ' ']) {
-            Some((day, time)) => wall(day, time.trim_end_matches('Z')).map(Self::Wall),
+            Some(_) => wall(text).map(Self::Wall),
             None if text.contains(':') => clock(text).map(Self::Since),
             None => span(text).map(Self::Since),
         };
@@ -65,30 +69,92 @@ fn whole(text: &str) -> Option<u64> {
     text.parse().ok().filter(|_| is_plain)
 }
 
-/// Nanoseconds since 1970 of a day and a time of day.
-fn wall(day: &str, time: &str) -> Option<u64> {
-    let [year, month, day] = numbers(day, '-')?;
-    let time = clock(time).filter(|time| *time < Duration::from_hours(24))?;
-    let leap = u64::from(year % 4 == 0 && (year % 100 != 0 || year % 400 == 0));
-    let months = [31, 28 + leap, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
-    let before = months.get(..usize::try_from(month).ok()?.checked_sub(1)?)?;
-    let length = months.get(before.len())?;
-    // Nanoseconds since 1970 fit 64 bits until 2554.
-    if !(1970..=2500).contains(&year) || !(1..=*length).contains(&day) {
-        return None;
-    }
-    let years_before = year - 1;
-    let leap_days = |years: u64| years / 4 - years / 100 + years / 400;
-    let days = (year - 1970) * 365 + leap_days(years_before) - leap_days(1969)
-        + before.iter().sum::<u64>()
-        + day
-        - 1;
-    u64::try_from((Duration::from_secs(days * 86_400) + time).as_nanos()).ok()
+/// Nanoseconds since 1970 of a date with a time of day.
+fn wall(text: &str) -> Option<u64> {
+    u64::try_from(timestamp(text)?.as_nanosecond()).ok()
 }
 
-fn numbers(text: &str, between: char) -> Option<[u64; 3]> {
-    let numbers: Option<Vec<u64>> = text.split(between).map(whole).collect();
-    numbers?.try_into().ok()
+/// A date with a time of day, in UTC unless it has an offset.
+fn timestamp(text: &str) -> Option<Timestamp> {
+    if let Ok(timestamp) = text.parse() {
+        return Some(timestamp);
+    }
+    let civil: DateTime = text.trim_end_matches('Z').parse().ok()?;
+    TimeZone::UTC.to_timestamp(civil).ok()
+}
+
+/// A stretch of the calendar, as typed: a day, a minute or a moment; `start` is included, `end` is not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stretch {
+    /// Its beginning.
+    pub start: SystemTime,
+    /// The time after it.
+    pub end: SystemTime,
+}
+
+/// Text that names no day and no time.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "`{0}` is no date; try 2026-11-20, yesterday, \"2 days\", \"2026-11-20 14:30\" or 14:30 (UTC)"
+)]
+pub struct NoDate(String);
+
+impl Stretch {
+    /// Parses `2026-11-20`, `today`, `yesterday`, `14:30` of today, `2026-11-20 14:30`, and `2 days` or `3h` before `now`, with or
+    /// without `ago`; in UTC.
+    ///
+    /// # Errors
+    /// For other text.
+    pub fn parse(text: &str, now: SystemTime) -> Result<Self, NoDate> {
+        Self::of(&text.trim().to_lowercase(), now).ok_or_else(|| NoDate(text.to_owned()))
+    }
+
+    fn of(text: &str, now: SystemTime) -> Option<Self> {
+        let now = Timestamp::try_from(now).ok()?;
+        let here = TimeZone::UTC.to_datetime(now);
+        let today = here.date();
+        let is_date_alone = !text.contains([':', 't', ' ']);
+        let day = match text {
+            "today" => Some(today),
+            "yesterday" => today.yesterday().ok(),
+            _ if is_date_alone => text.parse::<Date>().ok(),
+            _ => None,
+        };
+        if let Some(day) = day {
+            let midnight = day.to_datetime(Time::midnight());
+            return Self::from(midnight, Span::new().days(1));
+        }
+        if let Some(timestamp) = timestamp(text) {
+            return Self::from(TimeZone::UTC.to_datetime(timestamp), resolution(text));
+        }
+        let has_short_hour = text.find(':') == Some(1);
+        let padded = if has_short_hour { "0" } else { "" }.to_owned() + text;
+        if let Ok(time) = padded.parse::<Time>() {
+            return Self::from(today.to_datetime(time), resolution(text));
+        }
+        let before: Span = text.trim_start_matches('-').parse().ok()?;
+        let moment = here.checked_sub(before.abs()).ok()?;
+        Self::from(moment, Span::new())
+    }
+
+    fn from(start: DateTime, length: Span) -> Option<Self> {
+        let at = |civil: DateTime| TimeZone::UTC.to_timestamp(civil).ok();
+        Some(Self {
+            start: at(start)?.into(),
+            end: at(start.checked_add(length).ok()?)?.into(),
+        })
+    }
+}
+
+/// Unit of the last digit of a time of day.
+fn resolution(text: &str) -> Span {
+    let is_to_the_second = text.matches(':').count() > 1;
+    let unit = Span::new();
+    if is_to_the_second {
+        unit.seconds(1)
+    } else {
+        unit.minutes(1)
+    }
 }
 
 #[cfg(test)]
@@ -124,6 +190,50 @@ mod tests {
         }
         let expected = Ok(When::Wall(1_741_944_413_250_000_000));
         assert_eq!("2025-03-14 09:26:53.25".parse(), expected);
+    }
+
+    #[test]
+    fn dates_are_typed_as_a_person_types_them() {
+        let at = |text: &str| {
+            UNIX_EPOCH + Duration::from_secs(text.parse::<Timestamp>().unwrap().as_second() as u64)
+        };
+        let now = at("2026-11-23T08:20:36Z");
+        for (text, start, end) in [
+            ("2026-11-20", "2026-11-20T00:00:00Z", "2026-11-21T00:00:00Z"),
+            ("today", "2026-11-23T00:00:00Z", "2026-11-24T00:00:00Z"),
+            ("Yesterday", "2026-11-22T00:00:00Z", "2026-11-23T00:00:00Z"),
+            (
+                "2026-11-20 14:30",
+                "2026-11-20T14:30:00Z",
+                "2026-11-20T14:31:00Z",
+            ),
+            (
+                "2026-11-20T14:30:05Z",
+                "2026-11-20T14:30:05Z",
+                "2026-11-20T14:30:06Z",
+            ),
+            (
+                "2026-11-20T14:30:05+01:00",
+                "2026-11-20T13:30:05Z",
+                "2026-11-20T13:30:06Z",
+            ),
+            ("7:30", "2026-11-23T07:30:00Z", "2026-11-23T07:31:00Z"),
+            ("07:30", "2026-11-23T07:30:00Z", "2026-11-23T07:31:00Z"),
+            ("2 days", "2026-11-21T08:20:36Z", "2026-11-21T08:20:36Z"),
+            ("2 days ago", "2026-11-21T08:20:36Z", "2026-11-21T08:20:36Z"),
+            ("3h", "2026-11-23T05:20:36Z", "2026-11-23T05:20:36Z"),
+            ("1 week", "2026-11-16T08:20:36Z", "2026-11-16T08:20:36Z"),
+        ] {
+            let expected = Stretch {
+                start: at(start),
+                end: at(end),
+            };
+            assert_eq!(Stretch::parse(text, now), Ok(expected), "{text}");
+        }
+        for text in ["", "soon", "2026-02-30", "20.11.2026", "25:00", "2 parsecs"] {
+            let wrong = Stretch::parse(text, now).unwrap_err().to_string();
+            assert!(wrong.contains("try 2026-11-20, yesterday"), "{wrong}");
+        }
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! `replay`: a capture in the dashboard.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
 use std::time::Instant;
 
 use super::appearance::appearance;
 use super::cli::Replay;
-use super::{Exit, Fault, block_on, config, input, watch};
+use super::config::Theme;
+use super::{Exit, Fault, block_on, config, input, say_fault, watch};
 use crate::capture::index;
 use crate::capture::source::unfinished;
 use crate::event::{Event, Level, Moment, Notice, NoticeCode, Recording};
@@ -30,16 +32,45 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
         ));
     }
     watch::needs_terminal("groundwave export")?;
-    let tape = index::open(&options.file)?;
-    let name = format!("replay of {}", options.file.display());
+    replay(options.file.clone(), options.speed, options.theme, config)
+}
+
+/// Replays a capture, then those that the operator chooses from the list of runs.
+pub(super) fn replay(
+    file: PathBuf,
+    speed: f64,
+    theme: Option<Theme>,
+    config: &config::Config,
+) -> Result<(), Fault> {
+    let mut next = Some(file);
+    let mut damage = Ok(());
+    while let Some(file) = next {
+        // Report unreadable parts again, on the restored terminal.
+        if let Err(fault) = std::mem::replace(&mut damage, Ok(())) {
+            say_fault(&fault);
+        }
+        (next, damage) = play(&file, speed, theme, config)?;
+    }
+    damage
+}
+
+/// Plays one capture; returns the one to play next, and what could not be read.
+fn play(
+    file: &Path,
+    speed: f64,
+    theme: Option<Theme>,
+    config: &config::Config,
+) -> Result<(Option<PathBuf>, Result<(), Fault>), Fault> {
+    let tape = index::open(file)?;
+    let name = format!("replay of {}", file.display());
     // A replay does not ring.
     let config = Arc::new(Config {
         bell: false,
-        capture: Some(options.file.display().to_string()),
-        ..appearance(config, options.theme)
+        capture: Some(file.display().to_string()),
+        ..appearance(config, theme)
     });
     let mut first = CaptureState::new(&name, Arc::clone(&config), &*tape);
-    if let Some(unfinished) = unfinished(&options.file) {
+    if let Some(unfinished) = unfinished(file) {
         first.tell(&Event::Notice(Notice::new(
             NoticeCode::Damaged,
             Level::Warning,
@@ -59,8 +90,8 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     let started = Instant::now();
     let (length, unix) = (tape.length(), tape.unix());
     let timeline = timeline(tape, first);
-    let player = Player::of_capture(timeline, Moment::ZERO, options.speed, length, unix);
-    block_on(async {
+    let player = Player::of_capture(timeline, Moment::ZERO, speed, length, unix);
+    let next = block_on(async {
         let dashboard = Dashboard {
             source: Source::Capture(Box::new(CaptureSource {
                 player,
@@ -72,17 +103,18 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
             first: Vec::new(),
             keeper: None,
         };
-        Box::pin(run_dashboard(dashboard))
-            .await
-            .map_or_else(|error| watch::terminal_failed(&error), |_| Ok(()))
+        Box::pin(run_dashboard(dashboard)).await.map_or_else(
+            |error| watch::terminal_failed(&error).map(|()| None),
+            |left| Ok(left.replay),
+        )
     })?;
-    // Report unreadable parts again, on the restored terminal.
-    match reader.join() {
+    let read = match reader.join() {
         Ok(None) => Ok(()),
-        Ok(Some(damage)) => Err(input::not_whole(&options.file, &damage)),
+        Ok(Some(damage)) => Err(input::not_whole(file, &damage)),
         Err(_) => Err(Fault::new(
             Exit::Failed,
             "the capture could not be read through",
         )),
-    }
+    };
+    Ok((next.map(PathBuf::from), read))
 }

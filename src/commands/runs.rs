@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::cli::Runs;
 use super::{Exit, Fault, out, say, say_fault};
 use crate::capture::CaptureError;
+use crate::capture::name::utc;
 use crate::capture::runs::folder::{self, Run, RunError};
 use crate::capture::track::Track;
 use crate::figures::{Figures, HEADING};
@@ -14,7 +15,8 @@ use crate::hint;
 pub(super) fn run(options: &Runs) -> Result<(), Fault> {
     let mut fault: Option<Fault> = None;
     let mut out = out();
-    let mut shown = 0;
+    let mut runs = Vec::new();
+    let mut undated = 0;
     let mut interrupted = Vec::new();
     for path in &options.paths {
         let captures = captures(path).unwrap_or_else(|found| {
@@ -40,11 +42,24 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
                 }
                 None => {}
             }
-            if let Err(error) = write(&mut out, &run.figures, options.json, shown == 0) {
-                return Fault::output(&error);
+            match is_within(options, run.figures.start.as_deref()) {
+                Some(true) => runs.push(run.figures),
+                Some(false) => {}
+                None => undated += 1,
             }
-            shown += 1;
         }
+    }
+    folder::sort(&mut runs);
+    for (row, run) in runs.iter().enumerate() {
+        if let Err(error) = write(&mut out, run, options.json, row == 0) {
+            return Fault::output(&error);
+        }
+    }
+    if undated > 0 {
+        let plural = if undated == 1 { "" } else { "s" };
+        say(format_args!(
+            "left out {undated} capture{plural} without a date"
+        ));
     }
     for recording in &interrupted {
         if options.json {
@@ -53,10 +68,27 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
             return Fault::output(&error);
         }
     }
-    if shown == 0 && fault.is_none() {
-        say("no finished captures here; `groundwave demo --record` makes one");
+    if runs.is_empty() && fault.is_none() {
+        say(if options.since.is_some() || options.until.is_some() {
+            "no finished captures here from that time"
+        } else {
+            "no finished captures here; `groundwave demo --record` makes one"
+        });
     }
     fault.map_or(Ok(()), Err)
+}
+
+/// Whether a run started within the wanted time; `None` if its start is needed and unknown.
+fn is_within(options: &Runs, start: Option<&str>) -> Option<bool> {
+    // Dates of one form sort as text.
+    let since = options.since.map(|since| utc(since.start));
+    let until = options.until.map(|until| utc(until.end));
+    if since.is_none() && until.is_none() {
+        return Some(true);
+    }
+    let start = start?;
+    let is_late_enough = since.is_none_or(|since| start >= since.as_str());
+    Some(is_late_enough && until.is_none_or(|until| start < until.as_str()))
 }
 
 /// Prints the earlier fault and keeps the new one for the caller.

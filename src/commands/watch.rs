@@ -12,7 +12,9 @@ use sr04_sim::serve::{ServeOptions, Server};
 use super::appearance::appearance;
 use super::cli::{Connection, Demo, RecordingArgs, Sharing, Watch};
 use super::output::check_inputs;
-use super::{Exit, Fault, block_on, config, headless, recording, say, sharing, simulated, tour};
+use super::{
+    Exit, Fault, block_on, config, headless, recording, replay, say, sharing, simulated, tour,
+};
 use crate::capture::files;
 use crate::event::{Event, Level, Notice, NoticeCode};
 use crate::hint::shell_word;
@@ -59,6 +61,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         config: config.clone(),
         is_simulated: server.is_some(),
         tour: false,
+        theme: options.theme,
     };
     if options.headless {
         return block_on(async {
@@ -123,6 +126,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         config: settings.clone(),
         is_simulated: true,
         tour: tour::is_due(),
+        theme: options.theme,
     };
     let raw = address(&server, 1);
     let mut model = appearance(settings, options.theme);
@@ -170,6 +174,8 @@ struct Plan {
     is_simulated: bool,
     /// Begin the tour.
     tour: bool,
+    /// The theme of `--theme`, also for a replay that follows.
+    theme: Option<config::Theme>,
 }
 
 impl Plan {
@@ -232,7 +238,7 @@ impl Plan {
 fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault> {
     let unix = SystemTime::now().duration_since(UNIX_EPOCH).ok();
     config.unix = unix.and_then(|unix| unix.checked_sub(plan.started.elapsed()));
-    block_on(async {
+    let next = block_on(async {
         let (driver, keeper) = plan.open().await?;
         let status = keeper.clone();
         let config = Arc::new(config);
@@ -257,8 +263,13 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
         if result.as_ref().is_ok_and(|left| left.ui.has_ended_tour()) {
             tour::end();
         }
-        result.map_or_else(|error| terminal_failed(&error), |_| Ok(()))
-    })
+        result.map_or_else(
+            |error| terminal_failed(&error).map(|()| None),
+            |left| Ok(left.replay),
+        )
+    })?;
+    let replay = |capture: String| replay::replay(capture.into(), 1.0, plan.theme, &plan.config);
+    next.map_or(Ok(()), replay)
 }
 
 /// The finished recordings, each with the command that replays it.

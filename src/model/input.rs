@@ -231,6 +231,7 @@ impl Ui {
             | Action::Close
             | Action::Confirm
             | Action::Submit
+            | Action::CompareRun
             | Action::Choose(_)
             | Action::EraseCharacter
             | Action::EraseAll
@@ -326,7 +327,8 @@ impl Ui {
                 palette.choose(&palette.found(&self.config.keys), steps);
             }
             (Action::Choose(steps), Overlay::Runs(runs)) => runs.choose(steps),
-            (Action::Submit, Overlay::Runs(_)) => return self.pick_run(),
+            (Action::Submit, Overlay::Runs(_)) => return self.replay_run(),
+            (Action::CompareRun, Overlay::Runs(_)) => return self.pick_run(),
             (Action::Submit, Overlay::Palette(palette)) => {
                 let palette = palette.clone();
                 return self.pick(facts, now, &palette);

@@ -186,6 +186,7 @@ impl Ui {
                 }
                 requests.into_iter().map(Effect::Send).collect()
             }
+            Then::Replay(capture) => vec![Effect::Replay(capture)],
             Then::SaveRoute(path) => vec![self.save_route(&path, true)],
             Then::Drive => {
                 self.overlay = Overlay::Drive(Stick::default());

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Facts, Overlay, TextEntry, Ui};
+use super::ui::Then;
+use super::{Facts, Overlay, Question, TextEntry, Ui};
 use crate::event::{Effect, Remark};
 use crate::figures::{Listed, Overlaid};
 
@@ -113,8 +114,8 @@ impl Ui {
         if waits {
             self.overlay = Overlay::Runs(match runs {
                 Ok(list) => Runs::Listed {
+                    chosen: list.runs.len().saturating_sub(1),
                     list,
-                    chosen: 0,
                     first: None,
                 },
                 Err(error) => Runs::Failed(error),
@@ -141,6 +142,25 @@ impl Ui {
             matches!(&self.overlay, Overlay::Runs(runs) if !matches!(runs, Runs::Listed { .. }));
         let behind = behind.filter(|_| is_comparison);
         self.overlay = behind.map_or(Overlay::None, Overlay::Runs);
+    }
+
+    /// Replays the selected run; asks first where that ends a live session.
+    pub(super) fn replay_run(&mut self) -> Vec<Effect> {
+        let Overlay::Runs(Runs::Listed { list, chosen, .. }) = &self.overlay else {
+            return Vec::new();
+        };
+        let Some(run) = list.runs.get(*chosen) else {
+            return Vec::new();
+        };
+        let capture = run.capture.clone();
+        if self.is_replay() {
+            return vec![Effect::Replay(capture)];
+        }
+        self.overlay = Overlay::Question(Question {
+            text: format!("Leave this session and replay {capture}? The robot goes on as it is."),
+            then: Then::Replay(capture),
+        });
+        Vec::new()
     }
 
     /// Takes the selected run as the first of a comparison, or as the second and compares.

@@ -326,8 +326,9 @@ pub(crate) fn overlaid() -> Arc<Overlaid> {
         way.map(|(x, y)| (f64::from(x), f64::from(y)))
             .collect::<Vec<_>>()
     };
-    let run = |capture: &str, duration_s, closing_error_in| Figures {
+    let run = |capture: &str, start: &str, duration_s, closing_error_in| Figures {
         capture: capture.to_owned(),
+        start: Some(start.to_owned()),
         name: None,
         void: None,
         duration_s,
@@ -342,8 +343,8 @@ pub(crate) fn overlaid() -> Arc<Overlaid> {
     Arc::new(Overlaid {
         comparison: Comparison {
             runs: [
-                run("runs/evening.mcap", 61.5, 3.0),
-                run("runs/morning.mcap", 75.0, 12.0),
+                run("runs/evening.mcap", "2026-11-19T19:02:00Z", 61.5, 3.0),
+                run("runs/morning.mcap", "2026-11-20T07:31:45Z", 75.0, 12.0),
             ],
             apart: Some(Apart {
                 mean_in: 4.2,

@@ -62,6 +62,8 @@ pub(super) enum Then {
     Drive,
     /// Overwrite the file of this name with the draft.
     SaveRoute(String),
+    /// End the session and replay this capture.
+    Replay(String),
 }
 
 /// The operator's choices and input.

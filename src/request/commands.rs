@@ -77,10 +77,7 @@ const DASHBOARD_COMMANDS: [(&str, &str); 7] = [
     ("note TEXT", "add a note to the run"),
     ("void WHY", "mark the run void"),
     ("counts", "undo `void`"),
-    (
-        "runs FOLDER",
-        "list runs; <runs-window/submit> on two compares them",
-    ),
+    ("runs FOLDER", "list runs; <runs-window/submit> replays one"),
     ("compare A B", "compare the runs of two captures"),
     ("quit", "quit; the robot carries on"),
 ];

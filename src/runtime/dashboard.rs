@@ -53,6 +53,8 @@ pub struct Left {
     pub ui: Ui,
     /// What the robot was doing, in words; `None` if it was never heard.
     pub robot: Option<String>,
+    /// The capture to replay next, if the operator chose one.
+    pub replay: Option<String>,
 }
 
 /// Runs until the operator leaves, a signal arrives or the terminal is gone.
@@ -72,6 +74,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
         readers,
         drawn: None,
         pace: Pace::default(),
+        replay: None,
     };
     let mut recording = dashboard.recording;
     let mut told = Recording::default();
@@ -126,9 +129,9 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
             () = sleep_until_some(asked_at.map(|at| at + period_silent)), if told != Recording::default() || running.keeper.is_some() => false,
         };
     }
-    let (source, ui) = (running.source, running.ui);
+    let (source, ui, replay) = (running.source, running.ui, running.replay);
     let robot = source.present().last_words(source.now());
-    Ok(Left { ui, robot })
+    Ok(Left { ui, robot, replay })
 }
 
 struct Running {
@@ -140,6 +143,8 @@ struct Running {
     readers: Sender<Event>,
     drawn: Option<Drawn>,
     pace: Pace,
+    /// The capture to replay after this dashboard.
+    replay: Option<String>,
 }
 
 /// The frame that is on the screen.
@@ -294,6 +299,10 @@ impl Running {
             Effect::Redraw => self.screen.redraw()?,
             Effect::Suspend => self.suspend()?,
             Effect::Quit => return Ok(true),
+            Effect::Replay(capture) => {
+                self.replay = Some(capture);
+                return Ok(true);
+            }
         }
         Ok(false)
     }

@@ -22,6 +22,7 @@ pub(super) fn list(folder: String) -> Result<Arc<Listed>, String> {
             Err(error) => problems.push(error.to_string()),
         }
     }
+    folder::sort(&mut runs);
     Ok(Arc::new(Listed {
         folder,
         runs,

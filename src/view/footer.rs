@@ -114,7 +114,7 @@ impl Screen<'_> {
             (Context::Dashboard, Action::Close) => self.ui.can_put_away(),
             (Context::Dashboard, Action::CancelCommands) => facts.ledger.is_busy(),
             (Context::Dashboard, Action::UndoDraft | Action::SendDraft) => self.is_drafting(),
-            (Context::Runs, Action::Choose(_) | Action::Submit) => {
+            (Context::Runs, Action::Choose(_) | Action::Submit | Action::CompareRun) => {
                 matches!(&self.ui.overlay, Overlay::Runs(Runs::Listed { list, .. }) if !list.runs.is_empty())
             }
             _ => true,

@@ -1,5 +1,7 @@
 //! The list of runs, and the comparison of two.
 
+use std::path::Path;
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -8,7 +10,7 @@ use super::projection::Projection;
 use super::raster::{Ink, Raster};
 use super::text::wrap;
 use super::{Screen, columns, put, split_bottom, split_top};
-use crate::figures::{HEADING, Listed, Overlaid, Place};
+use crate::figures::{Figures, HEADING, Listed, Overlaid, Place};
 use crate::model::runs::Runs;
 use crate::safe_text::SafeWriter;
 
@@ -50,7 +52,7 @@ impl Screen<'_> {
         let title = format!(
             " runs in {}: {} ",
             list.folder,
-            self.told("<runs-window/submit> on two compares")
+            self.told("<runs-window/submit> replays, <runs-window/compare-run> on two compares")
         );
         let inner = self.window(buffer, area, SIZE, &title);
         let problems = list.problems.len().min(3) as u16;
@@ -78,6 +80,14 @@ impl Screen<'_> {
                 _ => (" ", theme.plain),
             };
             let mark = if first == Some(place) { "1" } else { mark };
+            // The title names the folder.
+            let file = Path::new(&run.capture).file_name();
+            let capture =
+                file.map_or_else(|| run.capture.clone(), |file| file.display().to_string());
+            let run = Figures {
+                capture,
+                ..run.clone()
+            };
             let line = Line::styled(format!("{mark} {run}"), style);
             put(buffer, rest, row, &self.cut(line, width));
         }

@@ -14,10 +14,11 @@ use crate::statistics::{Damaged, Loss};
 const PLACES_MAX: usize = 2048;
 
 impl Figures {
-    /// The figures of a course with its capture's duration and the decoder's totals.
+    /// The figures of a course with its capture's start, duration and the decoder's totals.
     #[must_use]
     pub fn of(
         capture: String,
+        start: Option<String>,
         label: super::Label,
         course: &Course,
         duration: Duration,
@@ -25,6 +26,7 @@ impl Figures {
     ) -> Self {
         Self {
             capture,
+            start,
             name: label.name,
             void: label.void,
             duration_s: duration.as_secs_f64(),
@@ -143,7 +145,14 @@ mod tests {
         };
         let figures = |capture: &str, label, course| {
             let counters = Counters::default();
-            Figures::of(capture.into(), label, course, Duration::ZERO, &counters)
+            Figures::of(
+                capture.into(),
+                None,
+                label,
+                course,
+                Duration::ZERO,
+                &counters,
+            )
         };
         let comparison = Comparison {
             runs: [

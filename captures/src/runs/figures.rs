@@ -19,6 +19,8 @@ pub struct Figures {
     pub name: Option<String>,
     /// Reason why it does not count.
     pub void: Option<String>,
+    /// Start in UTC, `2025-03-14T09:26:53Z`; `None` of raw text without dates.
+    pub start: Option<String>,
     /// Duration of the capture, seconds.
     pub duration_s: f64,
     /// Distance driven, inches.
@@ -39,8 +41,17 @@ pub struct Figures {
     pub odometer_resets: u32,
 }
 
+impl Figures {
+    /// Start to the minute, `2025-03-14 09:26`; empty if unknown.
+    #[must_use]
+    pub fn started(&self) -> String {
+        let minute = self.start.as_ref().and_then(|start| start.get(..16));
+        minute.unwrap_or_default().replace('T', " ")
+    }
+}
+
 /// Header of a list of runs.
-pub const HEADING: &str = "     time   distance   closing  bumps   loss  capture";
+pub const HEADING: &str = "start (UTC)          time   distance  closing bumps   loss  capture";
 
 /// A row of a list of runs.
 impl fmt::Display for Figures {
@@ -58,8 +69,10 @@ impl fmt::Display for Figures {
         let distance = format!("{:.1} in", self.distance_in);
         write!(
             f,
-            "{time:>9} {distance:>10} {closing:>9} {:>6}  {loss:>5}  {}",
-            self.bumps, self.capture
+            "{:16} {time:>8} {distance:>10} {closing:>8} {:>5} {loss:>6}  {}",
+            self.started(),
+            self.bumps,
+            self.capture
         )?;
         if let Some(name) = &self.name {
             write!(f, "  {name}")?;
@@ -108,6 +121,7 @@ impl Comparison {
         let none = String::new;
         row("", "1".into(), "2".into(), "2 against 1".into())?;
         row("capture", short(&a.capture), short(&b.capture), none())?;
+        row("start (UTC)", a.started(), b.started(), none())?;
         if a.name.is_some() || b.name.is_some() {
             let name = |run: &Figures| run.name.as_deref().map_or_else(none, short);
             row("name", name(a), name(b), none())?;
@@ -198,7 +212,7 @@ fn short(name: &str) -> String {
 pub struct Listed {
     /// Name of the folder or the files.
     pub folder: String,
-    /// Figures of the runs, by file name.
+    /// Figures of the runs, the newest last.
     pub runs: Vec<Figures>,
     /// Problems, one line each.
     pub problems: Vec<String>,

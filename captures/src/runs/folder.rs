@@ -50,7 +50,14 @@ impl Run {
         let (course, counters, problem) = Course::read(&mut capture);
         let name = path.display().to_string();
         Ok(Self {
-            figures: Figures::of(name, label, &course, capture.end(), &counters),
+            figures: Figures::of(
+                name,
+                capture.start(),
+                label,
+                &course,
+                capture.end(),
+                &counters,
+            ),
             course,
             counters,
             problem,
@@ -69,13 +76,25 @@ impl Run {
             Track::read_with(&mut capture, |at, received| course.take(at, received));
         let name = path.display().to_string();
         let run = Self {
-            figures: Figures::of(name, label, &course, track.duration, &counters),
+            figures: Figures::of(
+                name,
+                capture.start(),
+                label,
+                &course,
+                track.duration,
+                &counters,
+            ),
             course,
             counters,
             problem,
         };
         Ok((run, track))
     }
+}
+
+/// Sorts runs by start, the newest last; runs without a date come first.
+pub fn sort(runs: &mut [Figures]) {
+    runs.sort_by(|a, b| a.start.cmp(&b.start));
 }
 
 /// The captures in a folder, by name.

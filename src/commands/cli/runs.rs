@@ -1,13 +1,14 @@
 //! The arguments of `runs`, `label` and `compare`.
 
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 
 use super::super::completions;
 use super::laid_out;
-use crate::capture::when::When;
+use crate::capture::when::{NoDate, Stretch, When};
 
 /// `runs`
 #[derive(Debug, Args)]
@@ -15,14 +16,22 @@ use crate::capture::when::When;
 Examples:
   groundwave runs                         list the captures in this folder
   groundwave runs contest/ evening.mcap
+  groundwave runs --since yesterday       also 2026-11-20, '2 days', 14:30, '2026-11-20 14:30'
+  groundwave runs --since 2026-11-01 --until 2026-11-20
   groundwave runs --json | jq 'select(.void == null)'
 
-Each capture is one run, with the figures of `info`. The closing error is the distance from the end of its path to the
+Each capture is one run, the newest last, with the figures of `info`. Dates are in UTC, as in all captures. The closing error is the distance from the end of its path to the
 beginning, or to the place where the odometer was last reset by a restart or by setting the position."))]
 pub struct Runs {
     /// Captures, or folders of captures
     #[arg(value_name = "FILE|DIR", default_value = ".", add = ArgValueCompleter::new(completions::captures))]
     pub paths: Vec<PathBuf>,
+    /// List runs that started at this time or later: a date, a time of day, `yesterday`, `2 days`
+    #[arg(long, value_name = "DATE", value_parser = parse_stretch)]
+    pub since: Option<Stretch>,
+    /// List runs that started at this time or earlier; a date includes its whole day
+    #[arg(long, value_name = "DATE", value_parser = parse_stretch)]
+    pub until: Option<Stretch>,
     /// Print one JSON object per run
     #[arg(long)]
     pub json: bool,
@@ -87,6 +96,11 @@ pub struct Compare {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// A date, in UTC.
+fn parse_stretch(text: &str) -> Result<Stretch, NoDate> {
+    Stretch::parse(text, SystemTime::now())
 }
 
 /// Seconds since the start of the capture.

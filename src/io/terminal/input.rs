@@ -5,6 +5,8 @@ use std::io;
 use std::io::{IsTerminal, Read};
 #[cfg(unix)]
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+#[cfg(unix)]
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 #[cfg(unix)]
 use std::time::Instant;
@@ -38,8 +40,10 @@ pub fn events() -> io::Result<tokio::sync::mpsc::Receiver<Event>> {
             }
         });
         let (chunks, bytes) = channel();
-        let input = open()?;
-        thread::spawn(move || read_chunks(input, &chunks));
+        if taker().replace(chunks).is_none() {
+            let input = open()?;
+            thread::spawn(move || read_chunks(input));
+        }
         thread::spawn(move || read_events(&bytes, &sender));
     }
     #[cfg(not(unix))]
@@ -63,20 +67,32 @@ fn open() -> io::Result<Box<dyn Read + Send>> {
     })
 }
 
+/// Receiver of the terminal's bytes: the dashboard shown last. A read that waits cannot be ended, so one thread reads for all
+/// dashboards of the process; a second one would share the keys with the first.
+#[cfg(unix)]
+static TAKER: Mutex<Option<Sender<Vec<u8>>>> = Mutex::new(None);
+
+#[cfg(unix)]
+fn taker() -> MutexGuard<'static, Option<Sender<Vec<u8>>>> {
+    TAKER.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Reads the terminal until it is gone.
 #[cfg(unix)]
-fn read_chunks(mut input: impl Read, chunks: &Sender<Vec<u8>>) {
+fn read_chunks(mut input: impl Read) {
     let mut buffer = [0; 1024];
     loop {
         match input.read(&mut buffer) {
             Ok(count @ 1..) => {
                 let chunk = buffer.get(..count).unwrap_or_default().to_vec();
-                if chunks.send(chunk).is_err() {
-                    return;
-                }
+                // Between two dashboards, keys are for neither.
+                let _ = taker().as_ref().map(|taker| taker.send(chunk));
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Ok(0) | Err(_) => return,
+            Ok(0) | Err(_) => {
+                *taker() = None;
+                return;
+            }
         }
     }
 }

@@ -53,6 +53,7 @@ pub(crate) enum Action {
     Close,
     Confirm,
     Submit,
+    CompareRun,
     EraseCharacter,
     EraseAll,
     Caret(Caret),

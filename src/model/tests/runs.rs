@@ -84,17 +84,18 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     }));
     assert_eq!(asked(&mut scene, ":runs"), list("evenings"));
     scene.event(Event::Runs(Ok(listed())));
-    // Picked, dropped and picked again; then another one.
-    scene.press(&[KeyCode::Enter, KeyCode::Enter, KeyCode::Enter]);
-    let wanted = compare("runs/evening.mcap", "runs/morning.mcap");
-    assert_eq!(scene.press(&[KeyCode::Down, KeyCode::Enter]), wanted);
+    // The newest is chosen. Picked, dropped and picked again; then another one.
+    let c = KeyCode::Char('c');
+    scene.press(&[c, c, c]);
+    let wanted = compare("runs/morning.mcap", "runs/evening.mcap");
+    assert_eq!(scene.press(&[KeyCode::Up, c]), wanted);
     scene.event(Event::Overlaid(Ok(overlaid())));
     let Overlay::Runs(Runs::Overlaid(_)) = &scene.model.ui.overlay else {
         panic!("{:?}", scene.model.ui.overlay);
     };
     // Behind it is the list that they were picked from.
     scene.press(&[KeyCode::Esc]);
-    let Overlay::Runs(Runs::Listed { chosen: 1, .. }) = &scene.model.ui.overlay else {
+    let Overlay::Runs(Runs::Listed { chosen: 0, .. }) = &scene.model.ui.overlay else {
         panic!("{:?}", scene.model.ui.overlay);
     };
     scene.press(&[KeyCode::Esc]);
@@ -113,6 +114,31 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     scene.event(Event::Overlaid(Err("a: no".to_owned())));
     let failed = Overlay::Runs(Runs::Failed("a: no".to_owned()));
     assert_eq!(scene.model.ui.overlay, failed);
+}
+
+#[test]
+fn enter_replays_a_run_and_asks_before_it_leaves_a_robot() {
+    let chosen = |config: Config| {
+        let mut scene = Scene::new(config);
+        scene.type_text(":runs");
+        scene.press(&[KeyCode::Enter]);
+        scene.event(Event::Runs(Ok(listed())));
+        scene
+    };
+    let replay = [Effect::Replay("runs/morning.mcap".to_owned())];
+    let mut live = chosen(Config::default());
+    assert_eq!(live.press(&[KeyCode::Enter]), []);
+    let Overlay::Question(question) = &live.model.ui.overlay else {
+        panic!("{:?}", live.model.ui.overlay);
+    };
+    assert!(question.text.contains("replay runs/morning.mcap"));
+    assert_eq!(live.press(&[KeyCode::Char('y')]), replay);
+    let mut shown = chosen(Config {
+        capture: Some("runs/evening.mcap".to_owned()),
+        ..Config::default()
+    });
+    shown.model.ui.show_moment(Some(playback(false)));
+    assert_eq!(shown.press(&[KeyCode::Enter]), replay);
 }
 
 #[test]

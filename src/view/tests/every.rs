@@ -321,10 +321,17 @@ pub(super) const STATES: &[State] = &[
             let mut scene = typed(config, ":runs runs");
             scene.press(&[KeyCode::Enter]);
             scene.event(Event::Runs(Ok(listed())));
-            scene.press(&[KeyCode::Enter, KeyCode::Down]);
+            scene.press(&[KeyCode::Char('c'), KeyCode::Up]);
             scene
         },
-        facts: &["runs in runs", "evening.mcap  ne", "VOID", "Enter compare"],
+        facts: &[
+            "runs in runs",
+            "2026-11-19 19:02",
+            "evening.mcap",
+            "VOID",
+            "Enter replay",
+            "c compare",
+        ],
     },
     State {
         name: "comparison",

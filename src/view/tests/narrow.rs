@@ -167,11 +167,11 @@ fn only_a_list_of_runs_offers_a_choice() {
     let mut scene = flight(demo());
     scene.type_text(":runs");
     scene.press(&[KeyCode::Enter]);
-    let chooses = |scene: &Scene| screen(scene, 80, 24).contains("arrows choose  Enter compare");
+    let chooses = |scene: &Scene| screen(scene, 80, 24).contains("arrows choose  Enter replay");
     assert!(!chooses(&scene), "it is being read");
     scene.event(Event::Runs(Ok(listed())));
     assert!(chooses(&scene));
-    scene.press(&[KeyCode::Enter, KeyCode::Down, KeyCode::Enter]);
+    scene.press(&[KeyCode::Char('c'), KeyCode::Up, KeyCode::Char('c')]);
     scene.event(Event::Overlaid(Ok(overlaid())));
     assert!(!chooses(&scene));
 }
@@ -185,7 +185,7 @@ fn a_wide_name_is_cut_with_a_mark() {
     let mut list = (*listed()).clone();
     list.runs[0].name = Some("漢字".repeat(60));
     scene.event(Event::Runs(Ok(list.into())));
-    let shown = screen(&scene, 80, 24);
+    let shown = screen(&scene, 100, 30);
     let run = row(&shown, "漢");
     assert!(run.contains('…'), "{run}");
     scene.press(&[KeyCode::Esc]);
