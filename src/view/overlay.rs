@@ -119,17 +119,26 @@ impl Screen<'_> {
             Context::Dashboard
         };
         let keymap = &self.ui.config.keys;
-        let told = self.help_lines(of);
+        let blocks = self.help_blocks(of);
         let others = ELSEWHERE.len() as u16;
-        let rows =
-            (told.len().div_ceil(2) as u16).min(area.height.saturating_sub(others + 2).max(1));
-        let pages_of_keys = told.len().div_ceil(2 * usize::from(rows)).max(1);
+        let inside = area.height.saturating_sub(2);
+        let first = usize::from(inside.saturating_sub(others).max(1));
+        let later = usize::from(inside.max(1));
+        // As low as two columns allow, else over several pages.
+        let whole = (1..first).map(|rows| flow(&blocks, rows, rows));
+        let whole = whole.into_iter().find(|columns| columns.len() <= 2);
+        let columns = whole.unwrap_or_else(|| flow(&blocks, first, later));
+        let pages_of_keys = columns.len().div_ceil(2).max(1);
         let pages = pages_of_keys + 1;
         let page = self.ui.help_page.rem_euclid(pages as i32) as usize;
+        let shown: Vec<_> = columns.into_iter().skip(2 * page).take(2).collect();
+        let rows = shown.iter().map(Vec::len).max().unwrap_or_default() as u16;
         let height = if page == pages_of_keys {
-            dashboard_listing().count() as u16 + 2
+            dashboard_listing().count() as u16
+        } else if page == 0 {
+            rows + others
         } else {
-            rows + others + 2
+            rows
         };
         let (what, next) = match page {
             _ if page + 1 == pages => ("commands, typed after <ask-command>", "keys"),
@@ -141,35 +150,36 @@ impl Screen<'_> {
             " {what} ({}/{pages}); {more}: {next}; {back}: back ",
             page + 1
         ));
-        let inner = self.window(buffer, area, (HELP_COLUMNS, height), &title);
+        let inner = self.window(buffer, area, (HELP_COLUMNS, height + 2), &title);
         if page == pages_of_keys {
             self.commands_help(buffer, inner);
             return;
         }
         let width = inner.width / 2;
-        let told = told.into_iter().skip(page * 2 * usize::from(rows));
-        for (n, line) in (0..2 * rows).zip(told) {
-            let (column, row) = (n / rows, n % rows);
+        for (column, lines) in (0..).zip(shown) {
             let half = Rect {
                 x: inner.x + column * width,
                 width: width.saturating_sub(1),
                 ..inner
             };
-            put(buffer, half, row, &self.cut(line, usize::from(half.width)));
+            for (row, line) in (0..).zip(lines) {
+                put(buffer, half, row, &self.cut(line, usize::from(half.width)));
+            }
         }
-        for (row, (when, context, shows)) in (rows..).zip(ELSEWHERE) {
+        let elsewhere = ELSEWHERE.iter().filter(|_| page == 0);
+        for (row, (when, context, shows)) in (rows..).zip(elsewhere) {
             let mut spans = vec![Span::styled(
                 format!("{when:<LABEL_COLUMNS$}"),
                 self.theme.dim,
             )];
-            spans.extend(self.named_keys(context, shows));
+            spans.extend(self.named_keys(*context, *shows));
             put(buffer, inner, row, &Line::from(spans));
         }
     }
 
-    /// The keys of a context, those of the dashboard under headings.
-    fn help_lines(&self, of: Context) -> Vec<Line<'_>> {
-        let mut lines = Vec::new();
+    /// The keys of a context, those of the dashboard as one block for each heading.
+    fn help_blocks(&self, of: Context) -> Vec<Vec<Line<'_>>> {
+        let mut blocks = vec![Vec::new()];
         let mut heading = None;
         for row in self.ui.config.keys.rows() {
             if row.context != of || row.help.is_empty() {
@@ -177,15 +187,19 @@ impl Screen<'_> {
             }
             let group = row.action.group();
             if of == Context::Dashboard && heading.replace(group) != Some(group) {
-                lines.push(Line::styled(group.name(), self.theme.title));
+                blocks.push(vec![Line::styled(group.name(), self.theme.title)]);
             }
             let label = format!("{} ", row.label);
-            lines.push(Line::from(vec![
+            let line = Line::from(vec![
                 Span::styled(format!("{label:<LABEL_COLUMNS$}"), self.theme.key),
                 Span::raw(self.told(&row.help)),
-            ]));
+            ]);
+            if let Some(block) = blocks.last_mut() {
+                block.push(line);
+            }
         }
-        lines
+        blocks.retain(|block| !block.is_empty());
+        blocks
     }
 
     fn commands_help(&self, buffer: &mut Buffer, area: Rect) {
@@ -235,6 +249,31 @@ impl Screen<'_> {
             .render(window, buffer);
         window.inner(Margin::new(2, 1))
     }
+}
+
+/// Lets blocks flow into columns, two a page, with an empty line between blocks: those of the first page have `first` rows, others
+/// `later`. Only a block that is higher than a column is divided.
+fn flow<'l>(blocks: &[Vec<Line<'l>>], first: usize, later: usize) -> Vec<Vec<Line<'l>>> {
+    let mut columns: Vec<Vec<Line<'l>>> = vec![Vec::new()];
+    for block in blocks {
+        let room = |columns: &[Vec<Line<'l>>]| if columns.len() <= 2 { first } else { later };
+        let taken = columns.last().map_or(0, Vec::len);
+        if taken > 0 && taken + 1 + block.len() > room(&columns) {
+            columns.push(Vec::new());
+        } else if let Some(column) = columns.last_mut().filter(|column| !column.is_empty()) {
+            column.push(Line::default());
+        }
+        for line in block {
+            let room = room(&columns);
+            if columns.last().is_some_and(|column| column.len() >= room) {
+                columns.push(Vec::new());
+            }
+            if let Some(column) = columns.last_mut() {
+                column.push(line.clone());
+            }
+        }
+    }
+    columns
 }
 
 #[cfg(test)]
