@@ -28,3 +28,4 @@ pub mod share;
 pub mod station;
 pub mod suggest;
 pub mod view;
+pub mod wait;

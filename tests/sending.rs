@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
+use crate::edges::path_in;
 use crate::programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Key, Message, Order, Slots};
@@ -303,4 +304,41 @@ fn script_over_a_shared_link_stops_at_the_first_failure() {
         err.contains("evening.txt:2: ") && err.contains("`mode prowl` was not sent"),
         "{err}"
     );
+}
+
+/// A script waits for a drive to end and checks what it finds, over its own link and through a station that shares one.
+#[test]
+fn scripts_wait_and_check() {
+    let folder = scratch("waits");
+    let script = path_in(&folder, "run.txt");
+    fs::write(
+        &script,
+        "wait until mode prowl within 1m\ngoto 0 24\nmode prowl\nwait until driven within 5m\nmode passive\n\
+         wait until stopped within 1m\nexpect mode passive\nwait 10ms\nexpect battery < 3\nstop\n",
+    )
+    .unwrap();
+    let socket = path_in(&folder, "s");
+    let robot = || {
+        Sim::start(&[
+            "--listen",
+            "127.0.0.1:0",
+            "--time-factor",
+            "20",
+            "--world",
+            "open-room",
+        ])
+    };
+    let (own, shared) = (robot(), robot());
+    let mut station = Telling::start(&["watch", &shared.path, "--headless", "--share", &socket]);
+    station.wait_for("a line", |value| value["event"] == "line");
+    for link in [&[&*own.path][..], &["--via", &socket]] {
+        let arguments = [&["send"], link, &["-f", &script]].concat();
+        let (out, err) = expect(3, &arguments);
+        assert!(out.contains("wait until driven within 5m: after"), "{out}");
+        assert!(
+            err.contains(":9: `expect battery < 3`: battery_v 1"),
+            "{err}"
+        );
+        assert!(err.contains("`stop` was not sent"), "{err}");
+    }
 }

@@ -51,7 +51,7 @@ impl Exit {
             Self::Failed => "failed, or a capture was read only in part",
             Self::Usage => "wrong usage, or a bad input file",
             Self::NotConfirmed => {
-                "the robot did not confirm in time; it holds the old route or the new one, whole"
+                "the robot did not confirm in time, and holds the old route or the new one, whole; or a condition did not come"
             }
             Self::NoLink => "the link cannot be opened: missing, busy or no permission",
             Self::Refused => "the robot refused, for the reason given",

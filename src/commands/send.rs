@@ -6,6 +6,7 @@ pub(super) mod own_link;
 mod report;
 mod script;
 mod shared_link;
+mod waiting;
 
 use super::cli::{Connection, Send};
 use super::config::Config;

@@ -56,17 +56,18 @@ pub struct ShareClient {
 
 impl ShareClient {
     /// Connects and says hello. Tries again after a connection that ends before the welcome, because a station with too many
-    /// clients closes some.
+    /// clients closes some. With `raw` the raw bytes come too.
     ///
     /// # Errors
     /// When no station answers there in time.
     pub fn connect(
         address: &Address,
         timeout: Duration,
+        raw: bool,
     ) -> Result<(Self, Welcome), ShareClientError> {
         let deadline = Instant::now() + timeout;
         loop {
-            match Self::try_connect(address, deadline) {
+            match Self::try_connect(address, deadline, raw) {
                 Err(ShareClientError::NoStation(_)) if Instant::now() < deadline => {
                     thread::sleep(RETRY_PAUSE);
                 }
@@ -78,6 +79,7 @@ impl ShareClient {
     fn try_connect(
         address: &Address,
         deadline: Instant,
+        raw: bool,
     ) -> Result<(Self, Welcome), ShareClientError> {
         let halves = connect(address, deadline).map_err(|error| {
             let address = address.clone();
@@ -88,7 +90,7 @@ impl ShareClient {
                 _ => ShareClientError::Connect(address, error),
             }
         })?;
-        Self::greet(address.clone(), halves, false, deadline)
+        Self::greet(address.clone(), halves, raw, deadline)
     }
 
     /// Says hello on a new connection, after the station's announcement or before it; with `raw` the raw bytes come too.

@@ -31,7 +31,8 @@ pub struct Send {
     /// Send through a station that was started with --share [default: the usual socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     pub via: Option<Via>,
-    /// Read commands from FILE (- is standard input), one per line; stop at the first failure
+    /// Read commands, `wait 30s`, `wait until driven within 2m` and `expect battery > 12` from FILE (- is standard input), one per line;
+    /// stop at the first failure
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
     pub file: Option<PathBuf>,
     /// Send nothing; print the frames and the minimum time they take. LINK may be omitted

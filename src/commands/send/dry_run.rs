@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::super::cli::Send;
 use super::super::{Fault, show, show_line};
-use super::script::{Line, Script};
+use super::script::{Line, Script, Step};
 use crate::request::Request;
 use crate::station::plan::{BOOT, OWNER, Plan, Planner, ROBOT_ID};
 
@@ -40,7 +40,18 @@ const COLD_LIST: (usize, Typical) = (
 
 pub(super) fn run(options: &Send, script: &Script) -> Result<(), Fault> {
     let mut planner = Planner::default();
-    for (index, line) in script.lines().iter().enumerate() {
+    for (index, step) in script.steps().iter().enumerate() {
+        let line = match step {
+            Step::Send(line) => line,
+            Step::Wait(wait, _) => {
+                if options.json {
+                    show_line(json!({ "status": "dry-run", "wait": wait.to_string() }))?;
+                } else {
+                    show_line(wait)?;
+                }
+                continue;
+            }
+        };
         let plan = planner.plan(&line.request);
         let typical = most_similar(&line.request, index == 0);
         if options.json {

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use groundwave_protocol::decoder::Received;
 use groundwave_protocol::telemetry::{Body, Outcome};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
@@ -11,13 +12,15 @@ use super::super::simulated::{Embedded, embed};
 use super::super::{Exit, Fault};
 use super::faults::not_confirmed;
 use super::report::{Report, SCAN_TIMEOUT, scan_result};
-use super::script::{Line, Script};
-use crate::event::{CommandId, CommandStatus, Event, Failure};
+use super::script::{Line, Script, Step};
+use super::waiting::Waiting;
+use crate::event::{CommandId, CommandStatus, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::radio::Radio;
 use crate::request::Request;
 use crate::runtime::Driver;
 use crate::share::Address;
+use crate::wait::Wait;
 
 /// How long to wait for the lines with mode and layers after a refusal.
 const REFUSAL_TIMEOUT: Duration = Duration::from_secs(6);
@@ -69,12 +72,48 @@ pub(super) async fn deliver(
     script: &Script,
 ) -> Result<(), Fault> {
     let mut report = Report::new(options);
-    for (index, line) in script.lines().iter().enumerate() {
-        deliver_one(options, &mut driver, &mut report, line)
-            .await
-            .map_err(|fault| script.blame(index, fault))?;
+    for (index, step) in script.steps().iter().enumerate() {
+        let result = match step {
+            Step::Send(line) => deliver_one(options, &mut driver, &mut report, line).await,
+            Step::Wait(wait, number) => {
+                wait_for(options, &mut driver, &mut report, wait, *number).await
+            }
+        };
+        result.map_err(|fault| script.blame(index, fault))?;
     }
     Ok(())
+}
+
+/// Waits by the lines that arrive from now on.
+async fn wait_for(
+    options: &Send,
+    driver: &mut Driver,
+    report: &mut Report,
+    wait: &Wait,
+    number: Option<usize>,
+) -> Result<(), Fault> {
+    let mut waiting = Waiting::new(wait, options.timeout);
+    let begun = TokioInstant::now();
+    loop {
+        while let Some(event) = driver.poll_event() {
+            match &event {
+                Event::Line { line, raw } => {
+                    report.robot.take(&line.body);
+                    waiting.take(&Received::Line(**line, *raw));
+                }
+                Event::Link(LinkEvent::Lost { reason }) => report.lost(reason),
+                _ => {}
+            }
+        }
+        if let Some(ended) = waiting.ended(begun.elapsed()) {
+            return report.waited(wait, number, ended, begun.elapsed());
+        }
+        let limit = waiting.limit().map(|limit| begun + limit);
+        tokio::select! {
+            () = driver.step() => {}
+            () = sleep_until(limit.unwrap_or(begun)), if limit.is_some() => {}
+        }
+    }
 }
 
 async fn deliver_one(

@@ -14,6 +14,7 @@ use crate::event::{CommandId, CommandStatus, Event, LinkEvent};
 use crate::request::outcome_words;
 use crate::request::{Request, Standing, Tuning, in_whole_unit};
 use crate::share::StatusJson;
+use crate::wait::Wait;
 
 /// How long to wait for the result of a scan: it takes 9 s, and at most 16.
 pub(super) const SCAN_TIMEOUT: Duration = Duration::from_secs(25);
@@ -101,6 +102,42 @@ impl Report {
             show_line(with_context(value, line, after))?;
         }
         Ok(self.result(&line.request, status, after))
+    }
+
+    /// Reports the end of a wait.
+    pub(super) fn waited(
+        &self,
+        wait: &Wait,
+        number: Option<usize>,
+        ended: Result<String, Fault>,
+        after: Duration,
+    ) -> Result<(), Fault> {
+        if self.json {
+            let (status, seen) = match &ended {
+                Ok(seen) => ("came", seen.clone()),
+                Err(fault) => ("expired", fault.to_string()),
+            };
+            show_line(json!({
+                "status": status,
+                "wait": wait.to_string(),
+                "line": number,
+                "seen": seen,
+                "after_s": (after.as_secs_f64() * 1000.0).round() / 1000.0,
+            }))?;
+        } else if let Ok(seen) = &ended
+            && !self.quiet
+        {
+            let seen = if seen.is_empty() {
+                String::new()
+            } else {
+                format!(": {seen}")
+            };
+            show_line(format_args!(
+                "{wait}: after {:.1} s{seen}",
+                after.as_secs_f64()
+            ))?;
+        }
+        ended.map(drop)
     }
 
     /// Reports a lost link, which will be opened again.

@@ -1,4 +1,4 @@
-//! The commands to deliver: one given as words, or a script with one per line.
+//! The steps to take: a command given as words, or a script of commands and waits, one per line.
 
 use std::io;
 use std::path::Path;
@@ -11,6 +11,7 @@ use crate::capture::{files, text_file};
 use crate::hint;
 use crate::request::Request;
 use crate::route;
+use crate::wait::Wait;
 
 /// A command and its place in the script.
 pub(super) struct Line {
@@ -19,11 +20,18 @@ pub(super) struct Line {
     pub(super) number: Option<usize>,
 }
 
-/// Commands in the order of delivery.
+/// A step of a script.
+pub(super) enum Step {
+    Send(Line),
+    /// A wait or a check, and its line number.
+    Wait(Wait, Option<usize>),
+}
+
+/// Steps in their order.
 pub(super) struct Script {
     /// The file, if there is one.
     name: Option<String>,
-    lines: Vec<Line>,
+    steps: Vec<Step>,
 }
 
 impl Script {
@@ -35,33 +43,26 @@ impl Script {
             }
             None => Self {
                 name: None,
-                lines: read_words(words, own)
-                    .map_err(usage)?
-                    .into_iter()
-                    .map(|request| Line {
-                        request,
-                        number: None,
-                    })
-                    .collect(),
+                steps: read_step(words, own, None).map_err(usage)?,
             },
             Some(path) => Self::read_file(path, own)?,
         };
         if options.go {
-            let number = match script.lines.last() {
-                Some(Line {
+            let number = match script.steps.last() {
+                Some(Step::Send(Line {
                     request: Request::Route(route),
                     number,
-                }) if !route.is_empty() => *number,
+                })) if !route.is_empty() => *number,
                 _ => {
                     return Err(usage(
                         "--go needs `goto` or `route`, to drive its waypoints",
                     ));
                 }
             };
-            script.lines.push(Line {
+            script.steps.push(Step::Send(Line {
                 request: Request::Mode(Mode::Prowl),
                 number,
-            });
+            }));
         }
         if !options.yes && !options.dry_run {
             script.refuse_hazards()?;
@@ -71,8 +72,10 @@ impl Script {
 
     /// Fails on a command that takes a protection of the robot away.
     fn refuse_hazards(&self) -> Result<(), Fault> {
-        for (index, Line { request, .. }) in self.lines.iter().enumerate() {
-            if let Some(part) = request.turns_off() {
+        for (index, step) in self.steps.iter().enumerate() {
+            if let Step::Send(Line { request, .. }) = step
+                && let Some(part) = request.turns_off()
+            {
                 let why = format!("`{request}` turns {part} off; add --yes to send it");
                 return Err(usage(why).within(self.place(index), ""));
             }
@@ -83,56 +86,70 @@ impl Script {
     fn read_file(path: &Path, own: &[String]) -> Result<Self, Fault> {
         let name = name_of(path);
         let text = read_text(path)?;
-        let mut lines = Vec::new();
+        let mut steps = Vec::new();
         for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
             let wrong = |message| usage(format!("{name}:{number}: {message}"));
             let words = shlex::split(line).ok_or_else(|| {
                 wrong("a quote is not closed; write an apostrophe as \"'\"".to_owned())
             })?;
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
-            let requests = match words[..] {
+            let read = match words[..] {
                 [] => continue,
                 ["route", "-"] if is_standard_input(path) => Err(
                     "the script itself is read from standard input; name the route's file"
                         .to_owned(),
                 ),
-                _ => read_words(&words, own),
+                _ => read_step(&words, own, Some(number)),
             };
-            let requests = requests.map_err(wrong)?;
-            lines.extend(requests.into_iter().map(|request| Line {
-                request,
-                number: Some(number),
-            }));
+            steps.extend(read.map_err(wrong)?);
         }
-        if lines.is_empty() {
+        if steps.is_empty() {
             return Err(usage(format!(
                 "{name}: no commands; write one per line, as after `groundwave send LINK`"
             )));
         }
         Ok(Self {
             name: Some(name),
-            lines,
+            steps,
         })
     }
 
-    /// The commands in the order of delivery.
-    pub(super) fn lines(&self) -> &[Line] {
-        &self.lines
+    /// The steps in their order.
+    pub(super) fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// Whether a step needs the robot's lines.
+    pub(super) fn listens(&self) -> bool {
+        let has_condition =
+            |step: &Step| matches!(step, Step::Wait(wait, _) if wait.condition().is_some());
+        self.steps.iter().any(has_condition)
     }
 
     /// The fault with the line it happened at and the commands that were not sent.
     pub(super) fn blame(&self, index: usize, fault: Fault) -> Fault {
-        let rest = match self.lines.get(index + 1..).unwrap_or_default() {
+        let after = self.steps.get(index + 1..).unwrap_or_default();
+        let unsent: Vec<&Request> = after
+            .iter()
+            .filter_map(|step| match step {
+                Step::Send(line) => Some(&line.request),
+                Step::Wait(..) => None,
+            })
+            .collect();
+        let rest = match unsent[..] {
             [] => String::new(),
-            [line] => format!("; `{}` was not sent", line.request),
-            lines => format!("; the {} commands after it were not sent", lines.len()),
+            [request] => format!("; `{request}` was not sent"),
+            _ => format!("; the {} commands after it were not sent", unsent.len()),
         };
         fault.within(self.place(index), rest)
     }
 
     /// The file and line of a command, before a message; empty for a command given as words.
     fn place(&self, index: usize) -> String {
-        let number = self.lines.get(index).and_then(|line| line.number);
+        let number = self.steps.get(index).and_then(|step| match step {
+            Step::Send(line) => line.number,
+            Step::Wait(_, number) => *number,
+        });
         match (&self.name, number) {
             (Some(name), Some(number)) => format!("{name}:{number}: "),
             _ => String::new(),
@@ -154,6 +171,14 @@ fn name_of(path: &Path) -> String {
     } else {
         path.display().to_string()
     }
+}
+
+fn read_step(words: &[&str], own: &[String], number: Option<usize>) -> Result<Vec<Step>, String> {
+    if let Some(wait) = Wait::from_words(words) {
+        return Ok(vec![Step::Wait(wait?, number)]);
+    }
+    let line = |request| Step::Send(Line { request, number });
+    Ok(read_words(words, own)?.into_iter().map(line).collect())
 }
 
 fn read_words(words: &[&str], own: &[String]) -> Result<Vec<Request>, String> {

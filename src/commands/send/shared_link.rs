@@ -2,29 +2,68 @@
 
 use std::time::{Duration, Instant};
 
+use groundwave_protocol::decoder::Decoder;
+
 use super::super::cli::Send;
 use super::super::{Exit, Fault};
 use super::faults::not_confirmed;
 use super::report::{Report, SCAN_TIMEOUT, scan_result};
-use super::script::{Line, Script};
+use super::script::{Line, Script, Step};
+use super::waiting::Waiting;
 use crate::event::{CommandStatus, Failure};
 use crate::io::share_client::{ShareClient, ShareClientError};
 use crate::request::Request;
 use crate::share::{Address, Ask, ClientLine, StationLine, StatusJson};
+use crate::wait::Wait;
 
 /// How long to wait beyond the timeout, which the station itself keeps, before giving the station up.
 const GRACE: Duration = Duration::from_secs(5);
 
+/// How long a wait without a limit listens at a time.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
 /// Delivers each command of the script until one fails.
 pub(super) fn deliver(options: &Send, address: &Address, script: &Script) -> Result<(), Fault> {
-    let (mut client, _) = ShareClient::connect(address, options.timeout)
+    let (mut client, _) = ShareClient::connect(address, options.timeout, script.listens())
         .map_err(|error| Fault::new(Exit::NoLink, error))?;
     let mut report = Report::new(options);
-    for (index, (tag, line)) in (1..).zip(script.lines()).enumerate() {
-        ask(options, &mut client, &mut report, tag, line)
-            .map_err(|fault| script.blame(index, fault))?;
+    for (index, (tag, step)) in (1..).zip(script.steps()).enumerate() {
+        let result = match step {
+            Step::Send(line) => ask(options, &mut client, &mut report, tag, line),
+            Step::Wait(wait, number) => wait_for(options, &mut client, &report, wait, *number),
+        };
+        result.map_err(|fault| script.blame(index, fault))?;
     }
     Ok(())
+}
+
+/// Waits by the lines that the station passes on from now on.
+fn wait_for(
+    options: &Send,
+    client: &mut ShareClient,
+    report: &Report,
+    wait: &Wait,
+    number: Option<usize>,
+) -> Result<(), Fault> {
+    let mut waiting = Waiting::new(wait, options.timeout);
+    let mut decoder = Decoder::default();
+    let begun = Instant::now();
+    loop {
+        if let Some(ended) = waiting.ended(begun.elapsed()) {
+            return report.waited(wait, number, ended, begun.elapsed());
+        }
+        let limit = waiting.limit().map_or(LOOK_EVERY, |limit| {
+            limit.saturating_sub(begun.elapsed()).min(LOOK_EVERY)
+        });
+        match client.next(Instant::now() + limit) {
+            Ok(StationLine::Received { rx }) => {
+                decoder.lines(&rx.0).for_each(|line| waiting.take(&line));
+            }
+            Ok(StationLine::Lost { lost }) => report.lost(&lost),
+            Ok(_) | Err(ShareClientError::Silent(_)) => {}
+            Err(error) => return Err(Fault::new(Exit::NoLink, format!("`{wait}`: {error}"))),
+        }
+    }
 }
 
 fn ask(

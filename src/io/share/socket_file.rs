@@ -285,7 +285,7 @@ mod tests {
         stopped.bind(&address).expect("a new file");
         stopped.listen(0).expect("a listener");
         let send = || {
-            let client = ShareClient::connect(&Address::Unix(path.clone()), PROBE_TIMEOUT);
+            let client = ShareClient::connect(&Address::Unix(path.clone()), PROBE_TIMEOUT, false);
             let error = client.err().expect("nobody answers");
             assert!(matches!(error, ShareClientError::Silent(_)), "{error}");
         };
