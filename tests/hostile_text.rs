@@ -312,6 +312,7 @@ fn pipe(path: &Path) {
 fn a_named_pipe_stops_no_command() {
     let folder = scratch("pipes");
     fs::copy(CLEAN, folder.join("a.txt")).unwrap();
+    fs::copy(CLEAN, folder.join("a.csv")).unwrap();
     for name in ["x.mcap", "x.txt", "a.txt.run.toml", "x.toml"] {
         pipe(&folder.join(name));
     }
@@ -337,6 +338,16 @@ fn a_named_pipe_stops_no_command() {
         (&["send", "sim", "route", "x.txt"], "it is a named pipe"),
         (&["--config", "x.toml", "ports"], "it is a named pipe"),
         (&["world", "x.toml"], "it is not a regular file"),
+        (
+            &["export", "--to", "csv", "a.csv", "-o", "x.txt", "--force"],
+            "no program reads this named pipe",
+        ),
+        (
+            &["record", "sim", "-o", "x.txt", "--append"],
+            "no program reads this named pipe",
+        ),
+        (&["sim", "--trace", "x.txt", "--force"], "is a named pipe"),
+        (&["sim", "--eeprom", "x.txt"], "is a named pipe"),
     ] {
         let output = run_in(&folder, arguments);
         let err = String::from_utf8(output.stderr).unwrap();

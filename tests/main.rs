@@ -26,6 +26,7 @@ mod interrupted;
 mod kills;
 mod ledger;
 mod link;
+mod outages;
 mod outputs;
 mod own_lines;
 mod parameters;

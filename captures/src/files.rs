@@ -63,14 +63,18 @@ pub fn open(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
+/// Whether the path leads to a named pipe.
 #[cfg(unix)]
-fn is_named_pipe(path: &Path) -> bool {
+#[must_use]
+pub fn is_named_pipe(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt as _;
     fs::metadata(path).is_ok_and(|about| about.file_type().is_fifo())
 }
 
+/// Whether the path leads to a named pipe.
 #[cfg(not(unix))]
-const fn is_named_pipe(_: &Path) -> bool {
+#[must_use]
+pub const fn is_named_pipe(_: &Path) -> bool {
     false
 }
 
@@ -128,12 +132,23 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
         && (cfg!(unix) || fs::canonicalize(one).ok() == fs::canonicalize(other).ok())
 }
 
-/// The absolute path of a file that need not exist, without links in its folder.
+/// Maximum links in a row that are followed.
+const LINKS_MAX: usize = 40;
+
+/// The absolute path of a file that need not exist, without links.
 #[must_use]
 pub fn full_path(path: &Path) -> PathBuf {
-    let folder = folder_of(path);
-    let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
-    folder.join(path.file_name().unwrap_or_default())
+    let mut path = path.to_owned();
+    for _ in 0..LINKS_MAX {
+        let folder = folder_of(&path);
+        let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+        let full = folder.join(path.file_name().unwrap_or_default());
+        match fs::read_link(&full) {
+            Ok(target) => path = folder.join(target),
+            Err(_) => return full,
+        }
+    }
+    path
 }
 
 /// The folder of a file.
@@ -331,6 +346,19 @@ mod tests {
         );
         assert!(words.ends_with("choose another name"), "{words}");
         assert!(path.exists());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_to_one_file_that_is_not_there_have_one_path() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for (target, link) in [("none", "a"), ("a", "b"), ("loop", "loop")] {
+            std::os::unix::fs::symlink(target, at(link)).unwrap();
+        }
+        assert_eq!(full_path(&at("b")), full_path(&at("none")));
+        assert_eq!(full_path(&at("a")), full_path(&at("none")));
+        assert_ne!(full_path(&at("loop")), full_path(&at("none")));
     }
 
     #[test]

@@ -231,10 +231,7 @@ impl Output {
             Target::File(path, force) => {
                 let is_device = fs::metadata(path).is_ok_and(|about| !about.is_file());
                 let opened = if is_device {
-                    File::options()
-                        .write(true)
-                        .open(path)
-                        .map(|file| (file, None))
+                    files::open_to_write(File::options().write(true), path).map(|file| (file, None))
                 } else {
                     Unfinished::create(path, *force).map(|(file, made)| (file, Some(made)))
                 };

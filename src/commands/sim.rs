@@ -33,12 +33,16 @@ fn eeprom(options: &Sim) -> Option<PathBuf> {
     named.or_else(|| options.pty.as_ref().and_then(beside))
 }
 
-/// Refuses outputs that are one file, or the world's.
+/// Refuses outputs that are one file, or the world's, or a named pipe, because opening one can block.
 fn check_outputs(options: &Sim) -> Result<(), Fault> {
     let outputs = [&options.trace, &options.wav, &eeprom(options)];
     let mut taken: Vec<&PathBuf> = Vec::new();
     for output in outputs.into_iter().flatten() {
         check_inputs(output, [&options.simulated.world])?;
+        if files::is_named_pipe(output) {
+            let message = format!("{} is a named pipe; choose a file", output.display());
+            return Err(Fault::new(Exit::Usage, message));
+        }
         let is_it = |other: &&PathBuf| {
             files::is_same(other, output) || files::full_path(other) == files::full_path(output)
         };

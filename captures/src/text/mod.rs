@@ -79,7 +79,7 @@ impl Rate {
                 };
                 let now = *decoder.counters();
                 if let Some((then_s, then)) = latest.replace((uptime_s, now))
-                    && now.lines_lost == then.lines_lost
+                    && now.lost() == then.lost()
                     && now.noise_bytes == then.noise_bytes
                     && now.restarts == then.restarts
                     && let Some(passed_s) = uptime_s.checked_sub(then_s)
@@ -273,18 +273,25 @@ impl Ends {
             let lines = line.split_inclusive(|&byte| byte == b'\n');
             let mut restored = Vec::with_capacity(2 * line.len());
             for line in lines {
-                restored.extend_from_slice(&self.restore(line));
+                match self.changed(line) {
+                    Some(kept) => restored.extend([kept, b"\r\n"].into_iter().flatten()),
+                    None => restored.extend_from_slice(line),
+                }
             }
             return restored.into();
         }
-        let kept = match (self, Self::of(line)) {
+        match self.changed(line) {
+            Some(kept) => Cow::Owned([kept, b"\r\n"].concat()),
+            None => Cow::Borrowed(line),
+        }
+    }
+
+    /// A line without its end, if the end was changed.
+    fn changed(self, line: &[u8]) -> Option<&[u8]> {
+        match (self, Self::of(line)) {
             (Self::Lf, Self::Lf) => line.strip_suffix(b"\n"),
             (Self::CrCrLf, Self::CrCrLf) => line.strip_suffix(b"\r\r\n"),
             _ => None,
-        };
-        match kept {
-            Some(kept) => Cow::Owned([kept, b"\r\n"].concat()),
-            None => Cow::Borrowed(line),
         }
     }
 

@@ -279,3 +279,14 @@ fn short_lines_are_joined() {
         }
     }
 }
+
+/// Two hundred lines that were not received are not in the sequence, only in the robot's clock.
+#[test]
+fn an_outage_does_not_slow_text_without_times() {
+    let plain = capture("house-clean.txt");
+    let lines = plain.chunks_exact(LINE_BYTES).enumerate();
+    let received = lines.filter(|(n, _)| !(100..300).contains(n));
+    let received: Vec<u8> = received.flat_map(|(_, line)| line.to_vec()).collect();
+    let (end, ..) = pieces(&received[..]).pop().unwrap();
+    assert_eq!(end, on_the_wire(received.len() as u64));
+}

@@ -56,10 +56,11 @@ impl Robots {
             }
             return true;
         };
-        let ahead =
-            |robot: &Robot| (sequence + SEQUENCE_MODULUS - robot.sequence) % SEQUENCE_MODULUS;
+        // Lines between it and the robot's latest one. A robot does not send a sequence twice in a row.
+        let skipped =
+            |robot: &Robot| (sequence + SEQUENCE_MODULUS - robot.sequence - 1) % SEQUENCE_MODULUS;
         let is_own = if own.boot == other.boot {
-            ahead(own) <= ahead(other)
+            skipped(own) <= skipped(other)
         } else {
             other.boot != boot
         };
