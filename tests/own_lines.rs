@@ -1,6 +1,7 @@
 //! Robots with lines of their own, on real links.
 #![cfg(unix)]
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
@@ -9,7 +10,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use groundwave::capture::own_lines::Values;
 use portable_pty::{MasterPty, PtySize, native_pty_system};
+
+use prost::Message as _;
 
 use crate::programs::{GROUNDWAVE, expect, scratch};
 use crate::pty::OnTerminal;
@@ -157,4 +161,95 @@ fn command_strings_are_echoed_and_never_confirmed() {
     assert!(!watch.text().contains("confirmed"), "{}", watch.text());
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
+}
+
+/// Raw bytes become a recording with named numbers, and every verb shows them.
+#[test]
+fn values_are_recorded_exported_and_counted() {
+    let folder = scratch("own-captures");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (raw, mcap) = (path("raw.txt"), path("run.mcap"));
+    let mut text = String::new();
+    for n in 0..50 {
+        writeln!(text, "temp:{}.5,mode:auto", n % 10).unwrap();
+    }
+    fs::write(&raw, text + "low battery\n").unwrap();
+    expect(0, &["export", &raw, "--to", "mcap", "-o", &mcap]);
+    expect(0, &["verify", &mcap]);
+    for capture in [&raw, &mcap] {
+        let (out, _) = expect(0, &["info", capture]);
+        // The first line may have lost its start.
+        assert!(
+            out.contains("own lines  49 with values, 1 of text, 0 damaged"),
+            "{out}"
+        );
+        assert!(
+            out.contains("field      temp: 49 values, 0.5 to 9.5"),
+            "{out}"
+        );
+        let (out, _) = expect(0, &["export", capture, "--to", "jsonl", "-o", "-"]);
+        assert_eq!(
+            out.lines()
+                .filter(|line| line.contains("\"values\":{\"mode\":\"auto\",\"temp\":9.5}"))
+                .count(),
+            5,
+            "{out}"
+        );
+        assert!(out.contains("\"own\":\"low battery\""), "{out}");
+        let (out, _) = expect(0, &["export", capture, "--to", "csv", "-o", "-"]);
+        assert_eq!(
+            out.lines()
+                .filter(|line| line.ends_with(",temp,9.5"))
+                .count(),
+            5,
+            "{out}"
+        );
+    }
+    let recording = fs::read(&mcap).unwrap();
+    let messages = mcap::MessageStream::new(&recording).unwrap();
+    let values: Vec<Values> = messages
+        .map(Result::unwrap)
+        .filter(|message| message.channel.topic == "/values")
+        .map(|message| Values::decode(&message.data[..]).unwrap())
+        .collect();
+    assert_eq!(values.len(), 49);
+    assert_eq!(values[0].numbers["temp"].to_string(), "1.5");
+    assert_eq!(values[0].texts["mode"], "auto");
+}
+
+/// The form of the lines is kept in the recording: no configuration is needed to read it.
+#[test]
+fn a_recording_keeps_the_form_of_the_lines() {
+    let folder = scratch("own-form");
+    let config = folder.join("config.toml");
+    let text = format!(
+        "[robot.rover]\nlink = \"{}\"\n[robot.rover.lines]\nform = \"csv\"\nfields = [{{ name = \"x\", unit = \"cm\", role = \"x\" }}, \
+         {{ name = \"y\", unit = \"cm\", role = \"y\" }}, {{ name = \"batt\", unit = \"mV\", scale = 2 }}]\n",
+        answering_robot()
+    );
+    fs::write(&config, text).unwrap();
+    let mcap = folder.join("run.mcap");
+    let (config, mcap) = (config.to_str().unwrap(), mcap.to_str().unwrap());
+    expect(
+        0,
+        &[
+            "--config",
+            config,
+            "record",
+            "rover",
+            "-o",
+            mcap,
+            "--duration",
+            "2s",
+        ],
+    );
+    expect(0, &["verify", mcap]);
+    let (out, _) = expect(0, &["info", mcap]);
+    assert!(out.contains("23000 to 23000 mV"), "{out}");
+    let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", mcap], 120, 40);
+    replay.wait_for("the map", |text| {
+        text.contains("map: x +5 y +10 in") && text.contains("23000 mV")
+    });
+    replay.type_keys("q");
+    assert_eq!(replay.wait(), 0);
 }

@@ -24,7 +24,7 @@ pub enum ConvertError {
 pub struct Converted {
     /// Bytes of the radio.
     pub bytes: u64,
-    /// Intact lines among them.
+    /// Intact lines among them, and lines of the robot's own with values.
     pub lines: u64,
 }
 
@@ -63,10 +63,11 @@ pub fn convert_raw(
     let bytes = writer.deriver().rx_bytes();
     // Bytes after the last line feed are no line.
     let counters = *writer.deriver().counters();
+    let own_lines = writer.deriver().own_lines();
     writer.finish().map_err(ConvertError::Write)?;
     Ok(Converted {
         bytes,
-        lines: counters.lines + counters.ack_lines,
+        lines: counters.lines + counters.ack_lines + own_lines,
     })
 }
 

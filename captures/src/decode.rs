@@ -1,7 +1,7 @@
 //! Captures as JSON lines and as CSV.
 //!
 //! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. Commands,
-//! marks and outages are records with the fields of `EventRecord`, of which `event` names the kind. A field that a record does not
+//! marks, outages and lines of the robot's own are records with the fields of `EventRecord`, of which `event` names the kind. A field that a record does not
 //! have is left out in JSON and empty in CSV.
 
 mod events;
@@ -9,10 +9,12 @@ mod events;
 use std::io::{self, Write};
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_lines::{Content, OwnLine, Recognizer};
+use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
+use super::own_lines::{Line, each_line, recognizer};
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
 
@@ -36,7 +38,7 @@ pub enum DecodeError {
     Output(#[from] io::Error),
 }
 
-/// Writes each intact line, command, mark and outage of a capture; returns the decoder's totals. `output` should be buffered
+/// Writes each intact line, command, mark, outage and line of the robot's own of a capture. `output` should be buffered
 /// unless it is a terminal.
 ///
 /// # Errors
@@ -45,7 +47,7 @@ pub fn decode(
     capture: &mut Capture,
     format: Format,
     output: &mut impl Write,
-) -> Result<Counters, DecodeError> {
+) -> Result<Decoded, DecodeError> {
     let mut decoder = Decoder::default();
     if format == Format::Csv {
         write_header(output)?;
@@ -57,7 +59,20 @@ pub fn decode(
     };
     let result = records.write_all(capture, &mut decoder);
     output.flush()?;
-    result.map(|()| *decoder.counters())
+    let counters = decoder.counters();
+    result.map(|own_lines| Decoded {
+        bytes: counters.bytes,
+        lines: counters.lines + counters.ack_lines + own_lines,
+    })
+}
+
+/// What a capture held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Decoded {
+    /// Bytes received.
+    pub bytes: u64,
+    /// Intact lines, and lines of the robot's own with values.
+    pub lines: u64,
 }
 
 /// Writes records one at a time.
@@ -72,25 +87,44 @@ impl<W: Write> Records<'_, W> {
         &mut self,
         capture: &mut Capture,
         decoder: &mut Decoder,
-    ) -> Result<(), DecodeError> {
+    ) -> Result<u64, DecodeError> {
+        let mut own_lines = 0;
         let (mut outages, mut now) = (OutageList::default(), Duration::ZERO);
         let mut written = 0;
-        while let Some((at, piece)) = capture.next_piece()? {
+        let mut own: Option<Recognizer> = None;
+        loop {
+            let table = if own.is_none() {
+                capture.session_ahead()?
+            } else {
+                None
+            };
+            let Some((at, piece)) = capture.next_piece()? else {
+                break;
+            };
             now = at;
             match piece {
-                Piece::Received(mut bytes) => {
-                    while let Some(received) = decoder.next_own_line(&mut bytes) {
-                        outages.handle_line(at, &received, decoder.counters());
-                        self.write_line(at, &received)?;
-                    }
+                Piece::Received(bytes) => {
+                    let own = own.get_or_insert_with(|| recognizer(table.as_ref()));
+                    each_line(decoder, own, bytes, |line, counters| match line {
+                        Line::Wire(received) => {
+                            outages.handle_line(at, &received, counters);
+                            self.write_line(at, &received)
+                        }
+                        Line::Own(line) => {
+                            own_lines += u64::from(matches!(line.content, Content::Values(_)));
+                            self.write_own(at, &line)
+                        }
+                    })?;
                 }
                 Piece::Missing(_) | Piece::Damaged(_) => {
                     decoder.skip();
+                    own.iter_mut().for_each(Recognizer::interrupt);
                     outages.handle_missing();
                 }
                 Piece::Event(event) => {
                     if event.is_loss_of_link() {
                         decoder.interrupt();
+                        own.iter_mut().for_each(Recognizer::interrupt);
                     }
                     outages.handle_event(at, &event);
                     if let Some(event) = EventRecord::of(at, &event) {
@@ -107,7 +141,7 @@ impl<W: Write> Records<'_, W> {
         for outage in &outages.into_outages(now)[written..] {
             self.write_event(now, &EventRecord::of_outage(outage))?;
         }
-        Ok(())
+        Ok(own_lines)
     }
 
     fn write_line(&mut self, at: Duration, received: &Received) -> io::Result<()> {
@@ -117,6 +151,14 @@ impl<W: Write> Records<'_, W> {
             Format::Csv => write_csv(&mut self.record, at, received),
         }?;
         self.output.write_all(&self.record)
+    }
+
+    /// Writes a line of the robot's own: one object, or a row for each value.
+    fn write_own(&mut self, at: Duration, line: &OwnLine) -> io::Result<()> {
+        for record in EventRecord::of_own(line, self.format) {
+            self.write_event(at, &record)?;
+        }
+        Ok(())
     }
 
     fn write_event(&mut self, at: Duration, event: &EventRecord) -> io::Result<()> {

@@ -14,6 +14,8 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
+use groundwave_lines::Recognizer;
+
 use super::CaptureError;
 use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route, open_file};
 use crate::event::Landmark;
@@ -78,6 +80,11 @@ pub trait SeekableReader {
     /// Baud rate of the radio, if the capture tells it.
     fn baud(&self) -> Option<u32> {
         None
+    }
+
+    /// Reads the lines of the robot's own, by the session's table.
+    fn own_lines(&self) -> Recognizer {
+        Recognizer::default()
     }
 
     /// A second, independent reader of this capture.

@@ -7,6 +7,7 @@ use groundwave_protocol::decoder::Decoder;
 use serde::Serialize;
 
 use super::Capture;
+use super::own_lines::OwnSummary;
 use super::runs::label::Label;
 use super::source::Form;
 use crate::outages::Outage;
@@ -82,6 +83,9 @@ pub struct Info {
     pub battery_last_v: Option<f64>,
     /// Bumper contacts: the robot's own count between the first and the last line C; elsewhere counted from lines A.
     pub bumps: u32,
+    /// Lines of the robot's own, if there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own: Option<OwnSummary>,
     /// Reason why the capture could not be read completely.
     pub problem: Option<String>,
 }

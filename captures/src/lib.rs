@@ -30,6 +30,7 @@ pub mod name;
 pub mod observations;
 mod odometer;
 pub mod outages;
+pub mod own_lines;
 pub mod picture;
 mod pieces;
 mod presence;

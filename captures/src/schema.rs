@@ -1,6 +1,7 @@
 //! The protobuf schemas stored in each MCAP.
 
 use super::messages::{OutageMessage, RawBytes, StationEvent, Telemetry, UplinkEvent};
+use super::own_lines::Values;
 
 /// `proto/groundwave.proto` compiled to a `FileDescriptorSet`; a test compares it with the text.
 pub const DESCRIPTORS: &[u8] = include_bytes!("proto/groundwave.binpb");
@@ -25,6 +26,10 @@ impl Schema for UplinkEvent {
 
 impl Schema for OutageMessage {
     const NAME: &str = "groundwave.Outage";
+}
+
+impl Schema for Values {
+    const NAME: &str = "groundwave.Values";
 }
 
 impl Schema for StationEvent {

@@ -36,6 +36,9 @@ impl Session {
     /// Key of the note with the port's baud rate.
     pub const BAUD: &str = "baud";
 
+    /// Key of the note with the form of the robot's own lines, as JSON.
+    pub const LINES: &str = "lines";
+
     /// Key of the note with the simulator's true state, as JSON.
     pub const TRUTH: &str = "truth";
 

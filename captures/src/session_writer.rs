@@ -11,6 +11,7 @@ use groundwave_protocol::telemetry::FirmwareVersion;
 
 use super::layout;
 use super::observations::{Item, Observation};
+use super::own_lines;
 use super::session::{Session, since_1970_ns};
 use super::topics::{Deriver, StationEvent, Topic, TopicMessage, register};
 
@@ -38,7 +39,9 @@ impl<W: Write> SessionWriter<W> {
     pub fn new(output: W, session: &Session) -> io::Result<Self> {
         let mut writer = Self::with_chunks(output, CHUNK_BYTES)?;
         writer.handle_event(since_1970_ns(session.start), &session.beginning())?;
-        writer.write_metadata(&session.table())?;
+        let table = session.table();
+        writer.read_own_lines(&table);
+        writer.write_metadata(&table)?;
         if let Some(configuration) = session.configuration() {
             writer.attach(&configuration)?;
         }
@@ -119,9 +122,20 @@ impl<W: Write> SessionWriter<W> {
             // Both are written anew.
             Item::Table(table) if table.name == ROBOT => Ok(()),
             Item::Attachment(attachment) if attachment.name == layout::NAME => Ok(()),
-            Item::Table(table) => self.write_metadata(&table),
+            Item::Table(table) => {
+                self.read_own_lines(&table);
+                self.write_metadata(&table)
+            }
             Item::Attachment(attachment) => self.attach(&attachment),
             Item::Library(_) | Item::Damage(_) => Ok(()),
+        }
+    }
+
+    /// Reads the lines of the robot's own as the session's table says.
+    fn read_own_lines(&mut self, table: &Metadata) {
+        if table.name == Session::TABLE {
+            self.deriver
+                .set_own_lines(own_lines::recognizer(Some(&table.metadata)));
         }
     }
 

@@ -32,6 +32,8 @@ pub struct Chunk<'a> {
     pub unplugged_at: Option<Duration>,
     /// When the station was suspended before these, if it was.
     pub suspended_at: Option<Duration>,
+    /// Metadata of an MCAP read so far.
+    pub session: Option<&'a BTreeMap<String, String>>,
 }
 
 impl Chunk<'_> {
@@ -234,6 +236,19 @@ impl Capture {
         Some(utc(UNIX_EPOCH + since_1970))
     }
 
+    /// Metadata of an MCAP before its next piece.
+    pub(super) fn session_ahead(
+        &mut self,
+    ) -> Result<Option<BTreeMap<String, String>>, CaptureError> {
+        if let Reader::Mcap(reader) = &mut self.reader {
+            reader.next_ns().map_err(|error| CaptureError::Read {
+                path: self.path.clone(),
+                error,
+            })?;
+        }
+        Ok(self.session().cloned())
+    }
+
     /// Statistics of the bytes sent up to the piece read last; `None` of a raw capture.
     #[must_use]
     pub const fn uplink(&self) -> Option<&Uplink> {
@@ -347,6 +362,7 @@ impl Capture {
             is_after_missing,
             unplugged_at,
             suspended_at,
+            session: self.session(),
         }))
     }
 

@@ -17,7 +17,7 @@ use groundwave_lines::{OwnCommand, Profile, Recognizer};
 use serde::Deserialize;
 
 use super::{Exit, Fault};
-use crate::capture::{Rotation, files, text_file};
+use crate::capture::{Rotation, Session, files, text_file};
 use crate::hint;
 use crate::model::Limits;
 use crate::model::keys::Keymap;
@@ -165,6 +165,12 @@ pub struct Recording {
 }
 
 impl OwnRobot {
+    /// The note about the form of its lines, for a recording.
+    pub(super) fn note(&self) -> Option<(String, String)> {
+        let profile = serde_json::to_string(self.lines.as_ref()?).ok()?;
+        Some((Session::LINES.to_owned(), profile))
+    }
+
     /// Reads the robot's lines; of an unknown form if none is configured.
     pub(super) fn recognizer(&self) -> Result<Recognizer, Fault> {
         let usage = |error| Fault::new(Exit::Usage, error);

@@ -75,11 +75,11 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
         decode(&mut capture, format, &mut output)
     };
     let problem = match decoded {
-        Ok(seen) if seen.lines + seen.ack_lines == 0 => {
+        Ok(seen) if seen.lines == 0 => {
             return Err(Fault::no_lines(path, seen.bytes));
         }
         Ok(seen) => {
-            lines = seen.lines + seen.ack_lines;
+            lines = seen.lines;
             None
         }
         Err(DecodeError::Output(error)) => return output.fault(&error).map(|()| Made::default()),

@@ -21,7 +21,8 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
             let info = info::Info::read(&mut capture);
             let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error));
             let info = info.with_label(label?);
-            if info.lines.total() == 0 && info.problem.is_none() {
+            let has_values = info.own.as_ref().is_some_and(|own| own.lines > 0);
+            if info.lines.total() == 0 && !has_values && info.problem.is_none() {
                 return Err(Fault::no_lines(path, info.bytes));
             }
             Ok(info)

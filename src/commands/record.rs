@@ -62,6 +62,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             .iter()
             .filter_map(simulated::truth_note)
             .chain(recording::baud_note(port_baud))
+            .chain(config.own.note())
             .collect(),
         configuration: config.text.clone(),
         rotation: recording::rotation(options.rotate, config),

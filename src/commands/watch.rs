@@ -201,6 +201,7 @@ impl Plan {
         let port_baud = self.spec.baud(self.baud);
         let mut notes = self.notes.clone();
         notes.extend(recording::baud_note(port_baud));
+        notes.extend(self.config.own.note());
         let keeper = recording::open(
             &self.recording,
             &self.name,

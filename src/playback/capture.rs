@@ -60,6 +60,7 @@ impl CaptureState {
         if let Some(baud) = tape.baud() {
             station.set_baud(baud);
         }
+        station.set_own_lines(tape.own_lines());
         station.handle_link(place.at(), opened(name));
         let mut scene = Self {
             station,

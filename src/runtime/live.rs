@@ -92,6 +92,8 @@ impl Live {
         };
         if let Some(received) = received {
             let Ok(()) = self.deriver.handle_received(at_ns, &received, publish);
+        } else if let Event::Own(line) = event {
+            let Ok(()) = self.deriver.handle_own(at_ns, line, publish);
         } else if let Event::Outage(outage) = event {
             let zero_ns = self.since_1970_ns(Moment::ZERO);
             let Ok(()) = self.deriver.handle_outage(at_ns, zero_ns, outage, publish);

@@ -3,9 +3,10 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
+use groundwave_lines::{Content, OwnLine, Sample, Value as OwnValue};
 use serde_json::{Map, Value, json};
 
-use super::{Telemetry, write_commas, write_csv_text, write_seconds};
+use super::{Format, Telemetry, write_commas, write_csv_text, write_seconds};
 use crate::messages::{StationEvent, StationEventKind};
 use crate::outages::Outage;
 
@@ -15,8 +16,8 @@ pub(super) struct EventRecord(Map<String, Value>);
 
 impl EventRecord {
     /// Names of the fields, in the order of a table.
-    pub(super) const FIELDS: [&str; 10] = [
-        // `command`, `mark` or `outage`.
+    pub(super) const FIELDS: [&str; 14] = [
+        // `command`, `mark`, `outage` or `own`.
         "event",
         // Number of the command.
         "command_id",
@@ -35,6 +36,13 @@ impl EventRecord {
         // Lines lost in an outage, at least and at most.
         "lines_lost",
         "lines_lost_max",
+        // A line of the robot's own as it came.
+        "own",
+        // Its values by the name of their field; JSON only.
+        "values",
+        // One of its values: name and value; CSV only.
+        "field",
+        "value",
     ];
 
     /// The record of an event; `None` for other kinds.
@@ -56,6 +64,37 @@ impl EventRecord {
             _ => return None,
         };
         Some(Self::from(value))
+    }
+
+    /// The records of a line of the robot's own.
+    pub(super) fn of_own(line: &OwnLine, format: Format) -> Vec<Self> {
+        let samples = match &line.content {
+            Content::Values(samples) => &samples[..],
+            Content::Text => &[],
+            Content::Damaged => return Vec::new(),
+        };
+        let value = |sample: &Sample| match &sample.value {
+            OwnValue::Number(number) => json!(number),
+            OwnValue::Text(text) => json!(&**text),
+        };
+        if format == Format::Jsonl || samples.is_empty() {
+            let values = samples.iter();
+            let values = values.map(|sample| (sample.field.name.clone(), value(sample)));
+            let values: Map<_, _> = values.collect();
+            return vec![Self::from(json!({
+                "event": "own",
+                "own": line.text,
+                "values": (!values.is_empty()).then_some(values),
+            }))];
+        }
+        let rows = samples.iter().map(|sample| {
+            Self::from(json!({
+                "event": "own",
+                "field": sample.field.name,
+                "value": value(sample),
+            }))
+        });
+        rows.collect()
     }
 
     /// The record of an outage.

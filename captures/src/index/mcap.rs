@@ -7,12 +7,14 @@ use std::sync::Arc;
 
 use ::mcap::MAGIC;
 use ::mcap::records::{Record, op};
+use groundwave_lines::Recognizer;
 
 use super::chunk_table::ChunkTable;
 use super::{Place, SeekableReader, Source, read_at};
 use crate::CaptureError;
 use crate::event::{Landmark, Moment, Truth};
 use crate::mcap_reader::{Channels, Entries, Entry};
+use crate::own_lines::recognizer;
 use crate::pieces::{Piece, PiecePosition, Pieces, has_received};
 use crate::record::{HEAD_BYTES, parse};
 use crate::repair::Position;
@@ -38,6 +40,7 @@ pub struct SeekableRecording {
     end_ns: u64,
     truth: Option<Truth>,
     baud: Option<u32>,
+    own: Recognizer,
     pieces: Pieces<SourceReader>,
     at: Moment,
     /// The end has been reached, and its reason returned.
@@ -74,6 +77,7 @@ impl SeekableRecording {
             end_ns: contents.end_ns.max(start_ns),
             truth: contents.truth,
             baud: contents.baud,
+            own: contents.own,
             pieces,
             at: Moment::ZERO,
             is_over: false,
@@ -191,6 +195,7 @@ impl SeekableReader for SeekableRecording {
             source,
             table: Arc::clone(&self.table),
             truth: self.truth.clone(),
+            own: self.own.clone(),
             ..*self
         };
         reader.seek(self.place());
@@ -203,6 +208,10 @@ impl SeekableReader for SeekableRecording {
 
     fn baud(&self) -> Option<u32> {
         self.baud
+    }
+
+    fn own_lines(&self) -> Recognizer {
+        self.own.clone()
     }
 
     fn unix(&self) -> Option<Moment> {
@@ -218,6 +227,7 @@ struct Contents {
     end_ns: u64,
     truth: Option<Truth>,
     baud: Option<u32>,
+    own: Recognizer,
 }
 
 impl Contents {
@@ -226,6 +236,7 @@ impl Contents {
         self.truth = truth.and_then(|truth| serde_json::from_str(truth).ok());
         let baud = session.get(Session::BAUD);
         self.baud = baud.and_then(|baud| baud.parse().ok());
+        self.own = recognizer(Some(session));
     }
 
     fn take_metadata(&mut self, body: &[u8]) {

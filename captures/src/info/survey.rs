@@ -1,7 +1,9 @@
 //! Adds up the lines of a capture.
 
+use std::convert::Infallible;
 use std::time::Duration;
 
+use groundwave_lines::Recognizer;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::status_codes::Layer;
 use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line};
@@ -12,6 +14,7 @@ use crate::bumps::Bumps;
 use crate::gaps::Gaps;
 use crate::odometer::Odometer;
 use crate::outages::OutageList;
+use crate::own_lines::{Line as AnyLine, OwnSummary, each_line, recognizer};
 use crate::session::Session;
 use crate::source::Chunk;
 use crate::statistics::{self, BITS_PER_BYTE, Damaged, Loss, OtherRobot, per_cent, share_pct};
@@ -48,6 +51,7 @@ pub(super) struct Survey {
     gaps: Gaps,
     noise: statistics::Gaps,
     outages: OutageList,
+    own: OwnSummary,
 }
 
 impl Survey {
@@ -56,14 +60,17 @@ impl Survey {
         capture: &mut Capture,
         decoder: &mut Decoder,
     ) -> Result<(), CaptureError> {
+        let mut own: Option<Recognizer> = None;
         while let Some(chunk) = capture.next_chunk()? {
+            let own = own.get_or_insert_with(|| recognizer(chunk.session));
             chunk.tell_gap(decoder);
             if chunk.is_interrupted() {
                 self.gaps.interrupt();
+                own.interrupt();
                 self.noise.interrupt();
             }
             self.outages.handle_chunk(&chunk);
-            let Chunk { at, mut bytes, .. } = chunk;
+            let Chunk { at, bytes, .. } = chunk;
             if at.is_zero() {
                 self.first_bytes += bytes.len() as u64;
             }
@@ -71,13 +78,19 @@ impl Survey {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
             };
-            while let Some(received) = decoder.next_own_line(&mut bytes) {
-                self.outages.handle_line(at, &received, decoder.counters());
-                self.gaps.take_line(at, &received, decoder.counters());
-                self.noise.take_line(decoder.counters());
-                self.odometer.take(at, &received);
-                self.take(&received);
-            }
+            let Ok(()) = each_line(decoder, own, bytes, |line, counters| {
+                match line {
+                    AnyLine::Own(line) => self.own.take(&line),
+                    AnyLine::Wire(received) => {
+                        self.outages.handle_line(at, &received, counters);
+                        self.gaps.take_line(at, &received, counters);
+                        self.noise.take_line(counters);
+                        self.odometer.take(at, &received);
+                        self.take(&received);
+                    }
+                }
+                Ok::<(), Infallible>(())
+            });
         }
         Ok(())
     }
@@ -194,6 +207,7 @@ impl Survey {
             battery_first_v: self.battery_dv.map(|(first, _)| volts(first)),
             battery_last_v: self.battery_dv.map(|(_, last)| volts(last)),
             bumps: self.bumps.total(),
+            own: (!self.own.is_empty()).then_some(self.own),
             problem,
         }
     }

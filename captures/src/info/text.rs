@@ -48,6 +48,30 @@ impl Info {
         }
     }
 
+    /// Writes the lines of the robot's own and their fields.
+    fn write_own(&self, output: &mut impl Write) -> io::Result<()> {
+        let Some(own) = &self.own else {
+            return Ok(());
+        };
+        writeln!(
+            output,
+            "own lines  {} with values, {} of text, {} damaged",
+            own.lines, own.texts, own.damaged
+        )?;
+        for field in &own.fields {
+            let unit = field
+                .unit
+                .as_deref()
+                .map_or(String::new(), |unit| format!(" {unit}"));
+            write!(output, "field      {}: {} values", field.name, field.values)?;
+            match (field.least, field.greatest) {
+                (Some(least), Some(greatest)) => writeln!(output, ", {least} to {greatest}{unit}")?,
+                _ => writeln!(output)?,
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the longest outages, in their order.
     fn write_outages(&self, output: &mut impl Write) -> io::Result<()> {
         let mut durations: Vec<_> = self.outages.iter().map(Outage::duration).collect();
@@ -116,6 +140,7 @@ impl Info {
             self.gaps
         )?;
         self.write_damaged(output)?;
+        self.write_own(output)?;
         self.write_outages(output)?;
         if let Some(resync) = self.resync {
             writeln!(

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use foxglove::messages::log::Level;
+use groundwave_lines::{Content, OwnLine, Recognizer};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::status_codes::Drive;
 use groundwave_protocol::telemetry::{
@@ -19,6 +20,7 @@ use super::{Topic, TopicMessage};
 use crate::event::{CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Moment, Reception};
 use crate::messages::{OutageMessage, StationEvent, StationEventKind, UplinkEvent};
 use crate::outages::{Outage, Outages};
+use crate::own_lines::{Values, intact};
 use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
 use crate::words::outcome_words;
@@ -56,6 +58,8 @@ pub struct Deriver {
     /// Its first 80 bytes are written.
     is_continued: bool,
     decoder: Decoder,
+    own: Recognizer,
+    own_lines: u64,
     outages: Outages,
     lines: Lines,
     clock: RobotClock,
@@ -106,6 +110,11 @@ impl Deriver {
         }
     }
 
+    /// Sets how lines of the robot's own are read; until then their form is recognized.
+    pub fn set_own_lines(&mut self, own: Recognizer) {
+        self.own = own;
+    }
+
     /// Begins the next part of a recording. Both streams count from zero, and periodic messages are due at once. State
     /// of the robot is kept.
     pub fn begin_part(&mut self) {
@@ -120,6 +129,12 @@ impl Deriver {
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         self.decoder.counters()
+    }
+
+    /// Lines of the robot's own with values so far.
+    #[must_use]
+    pub const fn own_lines(&self) -> u64 {
+        self.own_lines
     }
 
     /// Number of bytes received or missing so far, those of an unfinished line included.
@@ -152,6 +167,7 @@ impl Deriver {
     ) -> Result<(), E> {
         self.give_pending(&mut take)?;
         self.decoder.skip();
+        self.own.interrupt();
         self.rx_offset = self.rx_offset.saturating_add(bytes);
         self.outages.handle_missing();
         self.give_outages(&mut take)
@@ -188,16 +204,33 @@ impl Deriver {
             let is_short = line_bytes < ACK_LINE_BYTES && !self.is_continued;
             let is_whole = is_line && !(is_short && self.pending.len() + run < LINE_BYTES);
             self.is_continued = line_feed.is_none() && (is_line || self.is_continued);
+            // A line of the robot's own has a message and a time of its own, however short it is.
+            let own = if is_short || line_feed.is_none() {
+                self.take_own(head, false)
+            } else {
+                None
+            };
+            let is_whole = is_whole || own.is_some();
+            let intact_before = intact(self.decoder.counters());
             if self.pending.is_empty() && is_whole {
                 self.give_received(head, &mut take)?;
-                continue;
+            } else {
+                if self.pending.is_empty() {
+                    self.pending_ns = self.now_ns;
+                }
+                self.pending.extend_from_slice(head);
+                if is_whole {
+                    self.give_pending(&mut take)?;
+                }
             }
-            if self.pending.is_empty() {
-                self.pending_ns = self.now_ns;
-            }
-            self.pending.extend_from_slice(head);
-            if is_whole {
-                self.give_pending(&mut take)?;
+            let own = if is_short || line_feed.is_none() {
+                own
+            } else {
+                let is_wire = intact(self.decoder.counters()) != intact_before;
+                self.take_own(head, is_wire)
+            };
+            if let Some(own) = own {
+                self.give_own(&own, &mut take)?;
             }
         }
         Ok(())
@@ -215,6 +248,46 @@ impl Deriver {
     ) -> Result<(), E> {
         self.now_ns = self.now_ns.max(at_ns);
         self.handle_line(received, &mut take)
+    }
+
+    fn take_own(&mut self, run: &[u8], is_wire: bool) -> Option<OwnLine> {
+        (self.lines == Lines::OfBytes)
+            .then(|| self.own.take(run, is_wire))
+            .flatten()
+    }
+
+    /// Takes a line of the robot's own that the caller read from bytes read at `at_ns`.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub fn handle_own<E>(
+        &mut self,
+        at_ns: u64,
+        line: &OwnLine,
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.now_ns = self.now_ns.max(at_ns);
+        self.give_own(line, &mut take)
+    }
+
+    fn give_own<E>(
+        &mut self,
+        line: &OwnLine,
+        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match &line.content {
+            Content::Damaged => Ok(()),
+            Content::Text => {
+                self.encoder
+                    .log(self.now_ns, Level::Info, "robot", &line.text);
+                take(self.encoder.message(Topic::Log, self.now_ns, None))
+            }
+            Content::Values(samples) => {
+                self.own_lines += 1;
+                self.encoder.encode(&Values::from(&samples[..]));
+                take(self.encoder.message(Topic::Values, self.now_ns, None))
+            }
+        }
     }
 
     /// Takes bytes handed to the radio at `at_ns`.
@@ -249,6 +322,9 @@ impl Deriver {
         self.now_ns = self.now_ns.max(at_ns);
         self.encoder.encode(event);
         take(self.encoder.message(Topic::Station, self.now_ns, None))?;
+        if event.is_loss_of_link() {
+            self.own.interrupt();
+        }
         if self.lines == Lines::OfBytes {
             self.outages
                 .handle_event(Moment::from_nanos(self.now_ns), event);
@@ -258,6 +334,7 @@ impl Deriver {
             Some(StationEventKind::Command(event)) => return self.handle_uplink(event, &mut take),
             Some(StationEventKind::Link(link)) => match link.event() {
                 Some(LinkEvent::Opened { name, .. }) => {
+                    self.own.reopen();
                     ("link", Level::Info, format!("{name} is open"))
                 }
                 Some(LinkEvent::Lost { reason }) => {

@@ -31,6 +31,7 @@ pub(super) use log_messages::{LogMessages, is_contact};
 
 pub use super::messages::StationEvent;
 use super::messages::{OutageMessage, RawBytes, Telemetry, UplinkEvent};
+use super::own_lines::Values;
 use super::schema::{DESCRIPTORS, Schema};
 
 /// Encoding of schemas and messages.
@@ -71,11 +72,13 @@ pub enum Topic {
     Station,
     /// Times without lines.
     Outages,
+    /// Values of each line of the robot's own.
+    Values,
 }
 
 impl Topic {
     /// Every topic, in the order of their numbers.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::RawRx,
         Self::RawTx,
         Self::Telemetry,
@@ -89,6 +92,7 @@ impl Topic {
         Self::Log,
         Self::Station,
         Self::Outages,
+        Self::Values,
     ];
 
     /// Its name in a recording.
@@ -108,6 +112,7 @@ impl Topic {
             Self::Log => "/log",
             Self::Station => "/station",
             Self::Outages => "/outages",
+            Self::Values => "/values",
         }
     }
 
@@ -131,9 +136,12 @@ impl Topic {
         match self {
             Self::RawRx | Self::RawTx | Self::Station => Origin::Recorded,
             Self::Telemetry | Self::Tf | Self::Pose | Self::Sonar => Origin::Line,
-            Self::Uplink | Self::Path | Self::Markers | Self::Log | Self::Outages => {
-                Origin::History
-            }
+            Self::Uplink
+            | Self::Path
+            | Self::Markers
+            | Self::Log
+            | Self::Outages
+            | Self::Values => Origin::History,
             Self::Map => Origin::Reserved,
         }
     }
@@ -164,6 +172,7 @@ impl Topic {
             Self::Log => well_known::<Log>(),
             Self::Station => ours(StationEvent::NAME),
             Self::Outages => ours(OutageMessage::NAME),
+            Self::Values => ours(Values::NAME),
         }
     }
 }
@@ -264,6 +273,7 @@ mod tests {
                 (11, "/log"),
                 (12, "/station"),
                 (13, "/outages"),
+                (14, "/values"),
             ]
         );
     }

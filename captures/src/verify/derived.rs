@@ -11,6 +11,7 @@ use prost::Message as _;
 
 use super::Verdict;
 use crate::messages::{RawBytes, StationEvent};
+use crate::own_lines;
 use crate::topics::{Deriver, Origin, RAW_RX, Topic, TopicMessage};
 
 /// Maximum derived messages of a topic that wait for those of the recording.
@@ -50,6 +51,12 @@ impl Derived {
     /// The recording begins here, and this version wrote it.
     pub(super) const fn begin(&mut self) {
         self.is_exact = true;
+    }
+
+    /// Takes the table of the session, which tells the form of the robot's own lines.
+    pub(super) fn take_session(&mut self, table: &BTreeMap<String, String>) {
+        self.deriver
+            .set_own_lines(own_lines::recognizer(Some(table)));
     }
 
     /// The recording is a part; what came before is unknown.

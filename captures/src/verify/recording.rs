@@ -14,6 +14,7 @@ use crate::event::NoticeCode;
 use crate::mcap_reader::{Channel, Entries, Entry};
 use crate::messages::{RawBytes, StationEvent};
 use crate::record::parse;
+use crate::session::Session;
 use crate::session_writer::LIBRARY;
 use crate::source::Form;
 use crate::topics::{RAW_RX, Topic};
@@ -163,11 +164,12 @@ impl Check {
                 self.is_ours = header.library == LIBRARY;
                 self.is_unfinished = is_library(&header.library);
             }
-            // Earlier lines are in the previous part.
-            Some(Record::Metadata(table))
-                if table.metadata.get("part").is_some_and(|n| n != "1") =>
-            {
-                self.derived.forget_beginning();
+            Some(Record::Metadata(table)) if table.name == Session::TABLE => {
+                self.derived.take_session(&table.metadata);
+                // Earlier lines are in the previous part.
+                if table.metadata.get("part").is_some_and(|n| n != "1") {
+                    self.derived.forget_beginning();
+                }
             }
             Some(Record::Statistics(statistics))
                 if self.in_summary && self.verdict.fault_count == 0 =>

@@ -3,6 +3,8 @@
 use std::io::{self, Cursor, Read, Write};
 use std::path::Path;
 
+use crate::capture::own_lines::has_line;
+use groundwave_lines::Recognizer;
 use groundwave_protocol::decoder::Decoder;
 
 use super::super::cli::Export;
@@ -109,6 +111,7 @@ fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
     };
     let mut reader = TextReader::new(&mut copy);
     let mut decoder = Decoder::default();
+    let mut own = Recognizer::default();
     let mut bytes = 0;
     let failed = |error| input::cannot_read(path, error);
     while bytes < LOOK_BYTES {
@@ -116,7 +119,7 @@ fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
             return Err(Fault::no_lines(path, bytes));
         };
         bytes += piece.radio.len() as u64;
-        if decoder.lines(piece.radio).next().is_some() {
+        if has_line(&mut decoder, &mut own, piece.radio) {
             break;
         }
     }

@@ -9,6 +9,7 @@
 #define INPUT_PULLUP 2
 #define OUTPUT 1
 #define CHANGE 1
+#define A0 54
 #define A2 56
 #define constrain(value, least, most) ((value) < (least) ? (least) : (value) > (most) ? (most) : (value))
 #define digitalPinToInterrupt(pin) (pin)
@@ -33,7 +34,13 @@ struct HardwareSerial {
   int read();
   size_t write(uint8_t byte);
   size_t write(const uint8_t *bytes, size_t count);
+  size_t print(const char *text);
+  size_t print(char c);
+  size_t print(long number);
+  size_t println(char c);
+  size_t println(long number);
 };
+extern HardwareSerial Serial;
 extern HardwareSerial Serial1;
 
 #endif

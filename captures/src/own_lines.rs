@@ -1,0 +1,163 @@
+//! Lines of a robot's own: how a recording keeps their form, and their values as messages and records.
+
+use std::collections::BTreeMap;
+
+use groundwave_lines::{Content, OwnLine, Recognizer, Sample, Value};
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
+
+use crate::session::Session;
+
+/// Values of one line, recorded on `/values`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct Values {
+    /// Numbers by the name of their field.
+    #[prost(btree_map = "string, double", tag = 1)]
+    pub numbers: BTreeMap<String, f64>,
+    /// Texts by the name of their field.
+    #[prost(btree_map = "string, string", tag = 2)]
+    pub texts: BTreeMap<String, String>,
+}
+
+impl From<&[Sample]> for Values {
+    fn from(samples: &[Sample]) -> Self {
+        let mut values = Self::default();
+        for sample in samples {
+            let name = sample.field.name.clone();
+            match &sample.value {
+                Value::Number(number) => {
+                    values.numbers.insert(name, *number);
+                }
+                Value::Text(text) => {
+                    values.texts.insert(name, text.to_string());
+                }
+            }
+        }
+        values
+    }
+}
+
+/// The recognizer by the table of a session; one without a profile if the table has none that can be used.
+#[must_use]
+pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
+    let profile = table.and_then(|table| serde_json::from_str(table.get(Session::LINES)?).ok());
+    let configured = profile.and_then(|profile| Recognizer::new(&profile).ok());
+    configured.unwrap_or_default()
+}
+
+/// A line of either kind.
+pub(super) enum Line {
+    Wire(Box<Received>),
+    Own(OwnLine),
+}
+
+/// Passes each line in received bytes, with the decoder's totals right after it, to `take`.
+///
+/// # Errors
+/// Those of `take`.
+pub(super) fn each_line<E>(
+    decoder: &mut Decoder,
+    own: &mut Recognizer,
+    bytes: &[u8],
+    mut take: impl FnMut(Line, &Counters) -> Result<(), E>,
+) -> Result<(), E> {
+    for run in bytes.split_inclusive(|byte| *byte == b'\n') {
+        let before = intact(decoder.counters());
+        let mut rest = run;
+        while let Some(received) = decoder.next_own_line(&mut rest) {
+            take(Line::Wire(Box::new(received)), decoder.counters())?;
+        }
+        let is_wire = intact(decoder.counters()) != before;
+        if let Some(line) = own.take(run, is_wire) {
+            take(Line::Own(line), decoder.counters())?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether received bytes hold an intact line, or one of the robot's own with values.
+pub fn has_line(decoder: &mut Decoder, own: &mut Recognizer, bytes: &[u8]) -> bool {
+    let found = each_line(decoder, own, bytes, |line, _| match line {
+        Line::Own(line) if !matches!(line.content, Content::Values(_)) => Ok(()),
+        Line::Own(_) | Line::Wire(_) => Err(()),
+    });
+    found.is_err()
+}
+
+/// Number of intact lines of Groundwave's, of any robot.
+pub(super) const fn intact(counters: &Counters) -> u64 {
+    counters.lines + counters.ack_lines
+}
+
+/// A field in the summary of a capture.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct FieldSummary {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Number of its values.
+    pub values: u64,
+    /// Least number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least: Option<f64>,
+    /// Greatest number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub greatest: Option<f64>,
+}
+
+/// Lines of the robot's own in a capture.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct OwnSummary {
+    /// Lines with values.
+    pub lines: u64,
+    /// Lines of text.
+    pub texts: u64,
+    /// Damaged lines.
+    pub damaged: u64,
+    /// Fields, in the order of their first values.
+    pub fields: Vec<FieldSummary>,
+}
+
+impl OwnSummary {
+    /// Adds a line.
+    pub(super) fn take(&mut self, line: &OwnLine) {
+        let samples = match &line.content {
+            Content::Damaged => {
+                self.damaged += 1;
+                return;
+            }
+            Content::Text => {
+                self.texts += 1;
+                return;
+            }
+            Content::Values(samples) => samples,
+        };
+        self.lines += 1;
+        for sample in samples {
+            let name = &sample.field.name;
+            let known = self.fields.iter().position(|field| field.name == *name);
+            let at = known.unwrap_or_else(|| {
+                self.fields.push(FieldSummary {
+                    name: name.clone(),
+                    unit: sample.field.unit.clone(),
+                    values: 0,
+                    least: None,
+                    greatest: None,
+                });
+                self.fields.len() - 1
+            });
+            let field = &mut self.fields[at];
+            field.values += 1;
+            if let Value::Number(number) = sample.value {
+                field.least = Some(field.least.map_or(number, |least| least.min(number)));
+                field.greatest = Some(field.greatest.map_or(number, |most| most.max(number)));
+            }
+        }
+    }
+
+    /// Whether no line came.
+    pub(super) const fn is_empty(&self) -> bool {
+        self.lines + self.texts + self.damaged == 0
+    }
+}
