@@ -695,6 +695,9 @@ fn command_from_a_second_dashboard(share: &str, prefix: &str) {
     owner.wait_for("that it stands", |text| {
         text.lines().next().unwrap().contains("STOP")
     });
+    second.wait_for("the walls that the owner shows", |text| {
+        text.contains("walls: simulator's truth")
+    });
     let text = second.text();
     assert!(
         !text.contains("LINK LOST") && !text.contains("READ ONLY"),

@@ -16,7 +16,7 @@ use super::{
     Exit, Fault, block_on, config, headless, recording, replay, say, sharing, simulated, tour,
 };
 use crate::capture::files;
-use crate::event::{Event, Level, Notice, NoticeCode};
+use crate::event::{Event, Level, Notice, NoticeCode, Truth};
 use crate::hint::shell_word;
 use crate::io::link::{self, BAUD, Link, LinkSpec};
 use crate::io::share_client::ShareClientError;
@@ -59,7 +59,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         sharing: options.sharing.or(config),
         notes: server.iter().filter_map(simulated::truth_note).collect(),
         config: config.clone(),
-        is_simulated: server.is_some(),
+        truth: server.as_ref().map(truth_of),
         tour: false,
         theme: options.theme,
     };
@@ -72,13 +72,9 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
             result
         });
     }
-    let first = server
-        .iter()
-        .map(|server| Event::Truth(simulated::truth(server.outlines())))
-        .collect();
     let mut model = appearance(config, options.theme);
     model.bell |= options.bell;
-    show(&plan, model, first)
+    show(&plan, model, Vec::new())
 }
 
 pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Fault> {
@@ -124,7 +120,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         sharing: options.sharing.clone(),
         notes,
         config: settings.clone(),
-        is_simulated: true,
+        truth: Some(truth_of(&server)),
         tour: tour::is_due(),
         theme: options.theme,
     };
@@ -136,11 +132,14 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
     } else {
         format!("tcp:{raw}")
     });
-    let truth = Event::Truth(simulated::truth(server.outlines()));
     let warnings = warnings
         .into_iter()
         .map(|text| Event::Notice(Notice::new(NoticeCode::Configuration, Level::Warning, text)));
-    show(&plan, model, warnings.chain([truth]).collect())
+    show(&plan, model, warnings.collect())
+}
+
+fn truth_of(server: &Server) -> Truth {
+    simulated::truth(server.outlines())
 }
 
 fn address(server: &Server, index: usize) -> &str {
@@ -170,8 +169,8 @@ struct Plan {
     sharing: Sharing,
     notes: BTreeMap<String, String>,
     config: config::Config,
-    /// The robot ends with the program.
-    is_simulated: bool,
+    /// The world of a simulated robot, which ends with the program.
+    truth: Option<Truth>,
     /// Begin the tour.
     tour: bool,
     /// The theme of `--theme`, also for a replay that follows.
@@ -181,7 +180,7 @@ struct Plan {
 impl Plan {
     /// What the robot does after the end of the program, by its last words.
     fn robot_after(&self, last: Option<&str>) -> Option<String> {
-        if self.is_simulated {
+        if self.truth.is_some() {
             return Some("the simulated robot ended with the program".to_owned());
         }
         last.map(str::to_owned)
@@ -231,6 +230,7 @@ impl Plan {
         )
         .telling(keeper.event_sink())
         .shared(share)
+        .simulating(self.truth.clone())
         .watched(foxglove);
         Ok((driver, keeper))
     }

@@ -12,7 +12,7 @@ use super::advice::advice;
 use super::live::{self, Live};
 use super::share_server::{ShareServer, Wanted};
 use crate::event::{
-    CommandId, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Reception,
+    CommandId, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Reception, Truth,
 };
 use crate::io::foxglove::{Call, Foxglove};
 use crate::io::link::{Link, LinkInput};
@@ -92,6 +92,7 @@ impl Driver {
     ) -> Self {
         let station_sends = sends(link.share());
         let can_send = radio.can_send() && link.can_send() && station_sends;
+        let truth = link.share().and_then(truth_of);
         let mut station = Station::new(radio.config(random_owner()), can_send);
         station.handle_shared(started.elapsed(), link.share().is_some());
         Self {
@@ -109,8 +110,18 @@ impl Driver {
             share: None,
             live: None,
             advising: None,
-            events: VecDeque::new(),
+            events: truth.into_iter().collect(),
         }
+    }
+
+    /// Shows the world of a simulated robot, here and to the clients of the link, which is shared already.
+    #[must_use]
+    pub fn simulating(mut self, truth: Option<Truth>) -> Self {
+        if let (Some(truth), Some(server)) = (&truth, &mut self.share) {
+            server.handle_truth(truth.clone());
+        }
+        self.events.extend(truth.map(Event::Truth));
+        self
     }
 
     /// Enables notices about a link without intact lines. `baud` is the port's rate, if the station sets it; it also determines the
@@ -348,6 +359,7 @@ impl Driver {
                 share,
             } => {
                 self.station_sends = sends(share.as_ref());
+                self.events.extend(share.as_ref().and_then(truth_of));
                 let opened = LinkEvent::Opened {
                     name: renamed.unwrap_or_else(|| self.name.clone()),
                     can_send: self.can_send(),
@@ -466,6 +478,11 @@ impl Driver {
 /// Whether the station that shares a link, if one does, sends commands.
 fn sends(share: Option<&Welcome>) -> bool {
     share.is_none_or(|welcome| welcome.can_send)
+}
+
+/// The world of the simulated robot behind another station.
+fn truth_of(share: &Welcome) -> Option<Event> {
+    share.truth.clone().map(Event::Truth)
 }
 
 async fn next_client(server: Option<&mut ShareServer>) -> FromClient {

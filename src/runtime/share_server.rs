@@ -1,7 +1,7 @@
 //! The share server: joins the [`Broker`] to its sockets.
 
 use crate::event::{
-    CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode,
+    CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Truth,
 };
 use crate::io::share::{FromClient, Share};
 use crate::share::{Asked, Broker, Heard, Output};
@@ -62,6 +62,11 @@ impl ShareServer {
             FromClient::Gone { client } => self.broker.handle_gone(client),
         }
         None
+    }
+
+    /// Takes the world of a simulated robot, for the clients' maps.
+    pub(super) fn handle_truth(&mut self, truth: Truth) {
+        self.broker.handle_truth(truth);
     }
 
     pub(super) fn handle_started(

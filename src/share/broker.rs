@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, VecDeque};
 use groundwave_protocol::telemetry::Body;
 
 use super::codec::{Ask, ClientLine, Heard, StationLine, Welcome};
-use super::lines::TooLong;
+use super::lines::{LINE_MAX, TooLong};
 use super::status::StatusJson;
-use crate::event::{CommandId, CommandStatus, Failure, Moment};
+use crate::event::{CommandId, CommandStatus, Failure, Moment, Truth};
 use crate::request::{Request, Standing};
 
 /// Maximum clients. When each of them waits for a command, one more may connect, to send STOP.
@@ -101,6 +101,8 @@ struct Command {
 pub struct Broker {
     link: String,
     can_send: bool,
+    /// The world of a simulated robot, for the clients' maps.
+    truth: Option<Truth>,
     robot: Standing,
     clients: BTreeMap<ClientId, Client>,
     commands: BTreeMap<CommandId, Command>,
@@ -116,6 +118,12 @@ impl Broker {
             can_send,
             ..Self::default()
         }
+    }
+
+    /// Takes the world of a simulated robot, for every later client. A world too large for a line is not told.
+    pub fn handle_truth(&mut self, truth: Truth) {
+        let length = serde_json::to_vec(&truth).map_or(usize::MAX, |json| json.len());
+        self.truth = (length <= LINE_MAX / 2).then_some(truth);
     }
 
     /// Adds a client.
@@ -173,7 +181,8 @@ impl Broker {
                     known.peer = format!("pid {pid} from {}", known.peer);
                 }
                 self.outputs.push_back(Output::Converse { client, raw });
-                let welcome = Welcome::new(self.link.clone(), self.can_send);
+                let mut welcome = Welcome::new(self.link.clone(), self.can_send);
+                welcome.truth.clone_from(&self.truth);
                 self.reply(client, &StationLine::Welcome(welcome));
                 return None;
             }

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::status::StatusJson;
+use crate::event::Truth;
 use crate::request::Request;
 
 /// Version of these lines.
@@ -297,13 +298,16 @@ impl Heard {
 }
 
 /// The answer to a hello.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Welcome {
     groundwave: u32,
     /// The operator's name of the link.
     pub link: String,
     /// Whether the station sends commands.
     pub can_send: bool,
+    /// The world of a simulated robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truth: Option<Truth>,
 }
 
 impl Welcome {
@@ -314,6 +318,7 @@ impl Welcome {
             groundwave: VERSION,
             link,
             can_send,
+            truth: None,
         }
     }
 }
@@ -341,7 +346,7 @@ impl From<RawBytes> for String {
 }
 
 /// A line from the station.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum StationLine {
     /// Bytes from the radio.
