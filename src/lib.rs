@@ -17,6 +17,7 @@ pub mod commands;
 pub mod event;
 pub mod io;
 pub mod model;
+pub mod parameter_file;
 pub mod playback;
 pub mod radio;
 pub mod recorded;

@@ -11,6 +11,7 @@ mod tuning;
 mod words;
 
 use std::fmt;
+use std::time::Duration;
 
 pub use amount::{Amount, in_whole_unit};
 pub use commands::{dashboard_commands, dashboard_listing, listing};
@@ -232,6 +233,16 @@ impl Request {
                 Ok(vec![Self::Own(words.join(" "))])
             }
             _ => Self::all_from_words(&words),
+        }
+    }
+
+    /// Time within which the robot should have confirmed the command. All parameters take half a minute at 2400 baud, longer with
+    /// bit errors.
+    #[must_use]
+    pub const fn default_timeout(&self) -> Duration {
+        match self {
+            Self::Parameter(Tuning::List) => Duration::from_mins(2),
+            _ => Duration::from_secs(20),
         }
     }
 

@@ -117,7 +117,10 @@ fn decimal_value_is_in_the_whole_unit() {
 fn parameter_list_is_complete() {
     over_seeds(|co| {
         let list = Request::Parameter(Tuning::List);
+        let (begun, timeout) = (co.now(), list.default_timeout());
         assert_eq!(co.deliver(list), CONFIRMED, "{}", co.context());
+        let took = co.now() - begun;
+        assert!(took < timeout, "{took:?}: {}", co.context());
         let mut names: Vec<_> = told(co)
             .iter()
             .map(|line| line.name.as_str().to_owned())
@@ -243,4 +246,51 @@ fn param_command_sets_saves_and_shows() {
     sim.end();
     let text = std::fs::read_to_string(&eeprom).expect("the robot kept it");
     assert!(text.contains("top-speed=8"), "{text}");
+}
+
+#[cfg(unix)]
+#[test]
+fn set_of_parameters_is_saved_edited_compared_and_loaded() {
+    use programs::{Sim, expect, scratch};
+    let path = scratch("param-file").join("good.toml");
+    let file = path.to_str().expect("a plain name");
+    let sim = Sim::start(&["--time-factor", "8"]);
+    let param = |code, verb, more: &[&str]| {
+        expect(code, &[&["param", &sim.path, verb, file], more].concat())
+    };
+    let (out, _) = param(0, "save-to", &[]);
+    assert_eq!(out.trim(), format!("saved 26 parameters to {file}"));
+    let (_, err) = param(2, "save-to", &[]);
+    assert!(err.contains("use --force"), "{err}");
+    let saved = std::fs::read_to_string(&path).expect("it is saved");
+    assert!(saved.contains("top-speed = 12  # in/s, 2 to 12"), "{saved}");
+    param(0, "diff", &[]);
+
+    let write = |text: &str| std::fs::write(&path, text).expect("it is written");
+    // Nothing is sent where one value is wrong.
+    write("top-speed = 8\nbattery-low = 20.0\n");
+    let (_, err) = param(2, "load", &[]);
+    assert!(
+        err.contains("good.toml:2: ") && err.contains("10.0 to 13.0 V"),
+        "{err}"
+    );
+    write("top-speed = 8\ncliff-guard = 0\n");
+    let (_, err) = param(2, "load", &[]);
+    assert!(
+        err.contains("good.toml:2: ") && err.contains("--yes"),
+        "{err}"
+    );
+    let (out, _) = param(1, "diff", &[]);
+    let differing = [
+        "top-speed: 8 in the file, 12 in the robot (in/s)",
+        "cliff-guard: 0 in the file, 1 in the robot (0 or 1)",
+    ];
+    assert_eq!(out.lines().collect::<Vec<_>>(), differing);
+    let (out, _) = param(0, "load", &["--yes"]);
+    assert!(
+        out.starts_with("2 of 2 parameters differ\nparam set top-speed 8: confirmed"),
+        "{out}"
+    );
+    param(0, "diff", &[]);
+    sim.end();
 }

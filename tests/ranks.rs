@@ -24,6 +24,7 @@ const RULES: &[(&str, &[&str])] = &[
     ("firmware/sim/src", &["groundwave"]),
     ("src/event.rs", VOCABULARY),
     ("src/request.rs", VOCABULARY),
+    ("src/parameter_file.rs", VOCABULARY),
     ("src/route.rs", VOCABULARY),
     (
         "src/station",

@@ -65,6 +65,9 @@ Examples:
   groundwave param /dev/ttyUSB0 get top-speed
   groundwave param /dev/ttyUSB0 set top-speed 8      until the robot's next reset, unless saved
   groundwave param --via /tmp/x.sock save            keep the values after a reset
+  groundwave param /dev/ttyUSB0 save-to good.toml    a file to read and edit
+  groundwave param /dev/ttyUSB0 load good.toml       set the parameters that differ, after checking all of them
+  groundwave param /dev/ttyUSB0 diff good.toml       exit code 1 if a parameter differs
 
 `send LINK param ...` does the same. A value is confirmed when the robot has reported it."))]
     Param(Param),

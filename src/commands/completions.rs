@@ -115,7 +115,7 @@ pub(super) fn channel(current: &OsStr) -> Candidates {
 
 /// A subcommand of `param`, the name of a parameter, or nothing.
 fn param_words(before: &[String], current: &OsStr) -> Candidates {
-    let is_verb = |word: &str| Tuning::VERBS.contains(&word);
+    let is_verb = |word: &str| Tuning::verbs().any(|verb| verb == word);
     let is_known = |word: &str| known_parameters().any(|(name, _)| name == word);
     let takes_name = |word: &str| word == "get" || word == "set";
     let mut last = before.iter().rev().map(String::as_str);
@@ -128,9 +128,10 @@ fn param_words(before: &[String], current: &OsStr) -> Candidates {
     match last {
         _ if before_last.is_some_and(takes_name) => Candidates::new(),
         Some(word) if takes_name(word) => names().collect(),
+        Some(word) if Tuning::FILE_VERBS.contains(&word) => PathCompleter::any().complete(current),
         Some(word) if is_verb(word) || is_known(word) => Candidates::new(),
         _ => {
-            let mut found = starting_with(current, Tuning::VERBS);
+            let mut found = starting_with(current, Tuning::verbs());
             found.extend(names());
             found
         }

@@ -3,6 +3,7 @@
 mod dry_run;
 pub(super) mod faults;
 pub(super) mod own_link;
+mod parameter_task;
 mod report;
 mod script;
 mod shared_link;
@@ -25,10 +26,10 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
     let (way, config) = &way.at(config)?;
     let radio = options.radio.radio(config);
     let own: Vec<String> = config.own.commands.keys().cloned().collect();
-    let script = Script::read(options, &words, &own)?;
+    let mut script = Script::read(options, &words, &own)?;
     match way {
         Connection::Via(address) if !radio.can_send() => Err(receive_only(address)),
-        Connection::Via(address) => shared_link::deliver(options, address, &script),
+        Connection::Via(address) => shared_link::deliver(options, address, &mut script),
         Connection::Link(link @ LinkSpec::Stdin) => Err(receive_only(link)),
         Connection::Link(link) if !radio.can_send() => Err(receive_only(link)),
         Connection::Link(link) => {
@@ -37,14 +38,14 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
             match (opened.station(), link) {
                 (Some(address), _) => {
                     drop(opened);
-                    shared_link::deliver(options, &address, &script)
+                    shared_link::deliver(options, &address, &mut script)
                 }
                 (None, LinkSpec::Unix(_)) => Err(receive_only(link)),
                 (None, _) => {
                     let (driver, simulator) = opened.start(baud, radio);
                     let driver =
                         driver.reading(config.own.recognizer()?, config.own.commands.clone());
-                    block_on(own_link::deliver(options, driver, simulator, &script))
+                    block_on(own_link::deliver(options, driver, simulator, &mut script))
                 }
             }
         }

@@ -27,6 +27,14 @@ impl Tuning {
     /// Subcommands of `param`; no parameter has these names.
     pub const VERBS: [&str; 4] = ["list", "get", "set", "save"];
 
+    /// Subcommands with a file of parameters; only the command line has them.
+    pub const FILE_VERBS: [&str; 3] = ["save-to", "load", "diff"];
+
+    /// All subcommands.
+    pub fn verbs() -> impl Iterator<Item = &'static str> {
+        Self::VERBS.into_iter().chain(Self::FILE_VERBS)
+    }
+
     /// Parses the words after `param`.
     pub(super) fn from_words(words: &[&str]) -> Result<Self, RequestError> {
         match *words {

@@ -44,9 +44,12 @@ pub struct Send {
     /// After goto or route, enter mode prowl, so that the robot drives
     #[arg(long)]
     pub go: bool,
-    /// Give up if the robot has not confirmed after this time
-    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "20s")]
-    pub timeout: Duration,
+    /// Give up if the robot has not confirmed after this time [default: 20s; 2m for `param list`]
+    #[arg(long, value_name = "T", value_parser = parse_duration)]
+    timeout: Option<Duration>,
+    /// Overwrite an existing file (`param save-to`)
+    #[arg(long)]
+    pub force: bool,
     /// The radio.
     #[command(flatten)]
     pub radio: RadioArgs,
@@ -64,12 +67,15 @@ pub struct Param {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<String>,
-    /// list, get NAME, set NAME VALUE or save
+    /// list, get NAME, set NAME VALUE, save, save-to FILE, load FILE or diff FILE
     #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::param))]
     words: Vec<String>,
     /// Send through a station that was started with --share [default: the usual socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     via: Option<Via>,
+    /// Overwrite an existing file (save-to)
+    #[arg(long)]
+    force: bool,
     /// Set a parameter even if it takes a protection away: cliff-guard 0, battery-critical 0
     #[arg(long)]
     yes: bool,
@@ -98,7 +104,7 @@ impl FromStr for Via {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let is_word = Request::is_command(text) || Tuning::VERBS.contains(&text);
+        let is_word = Request::is_command(text) || Tuning::verbs().any(|verb| verb == text);
         Ok(Self {
             address: parse_address(if is_word { "" } else { text })?,
             word: is_word.then(|| text.to_owned()),
@@ -133,7 +139,8 @@ impl Param {
             dry_run: false,
             yes: self.yes,
             go: false,
-            timeout: self.timeout,
+            timeout: Some(self.timeout),
+            force: self.force,
             radio: self.radio.clone(),
             json: self.json,
             quiet: self.quiet,
@@ -210,6 +217,12 @@ impl Connection {
 }
 
 impl Send {
+    /// Time to wait for the robot's confirmation of a command.
+    #[must_use]
+    pub fn timeout_of(&self, request: &Request) -> Duration {
+        self.timeout.unwrap_or_else(|| request.default_timeout())
+    }
+
     /// Whether the command is `stop`.
     #[must_use]
     pub fn is_stop(&self) -> bool {
@@ -242,7 +255,7 @@ impl Send {
 /// Parses a link. A command word in its place probably means that the link was forgotten.
 fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
     let is_forgotten = match words.first() {
-        Some(&"param") => Tuning::VERBS.contains(&first),
+        Some(&"param") => Tuning::verbs().any(|verb| verb == first),
         _ => Request::is_command(first),
     };
     if is_forgotten && !Path::new(first).exists() {

@@ -69,17 +69,19 @@ pub(super) async fn deliver(
     options: &Send,
     mut driver: Driver,
     _simulator: Embedded,
-    script: &Script,
+    script: &mut Script,
 ) -> Result<(), Fault> {
-    let mut report = Report::new(options);
-    for (index, step) in script.steps().iter().enumerate() {
-        let result = match step {
+    let mut report = Report::new(options, script);
+    let mut index = 0;
+    while let Some(step) = script.next(options, index, report.parameters())? {
+        let result = match &step {
             Step::Send(line) => deliver_one(options, &mut driver, &mut report, line).await,
             Step::Wait(wait, number) => {
                 wait_for(options, &mut driver, &mut report, wait, *number).await
             }
         };
         result.map_err(|fault| script.blame(index, fault))?;
+        index += 1;
     }
     Ok(())
 }
@@ -124,7 +126,8 @@ async fn deliver_one(
 ) -> Result<(), Fault> {
     let begun = driver.now();
     let id = driver.request(line.request.clone());
-    let deadline = tokio::time::sleep(options.timeout);
+    let timeout = options.timeout_of(&line.request);
+    let deadline = tokio::time::sleep(timeout);
     tokio::pin!(deadline);
     loop {
         let mut ended = None;
@@ -160,7 +163,7 @@ async fn deliver_one(
                 // The fault below is more precise than the one returned here.
                 report.status(line, &CommandStatus::Failed(Failure::TimedOut), after)?;
                 let heard = driver.heard();
-                return Err(not_confirmed(&line.request, heard, options.timeout, report.frames));
+                return Err(not_confirmed(&line.request, heard, timeout, report.frames));
             }
         }
     }

@@ -9,8 +9,9 @@ use serde_json::{Value, json};
 use super::super::cli::Send;
 use super::super::{Exit, Fault, say, say_progress, show_line};
 use super::faults::{failed, refused};
-use super::script::Line;
+use super::script::{Line, Script};
 use crate::event::{CommandId, CommandStatus, Event, LinkEvent};
+use crate::parameter_file::limits;
 use crate::request::outcome_words;
 use crate::request::{Request, Standing, Tuning, in_whole_unit};
 use crate::share::StatusJson;
@@ -34,8 +35,10 @@ pub(super) struct Report {
     progress: bool,
     /// Frames of the current command that were sent.
     pub(super) frames: u32,
-    /// The robot's last answer about a parameter of the current command.
-    parameter: Option<ParameterLine>,
+    /// The robot's answers about the parameters of the current command.
+    parameters: Vec<ParameterLine>,
+    /// The values of parameters are for a file, not for the output.
+    hides_values: bool,
     /// The robot's mode and layers, from its lines.
     pub(super) robot: Standing,
     /// The reason for a refusal, as given by the station that shares its link.
@@ -43,16 +46,22 @@ pub(super) struct Report {
 }
 
 impl Report {
-    pub(super) fn new(options: &Send) -> Self {
+    pub(super) fn new(options: &Send, script: &Script) -> Self {
         Self {
             json: options.json,
             quiet: options.quiet,
             progress: !options.quiet && !options.json && io::stderr().is_terminal(),
             frames: 0,
-            parameter: None,
+            parameters: Vec::new(),
+            hides_values: script.has_task(),
             robot: Standing::default(),
             reason: None,
         }
+    }
+
+    /// The robot's answers about the parameters of the command reported last.
+    pub(super) fn parameters(&self) -> &[ParameterLine] {
+        &self.parameters
     }
 
     /// Reports an event; returns the result once the command has ended.
@@ -87,14 +96,15 @@ impl Report {
         match status {
             CommandStatus::Queued => {
                 self.frames = 0;
-                self.parameter = None;
+                self.parameters.clear();
                 self.reason = None;
             }
-            CommandStatus::Reported(line) => self.parameter = Some(*line),
+            CommandStatus::Reported(line) => self.parameters.push(*line),
             CommandStatus::Sent { frames } => self.frames = *frames,
             _ => {}
         }
-        if self.json {
+        let is_hidden = self.hides_values && line.request == Request::Parameter(Tuning::List);
+        if self.json && !is_hidden {
             let mut value = json!(StatusJson::from(status));
             if let CommandStatus::Refused(outcome) = status {
                 value["text"] = json!(self.why(&line.request, *outcome));
@@ -181,7 +191,9 @@ impl Report {
         match status {
             CommandStatus::Queued | CommandStatus::Sent { .. } => None,
             CommandStatus::Reported(line) => match request {
-                Request::Parameter(Tuning::List | Tuning::Get(_)) if !self.json => {
+                Request::Parameter(Tuning::List | Tuning::Get(_))
+                    if !self.json && !self.hides_values =>
+                {
                     show_line(parameter_text(line)).err().map(Err)
                 }
                 _ => None,
@@ -228,8 +240,8 @@ impl Report {
 
     /// The reason for a refusal, with the accepted values if the robot named them.
     fn why(&self, request: &Request, outcome: Outcome) -> String {
-        match (&self.parameter, request, outcome) {
-            (Some(line), Request::Parameter(_), Outcome::BadValue) => limits_text(line),
+        match (self.parameters.last(), request, outcome) {
+            (Some(line), Request::Parameter(_), Outcome::BadValue) => limits(line),
             _ => self
                 .robot
                 .why(request, outcome)
@@ -257,21 +269,6 @@ fn parameter_text(line: &ParameterLine) -> String {
         "{name:<18} {value:>6}  kept {kept:>6}  from {least:>6} to {most:>6}  {unit:<8}  {whole}"
     );
     text.trim_end().to_owned()
-}
-
-/// The values a parameter accepts: `it takes 100 to 130 (V/10), or 10.0 to 13.0 V`.
-fn limits_text(line: &ParameterLine) -> String {
-    let unit = line.unit.as_str();
-    let counts = format!("it takes {} to {} ({unit})", line.least, line.most);
-    match (
-        in_whole_unit(line.least, unit),
-        in_whole_unit(line.most, unit),
-    ) {
-        (Some((least, _)), Some((most, whole))) => {
-            format!("{counts}, or {least} to {most} {whole}")
-        }
-        _ => counts,
-    }
 }
 
 /// Adds the command, its line in the script and the seconds since it was given.

@@ -4,8 +4,10 @@ use std::io;
 use std::path::Path;
 
 use groundwave_protocol::status_codes::Mode;
+use groundwave_protocol::telemetry::ParameterLine;
 
 use super::super::cli::Send;
+use super::parameter_task::ParameterTask;
 use super::super::{Exit, Fault};
 use crate::capture::{files, text_file};
 use crate::hint;
@@ -14,6 +16,7 @@ use crate::route;
 use crate::wait::Wait;
 
 /// A command and its place in the script.
+#[derive(Clone)]
 pub(super) struct Line {
     pub(super) request: Request,
     /// Line number, from 1; `None` for a command given as words.
@@ -21,6 +24,7 @@ pub(super) struct Line {
 }
 
 /// A step of a script.
+#[derive(Clone)]
 pub(super) enum Step {
     Send(Line),
     /// A wait or a check, and its line number.
@@ -32,17 +36,26 @@ pub(super) struct Script {
     /// The file, if there is one.
     name: Option<String>,
     steps: Vec<Step>,
+    /// What follows the list of parameters.
+    task: Option<ParameterTask>,
 }
 
 impl Script {
     /// Reads and checks all commands.
     pub(super) fn read(options: &Send, words: &[&str], own: &[String]) -> Result<Self, Fault> {
+        let task = match &options.file {
+            Some(_) => None,
+            None => ParameterTask::from_words(words)?,
+        };
+        let list = task.as_ref().map(|_| ["param", "list"]);
+        let words = list.as_ref().map_or(words, |list| &list[..]);
         let mut script = match &options.file {
             Some(_) if !words.is_empty() => {
                 return Err(usage("give the command either as words or with -f"));
             }
             None => Self {
-                name: None,
+                name: task.as_ref().and_then(ParameterTask::name).map(str::to_owned),
+                task,
                 steps: read_step(words, own, None).map_err(usage)?,
             },
             Some(path) => Self::read_file(path, own)?,
@@ -64,20 +77,25 @@ impl Script {
                 number,
             }));
         }
-        if !options.yes && !options.dry_run {
-            script.refuse_hazards()?;
+        let follow = script.task.as_ref().map(ParameterTask::lines);
+        let follow = follow.into_iter().flatten().map(Step::Send);
+        if options.dry_run {
+            script.steps.extend(follow);
+        } else if !options.yes {
+            let follow: Vec<Step> = follow.collect();
+            script.refuse_hazards(script.steps.iter().chain(&follow))?;
         }
         Ok(script)
     }
 
     /// Fails on a command that takes a protection of the robot away.
-    fn refuse_hazards(&self) -> Result<(), Fault> {
-        for (index, step) in self.steps.iter().enumerate() {
+    fn refuse_hazards<'a>(&self, steps: impl Iterator<Item = &'a Step>) -> Result<(), Fault> {
+        for step in steps {
             if let Step::Send(Line { request, .. }) = step
                 && let Some(part) = request.turns_off()
             {
                 let why = format!("`{request}` turns {part} off; add --yes to send it");
-                return Err(usage(why).within(self.place(index), ""));
+                return Err(usage(why).within(self.place(step), ""));
             }
         }
         Ok(())
@@ -111,6 +129,7 @@ impl Script {
         Ok(Self {
             name: Some(name),
             steps,
+            task: None,
         })
     }
 
@@ -124,6 +143,27 @@ impl Script {
         let has_condition =
             |step: &Step| matches!(step, Step::Wait(wait, _) if wait.condition().is_some());
         self.steps.iter().any(has_condition)
+    }
+
+    /// Whether the list of parameters is for a file.
+    pub(super) const fn has_task(&self) -> bool {
+        self.task.is_some()
+    }
+
+    /// The step to take next; those of a file of parameters depend on the robot's `parameters`.
+    pub(super) fn next(
+        &mut self,
+        options: &Send,
+        index: usize,
+        parameters: &[ParameterLine],
+    ) -> Result<Option<Step>, Fault> {
+        if index == self.steps.len()
+            && let Some(task) = self.task.take()
+        {
+            let lines = task.follow(options, parameters)?;
+            self.steps.extend(lines.into_iter().map(Step::Send));
+        }
+        Ok(self.steps.get(index).cloned())
     }
 
     /// The fault with the line it happened at and the commands that were not sent.
@@ -141,15 +181,16 @@ impl Script {
             [request] => format!("; `{request}` was not sent"),
             _ => format!("; the {} commands after it were not sent", unsent.len()),
         };
-        fault.within(self.place(index), rest)
+        let place = self.steps.get(index).map(|step| self.place(step));
+        fault.within(place.unwrap_or_default(), rest)
     }
 
     /// The file and line of a command, before a message; empty for a command given as words.
-    fn place(&self, index: usize) -> String {
-        let number = self.steps.get(index).and_then(|step| match step {
+    fn place(&self, step: &Step) -> String {
+        let number = match step {
             Step::Send(line) => line.number,
             Step::Wait(_, number) => *number,
-        });
+        };
         match (&self.name, number) {
             (Some(name), Some(number)) => format!("{name}:{number}: "),
             _ => String::new(),
@@ -157,7 +198,7 @@ impl Script {
     }
 }
 
-fn usage(message: impl std::fmt::Display) -> Fault {
+pub(super) fn usage(message: impl std::fmt::Display) -> Fault {
     Fault::new(Exit::Usage, message)
 }
 
@@ -199,7 +240,7 @@ fn read_words(words: &[&str], own: &[String]) -> Result<Vec<Request>, String> {
     }
 }
 
-fn read_text(path: &Path) -> Result<String, Fault> {
+pub(super) fn read_text(path: &Path) -> Result<String, Fault> {
     let read = if is_standard_input(path) {
         text_file::read_to_end(io::stdin())
     } else {

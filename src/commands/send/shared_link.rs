@@ -23,12 +23,15 @@ const GRACE: Duration = Duration::from_secs(5);
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Delivers each command of the script until one fails.
-pub(super) fn deliver(options: &Send, address: &Address, script: &Script) -> Result<(), Fault> {
-    let (mut client, _) = ShareClient::connect(address, options.timeout, script.listens())
+pub(super) fn deliver(options: &Send, address: &Address, script: &mut Script) -> Result<(), Fault> {
+    let (mut client, _) = ShareClient::connect(address, options.timeout_of(&Request::Stop), script.listens())
         .map_err(|error| Fault::new(Exit::NoLink, error))?;
-    let mut report = Report::new(options);
-    for (index, (tag, step)) in (1..).zip(script.steps()).enumerate() {
-        let result = match step {
+    let mut report = Report::new(options, script);
+    for (index, tag) in (1..).enumerate() {
+        let Some(step) = script.next(options, index, report.parameters())? else {
+            break;
+        };
+        let result = match &step {
             Step::Send(line) => ask(options, &mut client, &mut report, tag, line),
             Step::Wait(wait, number) => wait_for(options, &mut client, &report, wait, *number),
         };
@@ -78,7 +81,7 @@ fn ask(
     let ask = Ask {
         tag,
         request: request.clone(),
-        timeout: options.timeout,
+        timeout: options.timeout_of(request),
     };
     converse(client, &ask, |said| match said {
         StationLine::Status {
