@@ -63,6 +63,10 @@ pub struct Send {
 
 /// `param`
 #[derive(Debug, Args)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a flag on the command line"
+)]
 pub struct Param {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", add = ArgValueCompleter::new(completions::links))]

@@ -29,6 +29,10 @@ pub(super) fn scan_result(text: &str) -> Option<&str> {
 pub(super) type Ended = Option<Result<(), Fault>>;
 
 /// Writes the results to standard output and the progress to standard error.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each chooses another part of the output"
+)]
 pub(super) struct Report {
     json: bool,
     quiet: bool,
