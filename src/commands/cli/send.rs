@@ -227,6 +227,12 @@ impl Send {
         self.timeout.unwrap_or_else(|| request.default_timeout())
     }
 
+    /// Time to wait for the confirmation of a short command, for a station and for a condition.
+    #[must_use]
+    pub fn usual_timeout(&self) -> Duration {
+        self.timeout_of(&Request::Stop)
+    }
+
     /// Whether the command is `stop`.
     #[must_use]
     pub fn is_stop(&self) -> bool {

@@ -94,7 +94,7 @@ async fn wait_for(
     wait: &Wait,
     number: Option<usize>,
 ) -> Result<(), Fault> {
-    let mut waiting = Waiting::new(wait, options.timeout);
+    let mut waiting = Waiting::new(wait, options.usual_timeout());
     let begun = TokioInstant::now();
     loop {
         while let Some(event) = driver.poll_event() {

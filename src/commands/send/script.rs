@@ -7,8 +7,8 @@ use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::ParameterLine;
 
 use super::super::cli::Send;
-use super::parameter_task::ParameterTask;
 use super::super::{Exit, Fault};
+use super::parameter_task::ParameterTask;
 use crate::capture::{files, text_file};
 use crate::hint;
 use crate::request::Request;
@@ -54,7 +54,10 @@ impl Script {
                 return Err(usage("give the command either as words or with -f"));
             }
             None => Self {
-                name: task.as_ref().and_then(ParameterTask::name).map(str::to_owned),
+                name: task
+                    .as_ref()
+                    .and_then(ParameterTask::name)
+                    .map(str::to_owned),
                 task,
                 steps: read_step(words, own, None).map_err(usage)?,
             },

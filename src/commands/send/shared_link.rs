@@ -24,7 +24,7 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Delivers each command of the script until one fails.
 pub(super) fn deliver(options: &Send, address: &Address, script: &mut Script) -> Result<(), Fault> {
-    let (mut client, _) = ShareClient::connect(address, options.timeout_of(&Request::Stop), script.listens())
+    let (mut client, _) = ShareClient::connect(address, options.usual_timeout(), script.listens())
         .map_err(|error| Fault::new(Exit::NoLink, error))?;
     let mut report = Report::new(options, script);
     for (index, tag) in (1..).enumerate() {
@@ -48,7 +48,7 @@ fn wait_for(
     wait: &Wait,
     number: Option<usize>,
 ) -> Result<(), Fault> {
-    let mut waiting = Waiting::new(wait, options.timeout);
+    let mut waiting = Waiting::new(wait, options.usual_timeout());
     let mut decoder = Decoder::default();
     let begun = Instant::now();
     loop {
