@@ -14,6 +14,9 @@ use crate::units::{TICKS_PER_S, ticks};
 /// robot detects normally again after a passage.
 const ADAPT_TICKS: u8 = TICKS_PER_S as u8 / 2;
 
+/// `max_count` from which the robot is in a confined space: half of its default maximum.
+const CONFINED_COUNT: u8 = 20;
+
 /// Ticks of uninterrupted reflections that count as a jam.
 pub const JAM_TICKS: u16 = ticks(30);
 
@@ -142,6 +145,12 @@ impl Infrared {
     #[must_use]
     pub const fn max_count(&self) -> u8 {
         self.max_count
+    }
+
+    /// Whether many detections, as those of the walls of a passage, have raised `max_count`.
+    #[must_use]
+    pub const fn is_confined(&self) -> bool {
+        self.max_count >= CONFINED_COUNT
     }
 
     /// Whether the detectors are off because of a jam.

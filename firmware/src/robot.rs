@@ -208,6 +208,7 @@ impl Robot {
             turning_cps: self.drive.turning_cps(),
             bumper: inputs.bumper,
             infrared,
+            is_confined: target.is_none() && self.infrared.is_confined(),
             sonar: self.ranges,
             photo: inputs.photo_left.zip(inputs.photo_right),
             cliff: inputs.cliff,

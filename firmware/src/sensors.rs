@@ -33,6 +33,8 @@ pub struct Senses<'a> {
     pub bumper: Switches,
     /// Infrared detections.
     pub infrared: Sides,
+    /// Whether infrared has adapted to walls on both sides, and the robot drives to no target.
+    pub is_confined: bool,
     /// Latest sonar ranges.
     pub sonar: Ranges,
     /// Left and right photocells, 0 very bright to 255 dark; `None` if one is not fitted.
@@ -73,6 +75,9 @@ impl Senses<'_> {
     }
 }
 
+/// Range from which the floor ahead is open rather than blocked.
+const OPEN_IN: u16 = 40;
+
 /// Latest range of each sonar; `None` without an echo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ranges {
@@ -83,6 +88,25 @@ pub struct Ranges {
 }
 
 impl Ranges {
+    /// Sides on which an echo proves open floor ahead.
+    #[must_use]
+    pub fn open(self) -> Sides {
+        self.sides(|range_in| range_in >= OPEN_IN)
+    }
+
+    /// Sides on which an echo proves an obstacle ahead. A smooth oblique wall gives no echo.
+    #[must_use]
+    pub fn blocked(self) -> Sides {
+        self.sides(|range_in| range_in < OPEN_IN)
+    }
+
+    fn sides(self, is_so: fn(u16) -> bool) -> Sides {
+        Sides {
+            left: self.left_in.is_some_and(is_so),
+            right: self.right_in.is_some_and(is_so),
+        }
+    }
+
     /// Stores the result of a ping.
     pub const fn update(&mut self, echo: Echo) {
         match echo.side {
@@ -143,6 +167,7 @@ impl Senses<'static> {
             turning_cps: 0,
             bumper: Switches::default(),
             infrared: Sides::default(),
+            is_confined: false,
             sonar: Ranges::default(),
             photo: None,
             cliff: None,
@@ -160,6 +185,33 @@ impl Senses<'static> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn missing_echo_is_neither_open_nor_blocked() {
+        let ranges = Ranges {
+            left_in: Some(OPEN_IN),
+            right_in: None,
+        };
+        assert_eq!(
+            ranges.open(),
+            Sides {
+                left: true,
+                right: false
+            }
+        );
+        assert!(!ranges.blocked().any());
+        let near = Ranges {
+            right_in: Some(OPEN_IN - 1),
+            ..ranges
+        };
+        assert_eq!(
+            near.blocked(),
+            Sides {
+                left: false,
+                right: true
+            }
+        );
+    }
 
     #[test]
     fn pings_alternate_with_two_ticks_each() {

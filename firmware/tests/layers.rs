@@ -313,7 +313,7 @@ fn sonar_switched_off_by_the_robot_is_off_but_allowed() {
         LayerState::Off
     );
     assert!(bench.robot.allowed().contains(Layer::Sonar));
-    bench.inputs.sonar = Some(echo(None));
+    bench.inputs.sonar = Some(echo(Some(200)));
     bench.run_ms(8000);
     assert_eq!(
         bench.latest_state().layers.get(Layer::Sonar),

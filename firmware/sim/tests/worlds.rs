@@ -206,6 +206,22 @@ fn walls_are_filled_and_furniture_is_not() {
 }
 
 #[test]
+fn crowded_houses_have_a_dock_a_drop_and_close_furniture() {
+    for seed in 0..20 {
+        let world = World::crowded(seed);
+        assert_eq!(world.outlines(), World::crowded(seed).outlines());
+        assert!(world.reach() > 0.9, "seed {seed}: {}", world.reach());
+        let place = world.before_dock(7.0).expect("a crowded house has a dock");
+        assert!(world.started_at(place).is_some(), "seed {seed}");
+        let mut places = (0..120).flat_map(|x| (0..70).map(move |y| (x, y)));
+        assert!(
+            places.any(|(x, y)| !world.has_floor(f64::from(x) * 6.0, f64::from(y) * 6.0)),
+            "seed {seed} has no drop"
+        );
+    }
+}
+
+#[test]
 fn generated_houses_are_valid_and_repeatable() {
     let mut texts = std::collections::BTreeSet::new();
     for seed in 1..=40 {

@@ -25,7 +25,8 @@ const BACK_TICKS: u8 = 2 * ticks(1) as u8;
 const TURN_IN_S: i16 = 16;
 
 /// Minimum turn away from a glancing contact, 15 degrees; a random part of up to as much is added. A wider turn would
-/// lead into the opposite wall of a passage.
+/// lead into the opposite wall of a passage. Also the turn from the edge of an opening, a contact beside which sonar sees
+/// open floor.
 const GLANCING_TURN: u16 = 0x0b00;
 
 /// Minimum turn away from a contact with the centre switch, or without a switch: 90 degrees.
@@ -128,20 +129,29 @@ impl Bumpers {
     fn begin(&mut self, senses: &Senses) {
         let side = side(senses.bumper);
         self.remember(senses, side);
-        let away = match side {
-            Some(Side::Left) => 1,
-            None if senses.random & 1 == 0 => 1,
-            Some(Side::Right) | None => -1,
+        let (open, blocked) = (senses.sonar.open(), senses.sonar.blocked());
+        let open_side = match (open.left && blocked.right, blocked.left && open.right) {
+            (true, _) => Some(Side::Left),
+            (_, true) => Some(Side::Right),
+            _ => None,
         };
+        let away = match (side, open_side) {
+            (Some(Side::Left), _) | (None, Some(Side::Right)) => 1,
+            (Some(Side::Right), _) | (None, Some(Side::Left)) => -1,
+            (None, None) if senses.random & 1 == 0 => 1,
+            (None, None) => -1,
+        };
+        let is_edge = open_side.is_some() || side.is_some() && open.any();
+        let is_glancing = senses.bumper.any() && (!senses.bumper.center || is_edge);
         let escapes = senses.parameters.is_on(Parameter::Escapes);
         let angle = if escapes && (self.is_corner() || self.is_caught()) {
             self.forget_places();
             ESCAPE_TURN
         } else {
-            let least = if senses.bumper.center || !senses.bumper.any() {
-                FRONTAL_TURN
-            } else {
+            let least = if is_glancing {
                 GLANCING_TURN
+            } else {
+                FRONTAL_TURN
             };
             // Bits not used for choosing the side.
             least + (senses.random >> 8) as u16 % least

@@ -21,14 +21,11 @@ const DWELL_TICKS: u16 = ticks(2);
 /// Ticks for which a side counts as close after an infrared detection.
 const CLOSE_TICKS: u8 = ticks(1) as u8;
 
-/// Increase of the doubt per contradicting tick; it falls by one in any other tick.
-const DOUBT_STEP: u8 = 2;
+/// Doubt, which rises by one per contradicting tick and falls by one in any other, at which sonar is switched off: two and a half seconds of contradiction, which the mouth of a passage rarely causes.
+const DOUBT_ENOUGH: u8 = 50;
 
-/// Doubt at which sonar is switched off: a second of contradiction.
-const DOUBT_ENOUGH: u8 = 40;
-
-/// Maximum doubt: sonar is on again two seconds after the last contradiction.
-const DOUBT_MOST: u8 = 40;
+/// Maximum doubt: sonar is on again two and a half seconds after the last contradiction.
+const DOUBT_MOST: u8 = 50;
 
 /// Maximum sonar range that can be compared with infrared.
 const NEAR_IN: u32 = 40;
@@ -92,7 +89,7 @@ impl SensorSwitches {
     /// Updates the states once per tick; `running` are the layers that run in this tick.
     pub fn watch(&mut self, senses: &Senses, running: LayerMask) {
         self.doubt = if self.contradicts(senses) {
-            (self.doubt + DOUBT_STEP).min(DOUBT_MOST)
+            (self.doubt + 1).min(DOUBT_MOST)
         } else {
             self.doubt.saturating_sub(1)
         };
@@ -214,10 +211,10 @@ mod tests {
         assert!((0..400).all(|_| !tick(30, 100)), "both sensors agree");
         assert!((0..400).all(|_| !tick(100, 100)));
         let until_off = (0..100).take_while(|_| !tick(100, 30)).count();
-        assert!((18..22).contains(&until_off), "{until_off}");
+        assert!((48..=52).contains(&until_off), "{until_off}");
         assert!((0..400).all(|_| tick(100, 30)));
         let until_on = (0..100).take_while(|_| tick(30, 100)).count();
-        assert!((38..=42).contains(&until_on), "{until_on}");
+        assert!((48..=52).contains(&until_on), "{until_on}");
     }
 
     #[test]

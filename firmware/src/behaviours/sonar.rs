@@ -4,7 +4,7 @@ use super::behaviour::Behaviour;
 use crate::arbiter::Request;
 use crate::drive::Motion;
 use crate::parameters::Parameter;
-use crate::sensors::Senses;
+use crate::sensors::{Ranges, Senses};
 use crate::units::cps;
 
 /// Maximum range considered: a doorway 8 ft away must stand out, the end of a hall need not.
@@ -13,6 +13,9 @@ const FAR_IN: u16 = 180;
 /// Rotation times the shorter range, so that near obstacles cause sharper turns: 8 in/s at 30 in. A sharper turn would
 /// pass an opening before the next echo.
 const SHARPNESS_CPS_IN: i32 = cps(8) as i32 * 30;
+
+/// Divisor of the close range in a confined space, where the robot drives on into a corner to see around it.
+const CONFINED: i32 = 3;
 
 /// Minimum rotation.
 const TURN_LEAST_CPS: i32 = cps(3) as i32;
@@ -26,13 +29,19 @@ pub struct Sonar;
 
 impl Behaviour for Sonar {
     fn decide(&mut self, senses: &Senses) -> Request {
-        let view = |range_in: Option<u16>| i32::from(range_in.unwrap_or(FAR_IN).min(FAR_IN));
+        // Between near walls the missing echoes of both sides are smooth walls met obliquely.
+        let is_deaf = senses.is_confined && senses.sonar == Ranges::default();
+        let unheard_in = if is_deaf { 0 } else { FAR_IN };
+        let view = |range_in: Option<u16>| i32::from(range_in.unwrap_or(unheard_in).min(FAR_IN));
         let (left_in, right_in) = (view(senses.sonar.left_in), view(senses.sonar.right_in));
         let (shorter_in, longer_in) = (left_in.min(right_in), left_in.max(right_in));
         if shorter_in >= i32::from(senses.horizon_in) {
             return Request::QUIET;
         }
-        let close_in = i32::from(senses.parameters.get(Parameter::SonarClose));
+        let mut close_in = i32::from(senses.parameters.get(Parameter::SonarClose));
+        if senses.is_confined {
+            close_in /= CONFINED;
+        }
         let is_close = longer_in < close_in;
         // Sonar ranges scatter by some percent.
         let deadzone_pct = i32::from(senses.parameters.get(Parameter::SonarDeadzone));
@@ -62,7 +71,6 @@ impl Behaviour for Sonar {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::Ranges;
 
     fn decide(left_in: u16, right_in: u16) -> Request {
         Sonar.decide(&Senses {
@@ -109,6 +117,22 @@ mod tests {
     }
 
     #[test]
+    fn obstacles_are_close_only_at_a_third_of_the_range_in_a_confined_space() {
+        let decide = |range_in| {
+            Sonar.decide(&Senses {
+                sonar: Ranges {
+                    left_in: Some(range_in),
+                    right_in: Some(range_in),
+                },
+                is_confined: true,
+                ..Senses::idle()
+            })
+        };
+        assert_eq!(decide(10), Request::QUIET);
+        assert_eq!(decide(9).motion.velocity_cps, 0);
+    }
+
+    #[test]
     fn parameters_set_the_close_range_and_the_deadzone() {
         let mut parameters = crate::parameters::Parameters::DEFAULT;
         assert!(parameters.set(Parameter::SonarClose, 60));
@@ -130,6 +154,17 @@ mod tests {
     fn missing_echo_is_a_long_range() {
         let mut senses = Senses::idle();
         assert_eq!(Sonar.decide(&senses), Request::QUIET);
+        senses.sonar.left_in = Some(50);
+        assert!(Sonar.decide(&senses).motion.rotation_cps > 0);
+    }
+
+    #[test]
+    fn two_missing_echoes_are_walls_in_a_confined_space() {
+        let mut senses = Senses {
+            is_confined: true,
+            ..Senses::idle()
+        };
+        assert_eq!(Sonar.decide(&senses).motion.velocity_cps, 0);
         senses.sonar.left_in = Some(50);
         assert!(Sonar.decide(&senses).motion.rotation_cps > 0);
     }

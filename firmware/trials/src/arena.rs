@@ -47,7 +47,8 @@ pub(crate) struct Arena {
 }
 
 impl Arena {
-    fn new(world: World) -> Self {
+    /// A world, searched from its start.
+    pub(crate) fn new(world: World) -> Self {
         let start = world.start();
         let is_free = |(column, row): (i32, i32)| {
             let (x, y) = place(start, (column, row));

@@ -60,6 +60,10 @@ pub(crate) enum Figure {
     Share,
     /// Mean of the values.
     Mean { unit: &'static str, digits: usize },
+    /// Median of the values.
+    Median { unit: &'static str, digits: usize },
+    /// Least of the values, without an interval.
+    Least { unit: &'static str, digits: usize },
     /// Mean of the first values of the pairs divided by the mean of the second.
     MeanRatio { unit: &'static str, digits: usize },
     /// Events per hour.
@@ -149,6 +153,8 @@ impl Figure {
                 statistics::share(successes.count(), readings.len())
             }
             Self::Mean { .. } => statistics::mean(&values()),
+            Self::Median { .. } => statistics::median(&values()),
+            Self::Least { .. } => statistics::least(&values()),
             Self::MeanRatio { .. } => {
                 let pairs = readings.iter().filter_map(|reading| match *reading {
                     Reading::Pair(one, other) => Some((one, other)),

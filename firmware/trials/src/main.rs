@@ -37,6 +37,9 @@ struct Arguments {
     /// Number of trials of each experiment
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..10_000))]
     seeds: Option<u64>,
+    /// Share of the trials of each experiment to run, in percent
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100))]
+    percent: u64,
     /// Number of threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=256))]
     threads: Option<u64>,
@@ -151,6 +154,7 @@ fn one(experiment: &Experiment, index: usize, arguments: &Arguments) -> Vec<Opti
 fn all(experiment: &'static Experiment, arguments: &Arguments) -> Vec<Row> {
     let [short, long] = experiment.trials;
     let usual = if arguments.short { short } else { long };
+    let usual = (usual * arguments.percent as usize).div_ceil(100);
     let trials = arguments.seeds.map_or(usual, |seeds| seeds as usize);
     if trials == 0 {
         return Vec::new();

@@ -43,6 +43,30 @@ pub(crate) fn mean(values: &[f64]) -> Estimate {
     }
 }
 
+/// A median with the interval of the order statistics; the extremes if there are too few values for one.
+pub(crate) fn median(values: &[f64]) -> Estimate {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let count = sorted.len();
+    let last = count - 1;
+    let below = (count as f64 / 2.0 - Z * (count as f64).sqrt() / 2.0).floor();
+    let rank = (below.max(1.0) as usize - 1).min(last);
+    Estimate {
+        figure: f64::midpoint(sorted[last / 2], sorted[count / 2]),
+        low: sorted[rank],
+        high: sorted[last - rank],
+    }
+}
+
+/// The least value; there is no interval.
+pub(crate) fn least(values: &[f64]) -> Estimate {
+    Estimate {
+        figure: values.iter().copied().fold(f64::INFINITY, f64::min),
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+    }
+}
+
 /// The mean of the first values divided by the mean of the second, with the Student interval of the pairs' contributions
 /// (delta method).
 pub(crate) fn ratio_of_means(pairs: &[(f64, f64)]) -> Estimate {
@@ -103,6 +127,19 @@ mod tests {
             near(estimate.figure, figure) && near(estimate.low, low) && near(estimate.high, high),
             "{estimate:?}"
         );
+    }
+
+    #[test]
+    fn median_has_the_ranks_of_its_interval() {
+        // The 5th of 20 values from either end.
+        let values: Vec<f64> = (1..=20).map(f64::from).collect();
+        let estimate = median(&values);
+        assert_eq!(
+            (estimate.low, estimate.figure, estimate.high),
+            (5.0, 10.5, 16.0)
+        );
+        assert_eq!(median(&[3.0]).figure, 3.0);
+        assert_eq!(least(&[3.0, 1.0]).figure, 1.0);
     }
 
     #[test]

@@ -103,9 +103,10 @@ fn number(figure: Figure, value: f64) -> String {
         return "never".to_owned();
     }
     match figure {
-        Figure::Mean { digits, .. } | Figure::MeanRatio { digits, .. } => {
-            format!("{value:.digits$}")
-        }
+        Figure::Mean { digits, .. }
+        | Figure::Median { digits, .. }
+        | Figure::Least { digits, .. }
+        | Figure::MeanRatio { digits, .. } => format!("{value:.digits$}"),
         Figure::PerHour => format!("{value:.3}"),
         Figure::Share | Figure::HoursTo => format!("{value:.1}"),
     }
@@ -114,7 +115,10 @@ fn number(figure: Figure, value: f64) -> String {
 fn with_unit(figure: Figure, value: f64) -> String {
     let unit = match figure {
         Figure::Share => "%",
-        Figure::Mean { unit, .. } | Figure::MeanRatio { unit, .. } => unit,
+        Figure::Mean { unit, .. }
+        | Figure::Median { unit, .. }
+        | Figure::Least { unit, .. }
+        | Figure::MeanRatio { unit, .. } => unit,
         Figure::PerHour => "an hour",
         Figure::HoursTo if value.is_infinite() => "",
         Figure::HoursTo => "h",

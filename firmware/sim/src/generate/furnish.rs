@@ -6,6 +6,33 @@ use super::{Cells, House, pick};
 const GAP: usize = 3;
 
 impl House {
+    /// Cells kept free around a piece.
+    const fn gap(&self) -> usize {
+        if self.is_crowded { 0 } else { GAP }
+    }
+
+    /// Places an open stairwell in a room, with floor all around it.
+    pub(super) fn stairwell(&mut self) {
+        for _ in 0..40 {
+            let number = pick(&mut self.rng, self.rooms.len());
+            let room = self.rooms[number];
+            let (wide, tall) = (5 + pick(&mut self.rng, 4), 5 + pick(&mut self.rng, 4));
+            let west = room.west + 3 + pick(&mut self.rng, room.east - room.west - wide - 5);
+            let north = room.north + 3 + pick(&mut self.rng, room.south - room.north - tall - 5);
+            let drop = Cells {
+                west,
+                north,
+                east: west + wide,
+                south: north + tall,
+            };
+            if self.is_free(drop.grown(GAP)) {
+                self.fill(drop, '~');
+                self.reserve(drop.grown(GAP));
+                return;
+            }
+        }
+    }
+
     /// Places the robot's start in the middle of the first room and keeps three feet free around it.
     pub(super) fn start(&mut self) {
         let room = self.rooms[0];
@@ -134,8 +161,8 @@ impl House {
         };
         // A narrow gap between a piece and a corner is useless.
         let shift = match pick(&mut self.rng, room_along + 1) {
-            shift if shift < GAP => 0,
-            shift if shift + GAP > room_along => room_along,
+            shift if shift < self.gap() => 0,
+            shift if shift + self.gap() > room_along => room_along,
             shift => shift,
         };
         let far = usize::from(at_far_side);
@@ -152,7 +179,7 @@ impl House {
         };
         if self.is_free(piece) {
             self.fill(piece, glyph);
-            self.reserve(piece.grown(GAP));
+            self.reserve(piece.grown(self.gap()));
         }
     }
 
@@ -185,7 +212,7 @@ impl House {
             self.add(&format!(
                 "[[clutter]]\nkind = \"{kind}\"\nat = [{x}, {y}]\nturned_deg = {turned_deg}\n{rest}"
             ));
-            self.reserve(cell.grown(half + GAP));
+            self.reserve(cell.grown(half + self.gap()));
         }
     }
 }

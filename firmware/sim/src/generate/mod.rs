@@ -10,6 +10,10 @@ use crate::world::World;
 const CELL_IN: usize = 6;
 /// Cells kept free on either side of a doorway.
 const APPROACH: usize = 6;
+/// Cells kept free on either side of a doorway of a crowded house: half as much.
+const APPROACH_CROWDED: usize = 3;
+/// Minimum share of a crowded house's floor that the robot can reach.
+const REACH_LEAST: f64 = 0.9;
 /// Maximum number of houses drawn until one has no warnings; the first nearly always has none.
 const ATTEMPTS: u64 = 100;
 
@@ -23,18 +27,38 @@ impl World {
         Self::parse(&format!("generated:{seed}"), &text).unwrap_or_default()
     }
 
+    /// A house like [`World::generated`], but without the spaces that a tidy house keeps: furniture and clutter stand
+    /// against each other and in front of doorways, and a stairwell without a banister is open in one room.
+    #[must_use]
+    pub fn crowded(seed: u64) -> Self {
+        let name = format!("crowded:{seed}");
+        Self::parse(&name, &text(seed, &name, true)).unwrap_or_default()
+    }
+
     /// The house of [`World::generated`] as the text of a world file.
     #[must_use]
     pub fn generated_text(seed: u64) -> String {
-        let name = format!("generated:{seed}");
-        (0..ATTEMPTS)
-            .map(|attempt| House::draw(seed, attempt).text(&name))
-            .find(|text| {
-                Self::parse(&name, text)
-                    .is_ok_and(|world| world.dock.is_some() && world.warnings(&name).is_empty())
-            })
-            .unwrap_or_else(|| BARE.replace("NAME", &name))
+        text(seed, &format!("generated:{seed}"), false)
     }
+}
+
+/// The first house drawn from a seed that has a dock and no warnings. Crowded houses may have corners that the robot cannot
+/// reach.
+fn text(seed: u64, name: &str, is_crowded: bool) -> String {
+    (0..ATTEMPTS)
+        .map(|attempt| House::draw(seed, attempt, is_crowded).text(name))
+        .find(|text| {
+            World::parse(name, text).is_ok_and(|world| {
+                let mut warnings = world.warnings(name).into_iter();
+                world.dock.is_some()
+                    && if is_crowded {
+                        world.reach() > REACH_LEAST && !warnings.any(|one| one.contains("dock"))
+                    } else {
+                        warnings.next().is_none()
+                    }
+            })
+        })
+        .unwrap_or_else(|| BARE.replace("NAME", name))
 }
 
 /// The house of a seed whose every attempt has warnings.
@@ -72,10 +96,11 @@ struct House {
     reserved: Vec<bool>,
     rooms: Vec<Cells>,
     entries: String,
+    is_crowded: bool,
 }
 
 impl House {
-    fn draw(seed: u64, attempt: u64) -> Self {
+    fn draw(seed: u64, attempt: u64, is_crowded: bool) -> Self {
         let mut rng = Rng::new(seed ^ attempt.rotate_left(32), Stream::House);
         let widths: Vec<usize> = (0..2 + pick(&mut rng, 2))
             .map(|_| 21 + pick(&mut rng, 10))
@@ -91,6 +116,7 @@ impl House {
             reserved: vec![false; columns * rows],
             rooms: Vec::new(),
             entries: String::new(),
+            is_crowded,
         };
         let mut north = 1;
         for height in &heights {
@@ -113,6 +139,9 @@ impl House {
         house.start();
         house.dock();
         house.cat();
+        if is_crowded {
+            house.stairwell();
+        }
         for room in house.rooms.clone() {
             house.furnish(room);
         }
@@ -172,6 +201,11 @@ impl House {
     /// Adds a doorway of 24 to 36 inches between neighbouring rooms and keeps its approaches free.
     fn door(&mut self, one: Cells, other: Cells) {
         let width = 4 + pick(&mut self.rng, 3);
+        let depth = if self.is_crowded {
+            APPROACH_CROWDED
+        } else {
+            APPROACH
+        };
         let (gap, approach) = if one.south == other.south {
             let north = one.north + 2 + pick(&mut self.rng, one.south - one.north - width - 3);
             let gap = Cells {
@@ -183,8 +217,8 @@ impl House {
             (
                 gap,
                 Cells {
-                    west: gap.west - APPROACH,
-                    east: gap.east + APPROACH,
+                    west: gap.west - depth,
+                    east: gap.east + depth,
                     ..gap
                 },
             )
@@ -199,8 +233,8 @@ impl House {
             (
                 gap,
                 Cells {
-                    north: gap.north - APPROACH,
-                    south: gap.south + APPROACH,
+                    north: gap.north - depth,
+                    south: gap.south + depth,
                     ..gap
                 },
             )

@@ -103,6 +103,19 @@ impl World {
         !self.drops.has(Vec2::new(x_in, y_in))
     }
 
+    /// Pose on the plan of a robot that faces the dock, its middle at this distance from the dock's front; `None` without
+    /// a dock.
+    #[must_use]
+    pub fn before_dock(&self, distance_in: f64) -> Option<Pose> {
+        let dock = self.dock?;
+        let place = dock.front + dock.facing * distance_in;
+        Some(Pose {
+            x_in: place.x,
+            y_in: place.y,
+            theta_deg: (-dock.facing.x).atan2(-dock.facing.y).to_degrees(),
+        })
+    }
+
     /// The same world with another start pose; `None` if the robot does not fit there.
     #[must_use]
     pub fn started_at(&self, start: Pose) -> Option<Self> {

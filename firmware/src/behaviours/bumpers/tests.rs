@@ -1,5 +1,6 @@
 use super::*;
 use crate::odometry::Odometer;
+use crate::sensors::Ranges;
 
 const LEFT: Switches = Switches {
     left: true,
@@ -30,6 +31,7 @@ struct Bench {
     now_ticks: u32,
     random: u32,
     is_held: bool,
+    sonar: Ranges,
 }
 
 impl Bench {
@@ -41,6 +43,7 @@ impl Bench {
             now_ticks: 0,
             random: 0,
             is_held: false,
+            sonar: Ranges::default(),
         }
     }
 
@@ -56,6 +59,7 @@ impl Bench {
             bumper,
             random: self.random,
             is_held: self.is_held,
+            sonar: self.sonar,
             ..Senses::idle()
         });
         self.latest = request.motion;
@@ -106,6 +110,32 @@ fn contact_backs_up_and_turns_away_from_its_side() {
             assert!((0..=45).contains(&turned_deg), "{turned_deg} degrees");
         }
     }
+}
+
+#[test]
+fn edge_of_an_opening_turns_the_robot_a_little_toward_the_open_side() {
+    let (open, near) = (Some(90), Some(3));
+    let left_corner = Switches {
+        left: true,
+        ..CENTER
+    };
+    for (switches, left_in, right_in, away) in [
+        (CENTER, near, open, 1),
+        (CENTER, open, near, -1),
+        (left_corner, open, open, 1),
+    ] {
+        let mut bench = Bench::new();
+        bench.sonar = Ranges { left_in, right_in };
+        let (turned_deg, _) = bench.bump(switches);
+        let turned_deg = turned_deg * away;
+        assert!((0..=45).contains(&turned_deg), "{turned_deg} degrees");
+    }
+    let mut bench = Bench::new();
+    bench.sonar = Ranges {
+        left_in: near,
+        right_in: near,
+    };
+    assert!(bench.bump(CENTER).0.abs() >= 60);
 }
 
 #[test]

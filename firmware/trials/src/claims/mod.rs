@@ -4,6 +4,7 @@ mod battery;
 mod behaviour;
 mod bumpers;
 mod cliff;
+mod crowded;
 mod dead_reckoning;
 mod edges;
 mod home;
@@ -45,6 +46,7 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
         cliff::ALL,
         edges::ALL,
         whole::ALL,
+        crowded::ALL,
         passages::ALL,
     ]
     .concat()

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::claim::{Claim, Experiment, Figure, Reading, Required, Trial, success};
 use crate::run::{Run, Setup};
-use sr04_sim::World;
+use sr04_sim::{Pose, World};
 
 pub(super) const ALL: &[&Experiment] = &[&DETERMINISM, &SURVIVAL];
 
@@ -48,8 +48,18 @@ const SURVIVAL: Experiment = Experiment {
         },
         Claim {
             part: "whole robot",
-            says: "the same, those never stuck: floor covered (squares of a foot that the middle of the robot has been in)",
-            figure: Figure::Mean {
+            says: "the same: floor covered (squares of a foot that the middle of the robot has been in), median",
+            figure: Figure::Median {
+                unit: "sq ft",
+                digits: 0,
+            },
+            required: Required::Nothing,
+            shortfall: None,
+        },
+        Claim {
+            part: "whole robot",
+            says: "the same: floor covered, worst",
+            figure: Figure::Least {
                 unit: "sq ft",
                 digits: 0,
             },
@@ -85,11 +95,9 @@ fn survival(trial: &Trial) -> Vec<Option<Reading>> {
     // A battery lasts five hours; foraging has trials of its own.
     setup.config.conditions.supply_v = Some(SUPPLY_V);
     let mut run = setup.start();
-    let mut floor = BTreeSet::new();
+    let mut covered = Covered::default();
     let ended_s = run.until(HOURS * 3600.0, |simulation| {
-        let pose = simulation.truth().pose;
-        let foot = |inches: f64| (inches / 12.0).floor() as i32;
-        floor.insert((foot(pose.x_in), foot(pose.y_in)));
+        covered.visit(simulation.truth().pose);
         simulation.is_stuck()
     });
     let stuck = ended_s.is_some();
@@ -97,6 +105,25 @@ fn survival(trial: &Trial) -> Vec<Option<Reading>> {
         count: u32::from(stuck),
         hours: ended_s.map_or(HOURS, |seconds| seconds / 3600.0),
     };
-    let covered = (!stuck).then_some(Reading::Value(floor.len() as f64));
-    vec![success(!stuck), Some(events), covered]
+    vec![
+        success(!stuck),
+        Some(events),
+        Some(covered.reading()),
+        Some(covered.reading()),
+    ]
+}
+
+/// Squares of a foot that the middle of the robot has been in.
+#[derive(Default)]
+pub(super) struct Covered(BTreeSet<(i32, i32)>);
+
+impl Covered {
+    pub(super) fn visit(&mut self, pose: Pose) {
+        let foot = |inches: f64| (inches / 12.0).floor() as i32;
+        self.0.insert((foot(pose.x_in), foot(pose.y_in)));
+    }
+
+    pub(super) fn reading(&self) -> Reading {
+        Reading::Value(self.0.len() as f64)
+    }
 }
