@@ -137,9 +137,8 @@ impl Bumpers {
         };
         let away = match (side, open_side) {
             (Some(Side::Left), _) | (None, Some(Side::Right)) => 1,
-            (Some(Side::Right), _) | (None, Some(Side::Left)) => -1,
             (None, None) if senses.random & 1 == 0 => 1,
-            (None, None) => -1,
+            (Some(Side::Right) | None, _) => -1,
         };
         let is_edge = open_side.is_some() || side.is_some() && open.any();
         let is_glancing = senses.bumper.any() && (!senses.bumper.center || is_edge);
