@@ -10,7 +10,7 @@ const RULES: &[(&str, &[&str])] = &[
         &["sr04_firmware", "sr04_sim", "groundwave", "std"],
     ),
     (
-        "lines/src",
+        "protocol/lines/src",
         &[
             "groundwave_protocol",
             "groundwave_captures",

@@ -68,7 +68,7 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
         ("link", "tcp:robot:4000"),
         ("start", "2025-03-14T09:26:53Z"),
         ("software", "groundwave"),
-        ("software_version", "0.1.0"),
+        ("software_version", "0.2.0"),
     ];
     let about = about.map(|(what, words)| (what.to_owned(), words.to_owned()));
     let session = Metadata {
@@ -111,7 +111,7 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
         ("void", "the pencil broke"),
         ("start", "2025-03-14T09:26:53Z"),
         ("link", "tcp:robot:4000"),
-        ("software", "groundwave 0.1.0"),
+        ("software", "groundwave 0.2.0"),
     ] {
         assert_eq!(json[fact], words, "{fact}");
     }
@@ -125,7 +125,7 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
         "VOID       the pencil broke",
         "made       2025-03-14T09:26:53Z",
         "link       tcp:robot:4000",
-        "software   groundwave 0.1.0",
+        "software   groundwave 0.2.0",
         "lines      29 intact: 29 long (A 0, B 0, C 0, T 29), 0 short (K)",
         "sent       24 bytes, 2 frames, 1 of them again",
     ] {
