@@ -83,7 +83,7 @@ fn trial(line: &str) -> Trial {
             None
             | Some(
                 "ports" | "send" | "param" | "record" | "info" | "recover" | "export" | "cut"
-                | "verify" | "runs" | "label" | "compare" | "songs" | "config" | "world",
+                | "verify" | "check" | "runs" | "label" | "compare" | "songs" | "config" | "world",
             ),
         )
         | ("LC_ALL=C" | "mkdir", _) => Trial::Run,

@@ -16,6 +16,7 @@ pub mod content;
 pub mod convert;
 pub mod cut;
 pub mod decode;
+pub mod diagnosis;
 mod error;
 pub mod event;
 pub mod files;

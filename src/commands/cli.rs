@@ -10,7 +10,7 @@ mod setup;
 mod simulation;
 
 pub use captures::{
-    Captures, Cut, Export, ExportFormat, Info, Output, Recover, Replay, Songs, Verify,
+    Captures, Check, Cut, Export, ExportFormat, Info, Output, Recover, Replay, Songs, Verify,
 };
 pub use live::{RadioArgs, Record, RecordingArgs, Sharing, Watch};
 pub use runs::{Compare, Label, Runs};
@@ -99,6 +99,8 @@ Examples:
     Cut(Cut),
     /// Check captures for damage and gaps.
     Verify(Verify),
+    /// Find the mistakes in the lines of a robot of your own.
+    Check(Check),
     /// Finish interrupted recordings and repair damaged ones.
     Recover(Recover),
     /// List the songs in a capture and save them as sound.

@@ -2,6 +2,7 @@
 
 // The verbs.
 mod calibrate;
+mod check;
 mod compare;
 mod completions;
 mod config_command;
@@ -143,6 +144,7 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Verb::Recover(recover) => recover::run(recover),
         Verb::Export(export) => export::run(export),
         Verb::Cut(cut) => cut::run(cut),
+        Verb::Check(check) => check::run(check),
         Verb::Verify(verify) => verify::run(verify),
         Verb::Songs(songs) => songs::run(songs),
         Verb::Runs(runs) => runs::run(runs),

@@ -14,6 +14,7 @@ const LIVE: Group = (
         ("send", "send a command"),
         ("param", "read, change parameters"),
         ("calibrate", "calibrate wheels and track"),
+        ("check", "find a robot's mistakes"),
     ],
 );
 
@@ -60,7 +61,6 @@ const LEFT: usize = 42;
 /// The help: one screen of 80 columns and 24 rows. clap has no headings for subcommands.
 pub(super) fn template() -> String {
     let mut left = rows(LIVE);
-    left.push(String::new());
     left.extend(rows(SIMULATOR));
     let mut text =
         "{about}\n{usage-heading} {usage}; `groundwave help VERB` explains one\n\n".to_owned();
