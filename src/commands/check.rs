@@ -22,7 +22,7 @@ pub(super) fn run(options: &Check) -> Result<(), Fault> {
     match form {
         // Read as they are: a capture's reader mends line ends, which may be the mistake.
         Form::Raw => {
-            read(&mut source, &mut diagnosis).map_err(|error| input::cannot_read(path, error))?
+            read(&mut source, &mut diagnosis).map_err(|error| input::cannot_read(path, error))?;
         }
         Form::Mcap => {
             let mut capture = Capture::read(path, source)?;
