@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::programs::{GROUNDWAVE, Running, Sim, expect, groundwave, scratch};
+use crate::programs::{GROUNDWAVE, Running, Sim, Telling, expect, groundwave, scratch};
 use crate::pty::OnTerminal;
 use crate::streams;
 
@@ -339,6 +339,29 @@ fn headless_watch_speaks_json() {
     assert!(kinds.contains(&"line".to_owned()), "{kinds:?}");
     watch.kill().unwrap();
     watch.wait().unwrap();
+}
+
+#[test]
+fn headless_watch_tells_alarms() {
+    let config = scratch("headless-alarms").join("config.toml");
+    std::fs::write(
+        &config,
+        "[limits]\nbattery_low_dv = 250\nbattery_for_s = 0\n",
+    )
+    .unwrap();
+    let sim = Sim::start(&[]);
+    let config = config.to_str().unwrap();
+    let mut watch = Telling::start(&["--config", config, "watch", &sim.path, "--headless"]);
+    let low = watch.wait_for("the low battery", |event| event["code"] == "battery_low");
+    assert_eq!(low["event"], "alarm");
+    assert_eq!(low["status"], "raised");
+    assert_eq!(low["severity"], "alarm");
+    assert_eq!((&low["limit"], &low["unit"]), (&25.0.into(), &"V".into()));
+    assert!(low["value"].as_f64().unwrap() < 25.0, "{low}");
+    sim.end();
+    let lost = watch.wait_for("the lost link", |event| event["code"] == "link_lost");
+    assert_eq!(lost["status"], "raised");
+    assert_eq!(lost["value"], serde_json::Value::Null);
 }
 
 #[test]

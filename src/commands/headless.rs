@@ -17,10 +17,12 @@ use crate::event::{
     CommandId, CommandStatus, Event, Level, LinkEvent, Mark, Moment, Notice, NoticeCode,
 };
 use crate::io::signals::{Signal, Signals, stop_myself};
+use crate::model::alarms::AlarmChange;
+use crate::model::{Config, Facts, Limits};
 use crate::runtime::{Driver, Keeper};
 use crate::share::StatusJson;
 
-/// Interval of the checks on the recording.
+/// Interval of the checks on the recording and the alarms.
 const CHECK_EVERY: Duration = Duration::from_secs(1);
 
 /// Interval of the link statistics.
@@ -37,9 +39,15 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Runs until a signal, the end of standard input, or a closed pipe. If `waits`, a slow reader of standard output delays the
 /// session; else it loses lines, and no command and no recording waits for it.
-pub(super) async fn run(mut driver: Driver, keeper: &Keeper, waits: bool) -> Result<(), Fault> {
+pub(super) async fn run(
+    mut driver: Driver,
+    keeper: &Keeper,
+    config: Config,
+    waits: bool,
+) -> Result<(), Fault> {
     let mut signals = Signals::listen().map_err(|error| failed("listen for signals", &error))?;
-    let mut printer = Printer::start().map_err(|error| failed("start a thread", &error))?;
+    let facts = Facts::new(Arc::new(config));
+    let mut printer = Printer::start(facts).map_err(|error| failed("start a thread", &error))?;
     let mut look = tokio::time::interval(CHECK_EVERY);
     let begin = tokio::time::Instant::now() + STATISTICS_EVERY;
     let mut statistics = tokio::time::interval_at(begin, STATISTICS_EVERY);
@@ -62,7 +70,8 @@ pub(super) async fn run(mut driver: Driver, keeper: &Keeper, waits: bool) -> Res
             _ = statistics.tick() => printer.print_statistics(&driver)?,
             _ = look.tick() => {
                 // The call also flushes the recording when that is due.
-                let problem = keeper.status().problem;
+                let recording = keeper.status();
+                let problem = recording.problem.clone();
                 let news = problem.clone().filter(|_| problem != reported);
                 reported = problem;
                 let alarm = news.map(|text| (Level::Alarm, text));
@@ -71,6 +80,7 @@ pub(super) async fn run(mut driver: Driver, keeper: &Keeper, waits: bool) -> Res
                     let notice = Notice::new(NoticeCode::Recording, level, text);
                     printer.print(driver.now(), &Event::Notice(notice))?;
                 }
+                printer.watch_alarms(driver.now(), &Event::Recording(recording));
             }
             () = room(&printer.lines), if waits && !has_room => {}
             () = driver.step(), if has_room || !waits => {}
@@ -81,6 +91,7 @@ pub(super) async fn run(mut driver: Driver, keeper: &Keeper, waits: bool) -> Res
                 printer.print_statistics(&driver)?;
             }
             printer.print(driver.now(), &event)?;
+            printer.watch_alarms(driver.now(), &event);
             if has_ended {
                 let leave = async {
                     while signals.next().await == Signal::Suspend {
@@ -105,6 +116,8 @@ fn failed(what: &str, error: &dyn std::fmt::Display) -> Fault {
 
 /// Prints lines on a thread, so that an unread standard output stalls nothing else.
 struct Printer {
+    /// For the alarms.
+    facts: Facts,
     lines: mpsc::Sender<Vec<u8>>,
     /// The end of the thread: no more lines, or an error of standard output.
     ended: oneshot::Receiver<io::Result<()>>,
@@ -116,7 +129,7 @@ struct Printer {
 }
 
 impl Printer {
-    fn start() -> io::Result<Self> {
+    fn start(facts: Facts) -> io::Result<Self> {
         let (lines, mut queue) = mpsc::channel::<Vec<u8>>(LINES_MAX);
         let (end, ended) = oneshot::channel();
         let printed = Arc::<AtomicUsize>::default();
@@ -135,6 +148,7 @@ impl Printer {
             // The session may have ended.
             .spawn(move || drop(end.send(print())))?;
         Ok(Self {
+            facts,
             lines,
             ended,
             taken: 0,
@@ -154,6 +168,15 @@ impl Printer {
             self.queue(text);
         }
         Ok(())
+    }
+
+    /// Prints the alarms that an event, or the time that passed, raises or ends.
+    fn watch_alarms(&mut self, at: Moment, event: &Event) {
+        self.facts.update(at, event);
+        for change in std::mem::take(&mut self.facts.alarm_changes) {
+            let value = alarm_json(at, &change, &self.facts.config().limits);
+            self.queue(format!("{value}\n").into_bytes());
+        }
     }
 
     fn print_statistics(&mut self, driver: &Driver) -> Result<(), Fault> {
@@ -275,6 +298,25 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
     };
     value["at_s"] = seconds(at);
     Some(value)
+}
+
+/// An alarm that was raised or ended; figure and limit only if it has them.
+fn alarm_json(at: Moment, change: &AlarmChange, limits: &Limits) -> Value {
+    let rule = change.rule;
+    let mut value = json!({
+        "event": "alarm",
+        "code": rule.code,
+        "severity": rule.level.code(),
+        "status": if change.is_active { "raised" } else { "ended" },
+        "begin_s": seconds(change.began_at),
+        "at_s": seconds(at),
+    });
+    if let Some(figure) = change.value {
+        value["value"] = json!(figure);
+        value["limit"] = json!(rule.bounds(limits).raise);
+        value["unit"] = json!(rule.unit);
+    }
+    value
 }
 
 /// A line of the robot's own with its values by name.

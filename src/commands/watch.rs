@@ -63,16 +63,17 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         tour: false,
         theme: options.theme,
     };
+    let mut model = appearance(config, options.theme);
     if options.headless {
         return block_on(async {
             let (driver, keeper) = plan.open().await?;
             let _finish = keeper.finish_on_drop();
-            let result = headless::run(driver, &keeper, *link == LinkSpec::Stdin).await;
+            let run = headless::run(driver, &keeper, model, *link == LinkSpec::Stdin);
+            let result = Box::pin(run).await;
             recording::finish(&keeper).await?;
             result
         });
     }
-    let mut model = appearance(config, options.theme);
     model.bell |= options.bell;
     show(&plan, model, Vec::new())
 }

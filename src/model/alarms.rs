@@ -60,6 +60,18 @@ struct Episode {
     times: u32,
 }
 
+/// An alarm that was raised or ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AlarmChange {
+    pub(crate) rule: &'static Rule,
+    /// Raised, or else ended.
+    pub(crate) is_active: bool,
+    /// When its cause began.
+    pub(crate) began_at: Moment,
+    /// The latest figure, in the rule's unit.
+    pub(crate) value: Option<f64>,
+}
+
 /// The state of one rule.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Standing {
@@ -77,23 +89,25 @@ pub(crate) struct Alarms {
 }
 
 impl Alarms {
-    /// Checks every rule; returns the alarms raised now with their figures, and whether anything changed.
-    pub(super) fn watch(
-        &mut self,
-        inputs: &Inputs<'_>,
-        limits: &Limits,
-    ) -> (Vec<(&'static Rule, Option<f64>)>, bool) {
-        let mut new = Vec::new();
-        let mut changed = false;
+    /// Checks every rule; returns the alarms that were raised or ended now.
+    pub(super) fn watch(&mut self, inputs: &Inputs<'_>, limits: &Limits) -> Vec<AlarmChange> {
+        let mut changes = Vec::new();
         for (rule, standing) in RULES.iter().zip(&mut self.standings) {
-            let state = |episode: Episode| (episode.over_at, episode.times);
-            let before = standing.episode.map(state);
-            if standing.look(rule, inputs, limits) {
-                new.push((rule, standing.value));
+            let was_up = standing.is_up();
+            standing.look(rule, inputs, limits);
+            let Some(episode) = standing.episode else {
+                continue;
+            };
+            if was_up != standing.is_up() {
+                changes.push(AlarmChange {
+                    rule,
+                    is_active: !was_up,
+                    began_at: episode.began_at,
+                    value: standing.value.filter(|_| !rule.unit.is_empty()),
+                });
             }
-            changed |= before != standing.episode.map(state);
         }
-        (new, changed)
+        changes
     }
 
     /// When the next pending alarm is raised.
@@ -155,20 +169,23 @@ impl Alarms {
 }
 
 impl Standing {
-    /// Checks the rule; returns whether it was raised now.
-    fn look(&mut self, rule: &Rule, inputs: &Inputs<'_>, limits: &Limits) -> bool {
+    fn is_up(&self) -> bool {
+        self.episode
+            .is_some_and(|episode| episode.over_at.is_none())
+    }
+
+    /// Checks the rule.
+    fn look(&mut self, rule: &Rule, inputs: &Inputs<'_>, limits: &Limits) {
         let bounds = rule.bounds(limits);
         let sight = (rule.look)(inputs);
         if let Sight::Is(value) = sight {
             self.value = Some(value);
         }
-        let is_up = self
-            .episode
-            .is_some_and(|episode| episode.over_at.is_none());
+        let is_up = self.is_up();
         let (is_bad, persists) = match sight {
             Sight::Unknown => {
                 self.pending_since = None;
-                return false;
+                return;
             }
             Sight::No => (false, bounds.persists),
             Sight::Yes => (true, bounds.persists),
@@ -182,15 +199,15 @@ impl Standing {
             if let Some(episode) = self.episode.as_mut().filter(|_| is_up) {
                 episode.over_at = Some(inputs.now);
             }
-            return false;
+            return;
         }
         if is_up {
             self.note_worst(bounds.is_high_bad());
-            return false;
+            return;
         }
         let since = *self.pending_since.get_or_insert(inputs.now);
         if inputs.now.saturating_sub(since) < persists {
-            return false;
+            return;
         }
         self.pending_since = None;
         let began = match sight {
@@ -209,7 +226,6 @@ impl Standing {
             latest: self.value,
             times: times.saturating_add(1),
         });
-        true
     }
 
     fn note_worst(&mut self, is_high_bad: bool) {

@@ -7,7 +7,7 @@ use groundwave_protocol::life::Life;
 use groundwave_protocol::status_codes::{Link as Letter, Mode};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
-use super::alarms::{Alarms, Inputs};
+use super::alarms::{AlarmChange, Alarms, Inputs};
 use super::chart::Chart;
 use super::config::Config;
 use super::fields::Fields;
@@ -36,6 +36,8 @@ pub struct Facts {
     pub(crate) ledger: Ledger,
     pub(crate) log: Log,
     pub(crate) alarms: Alarms,
+    /// Alarms that the latest event raised or ended.
+    pub(crate) alarm_changes: Vec<AlarmChange>,
     pub(crate) plots: Plots,
     /// Values of the robot's own lines.
     pub(crate) fields: Fields,
@@ -68,6 +70,7 @@ impl Facts {
             ledger: Ledger::default(),
             log: Log::default(),
             alarms: Alarms::default(),
+            alarm_changes: Vec::new(),
             plots: Plots::default(),
             fields: Fields::default(),
             recording: Recording::default(),
@@ -206,6 +209,7 @@ impl Facts {
 
     /// Checks the alarms; returns whether the screen changes. Does nothing after the end of a session.
     fn watch_alarms(&mut self, now: Moment) -> bool {
+        self.alarm_changes.clear();
         if self.link.is_frozen() {
             return false;
         }
@@ -216,16 +220,18 @@ impl Facts {
             motors: &self.motors,
             recording: &self.recording,
         };
-        let (raised, changed) = self.alarms.watch(&inputs, &self.config.limits);
-        for (rule, value) in raised {
+        self.alarm_changes = self.alarms.watch(&inputs, &self.config.limits);
+        for AlarmChange { rule, value, .. } in
+            self.alarm_changes.iter().filter(|change| change.is_active)
+        {
             self.calls = true;
             // Alarms of the highest level are counted by the log.
             self.counted.tally.alarms += u64::from(rule.level != Level::Alarm);
-            if let Some(text) = rule.log_text(value, &self.config) {
+            if let Some(text) = rule.log_text(*value, &self.config) {
                 self.log.add(now, rule.level, Subject::Alarm, text);
             }
         }
-        changed
+        !self.alarm_changes.is_empty()
     }
 
     fn take_line(&mut self, now: Moment, line: &Line) {

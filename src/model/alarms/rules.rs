@@ -110,7 +110,10 @@ pub(crate) enum Source {
 }
 
 /// One row of the table.
+#[derive(Debug)]
 pub(crate) struct Rule {
+    /// Its name in JSON.
+    pub(crate) code: &'static str,
     pub(crate) level: Level,
     pub(crate) name: &'static str,
     /// What to do about it, for [`Keymap::told`](crate::model::keys::Keymap::told).
@@ -136,6 +139,7 @@ pub(super) const RULES_COUNT: usize = 11;
 /// Every alarm, the worst first.
 pub(crate) const RULES: [Rule; RULES_COUNT] = [
     Rule {
+        code: "battery_critical",
         level: Level::Alarm,
         name: "battery critical",
         hint: "switch it off, or charge it",
@@ -146,6 +150,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |limits| below_dv(limits, limits.battery_critical_dv),
     },
     Rule {
+        code: "fallen_or_lifted",
         level: Level::Alarm,
         name: "fallen or lifted",
         hint: "no floor under it: go and look",
@@ -156,6 +161,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |limits| lasting(limits.fallen_s),
     },
     Rule {
+        code: "failsafe",
         level: Level::Alarm,
         name: "failsafe",
         hint: "it hears no ground station and acts by itself",
@@ -170,6 +176,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |_| lasting(0),
     },
     Rule {
+        code: "link_lost",
         level: Level::Alarm,
         name: "link lost",
         hint: "check cable or network; reconnecting",
@@ -183,6 +190,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |_| lasting(0),
     },
     Rule {
+        code: "robot_silent",
         level: Level::Alarm,
         name: "robot silent",
         hint: "is it on, and in reach?",
@@ -200,6 +208,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         },
     },
     Rule {
+        code: "recording_failed",
         level: Level::Alarm,
         name: "recording failed",
         hint: MAKE_ROOM,
@@ -213,6 +222,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |_| lasting(0),
     },
     Rule {
+        code: "battery_low",
         level: Level::Alarm,
         name: "battery low",
         hint: "call it home (<modes/mode-go-home>) and charge it",
@@ -223,6 +233,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |limits| below_dv(limits, limits.battery_low_dv),
     },
     Rule {
+        code: "stalled",
         level: Level::Alarm,
         name: "stalled",
         hint: "its wheels are held: free it, or STOP (<stop>)",
@@ -237,6 +248,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |limits| lasting(limits.stalled_s),
     },
     Rule {
+        code: "bumper_jammed",
         level: Level::Warning,
         name: "bumper jammed",
         hint: "something hooks its bumper: free it if it does not",
@@ -250,6 +262,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |_| lasting(PRESSED_S),
     },
     Rule {
+        code: "layers_thrash",
         level: Level::Warning,
         name: "layers thrash",
         hint: "they take the motors from each other: forbid one (<toggle-layer-bumpers..>)",
@@ -266,6 +279,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         bounds: |limits| lasting(limits.thrash_s),
     },
     Rule {
+        code: "lines_not_intact",
         level: Level::Warning,
         name: "lines not intact",
         hint: "a weak or disturbed radio: come closer",

@@ -51,6 +51,29 @@ fn a_battery_is_low_when_it_has_been_for_a_while_and_until_it_is_well_above() {
 }
 
 #[test]
+fn the_facts_tell_once_that_an_alarm_is_raised_and_ended() {
+    let mut scene = scene();
+    let mut told: Vec<Vec<(&str, bool)>> = Vec::new();
+    for power in [Power::Ok, Power::Low, Power::Low, Power::Charging] {
+        scene.state.power = power;
+        scene.hear();
+        let changes = scene.model.facts.alarm_changes.iter();
+        told.push(
+            changes
+                .map(|change| (change.rule.code, change.is_active))
+                .collect(),
+        );
+    }
+    let expected = [
+        vec![],
+        vec![("battery_low", true)],
+        vec![],
+        vec![("battery_low", false)],
+    ];
+    assert_eq!(told, expected);
+}
+
+#[test]
 fn acknowledged_active_alarm_stays_in_the_panel_only() {
     let mut scene = scene();
     scene.state.power = Power::Critical;
