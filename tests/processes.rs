@@ -344,7 +344,7 @@ fn headless_watch_speaks_json() {
 #[test]
 fn headless_watch_tells_alarms() {
     let config = scratch("headless-alarms").join("config.toml");
-    std::fs::write(
+    fs::write(
         &config,
         "[limits]\nbattery_low_dv = 250\nbattery_for_s = 0\n",
     )
