@@ -26,8 +26,8 @@ struct Watched {
     /// Maximum of the driven waypoints claimed by a row.
     driven_claimed: u16,
     active_claimed: bool,
-    /// The lists sent, in order.
-    lists: Vec<(CommandId, u32)>,
+    /// The lists sent, in order, with their lengths, by which the screen tells them apart, and digests.
+    lists: Vec<(CommandId, usize, u32)>,
 }
 
 impl Watched {
@@ -54,25 +54,23 @@ impl Watched {
     }
 
     fn send_list(&mut self, waypoints: Vec<Waypoint>) -> CommandId {
-        let digest = digest(waypoints.iter());
+        let (length, digest) = (waypoints.len(), digest(waypoints.iter()));
         let id = self.co.request(Request::Route(waypoints));
-        self.lists.push((id, digest));
+        self.lists.push((id, length, digest));
         id
     }
 
     /// Whether the screen may claim that this list is the robot's: it is, or its successor's confirmation is under way.
-    fn may_be_active(&self, claimed: &str) -> bool {
+    fn may_be_active(&self, claimed: usize) -> bool {
         let held = self.co.simulation.robot().lists().active_digest();
-        let place = |wanted: &dyn Fn(u32) -> bool| {
-            self.lists.iter().position(|(_, digest)| wanted(*digest))
-        };
+        let lists = || self.lists.iter();
         let (Some(claimed), Some(held)) = (
-            place(&|digest| claimed.starts_with(&format!("{digest:08X}"))),
-            place(&|digest| digest == held),
+            lists().position(|(_, length, _)| *length == claimed),
+            lists().position(|(_, _, digest)| *digest == held),
         ) else {
             return false;
         };
-        let (successor, _) = self.lists[held];
+        let (successor, ..) = self.lists[held];
         let confirmed = self.co.events[..self.taken].iter().any(|(_, event)| {
             matches!(event, Event::Command { id, status: CommandStatus::Confirmed { .. } } if *id == successor)
         });
@@ -125,14 +123,14 @@ impl Watched {
         let robot = self.co.simulation.robot();
         let mut active_rows = 0;
         for row in &rows {
-            let Some((place, digest)) = route_claim(row) else {
+            let Some((place, length)) = route_claim(row) else {
                 continue;
             };
             // The row above the keys repeats news.
             active_rows += usize::from(row.starts_with(|c: char| c.is_ascii_digit()));
             let held = robot.lists().active_digest();
             assert!(
-                self.may_be_active(digest),
+                self.may_be_active(length),
                 "{row}\nthe robot holds {held:08X}; {context}"
             );
             if let Some((driven, count)) = place {
@@ -151,28 +149,22 @@ impl Watched {
     }
 }
 
-/// The place in a route and the digest that a row claims.
-fn route_claim(row: &str) -> Option<(Option<(&str, &str)>, &str)> {
-    ["confirmed ", "driving ", "done "]
-        .iter()
-        .find_map(|state| {
-            let (_, claim) = row.split_once(state)?;
-            let mut words = claim.split([' ', ',']).filter(|word| !word.is_empty());
-            let first = words.next()?;
-            let place = first.split_once('/');
-            let digest = if place.is_some() {
-                words.next()?
-            } else {
-                first
-            };
-            let is_digest = digest.len() == 8 && u32::from_str_radix(digest, 16).is_ok();
-            is_digest.then_some((place, digest))
-        })
+/// The place in a route and the length of the route that a row claims to be the robot's.
+fn route_claim(row: &str) -> Option<(Option<(&str, &str)>, usize)> {
+    let (_, route) = row.split_once("route of ")?;
+    let (length, claim) = route.split_once(": ")?;
+    let length = length.parse().ok()?;
+    let mut words = claim.split([' ', ',', '.']);
+    match words.next()? {
+        "confirmed" => Some((None, length)),
+        "driving" | "done" => Some((words.next()?.split_once('/'), length)),
+        _ => None,
+    }
 }
 
-fn route(rng: &mut Rng) -> Vec<Waypoint> {
+fn route(rng: &mut Rng, length: usize) -> Vec<Waypoint> {
     let mut part = || rng.below(41) as i16 - 20;
-    (0..6)
+    (0..length)
         .map(|_| Waypoint {
             x_in: part(),
             y_in: part(),
@@ -186,8 +178,8 @@ fn no_row_says_more_than_is_so_at_the_robot() {
         let channel = if seed % 2 == 0 { "" } else { "ber=1e-3" };
         let mut watched = Watched::new(seed, channel);
         let mut rng = Rng(seed);
-        for _ in 0..2 {
-            let route = route(&mut rng);
+        for length in [6, 7] {
+            let route = route(&mut rng, length);
             let id = watched.send_list(route);
             watched.run_until("the list is active", 120, |watched| {
                 matches!(watched.co.fate(id), Some(CommandStatus::Confirmed { .. }))

@@ -123,6 +123,14 @@ impl Scene {
     }
 
     fn hear_body(&mut self, body: Body) {
+        self.hear_line(body);
+        self.counters.lines += 1;
+        self.counters.bytes += 80;
+        self.event(Event::Counters(self.counters));
+    }
+
+    /// A line, without the totals that follow it.
+    pub(crate) fn hear_line(&mut self, body: Body) {
         self.wait_ms(333);
         let line = Line {
             sequence: self.sequence,
@@ -135,9 +143,6 @@ impl Scene {
             line: Box::new(line),
             raw,
         });
-        self.counters.lines += 1;
-        self.counters.bytes += 80;
-        self.event(Event::Counters(self.counters));
     }
 
     /// Loses lines.

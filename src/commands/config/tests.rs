@@ -182,7 +182,9 @@ fn default_file_parses_as_it_is_and_with_every_line_uncommented() {
         "limits",
     ] {
         for key in known_keys(section) {
-            let is_offered = |line: &str| line.starts_with(&format!("{key} = "));
+            let is_offered = |line: &str| {
+                line.starts_with(&format!("{key} = ")) || line.ends_with(&format!(".{key}]"))
+            };
             assert!(offered.lines().any(is_offered), "{key}");
         }
     }

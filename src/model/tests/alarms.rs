@@ -4,6 +4,7 @@ use super::*;
 use crate::event::{Level, LinkEvent, Recording};
 use crate::model::Limits;
 use groundwave_protocol::status_codes::{Cliff, Link, Power};
+use groundwave_protocol::telemetry::Body;
 
 /// Names of the raised alarms; whether each is active, and acknowledged.
 fn raised(scene: &Scene) -> Vec<(&'static str, bool, bool)> {
@@ -56,7 +57,7 @@ fn the_facts_tell_once_that_an_alarm_is_raised_and_ended() {
     let mut told: Vec<Vec<(&str, bool)>> = Vec::new();
     for power in [Power::Ok, Power::Low, Power::Low, Power::Charging] {
         scene.state.power = power;
-        scene.hear();
+        scene.hear_line(Body::State(scene.state));
         let changes = scene.model.facts.alarm_changes.iter();
         told.push(
             changes
