@@ -1,6 +1,6 @@
 //! What a release offers: archives and Debian packages with the program, its pages and completions, and their checksums.
 //!
-//! Needs what the steps `linux` and `windows` need, and `zip`, `dpkg-deb`. Two runs of one commit give the same bytes.
+//! Needs what the steps `linux` and `windows` need, and `zip`, `dpkg-deb`. Times, order and owners are fixed, so that two runs of one commit give the same archives of the same programs.
 
 use std::env;
 use std::fs;
