@@ -15,40 +15,40 @@ mod common;
 mod mavlink;
 mod ours;
 mod report;
-mod wishes;
+mod selection;
 
 use report::Times;
-use wishes::{Duplex, Section, Wishes};
+use selection::{Duplex, Section, Selection};
 
 fn main() {
-    let wishes = match Wishes::from_words(std::env::args().skip(1)) {
-        Ok(wishes) => wishes,
+    let selection = match Selection::from_words(std::env::args().skip(1)) {
+        Ok(selection) => selection,
         Err(problem) => {
             eprintln!("{problem}");
             std::process::exit(2);
         }
     };
-    for section in &wishes.sections {
+    for section in &selection.sections {
         match section {
-            Section::Lists => lists(&wishes),
-            Section::Commands => commands(&wishes),
-            Section::Stop => stop(&wishes),
-            Section::Cold => cold(&wishes),
+            Section::Lists => lists(&selection),
+            Section::Commands => commands(&selection),
+            Section::Stop => stop(&selection),
+            Section::Cold => cold(&selection),
         }
         println!();
     }
 }
 
 /// Seconds until a list is confirmed: mean and 95th percentile.
-fn lists(wishes: &Wishes) {
+fn lists(selection: &Selection) {
     println!(
         "Lists, {} seeds a cell: mean (95 % within), seconds",
-        wishes.seeds
+        selection.seeds
     );
     println!();
-    report::header(&[&["", "waypoints"], &wishes.channel_names()[..]].concat());
-    for count in &wishes.counts {
-        let bounds = wishes
+    report::header(&[&["", "waypoints"], &selection.channel_names()[..]].concat());
+    for count in &selection.counts {
+        let bounds = selection
             .channels
             .iter()
             .map(|c| format!("{:.2}", report::bound_s(c, *count)));
@@ -57,9 +57,9 @@ fn lists(wishes: &Wishes) {
                 .into_iter()
                 .chain(bounds),
         );
-        for &duplex in &wishes.duplexes {
-            let cells = wishes.channels.iter().map(|channel| {
-                let times = common::on_all_cores(0..wishes.seeds, |seed| {
+        for &duplex in &selection.duplexes {
+            let cells = selection.channels.iter().map(|channel| {
+                let times = common::on_all_cores(0..selection.seeds, |seed| {
                     ours::list_s(duplex, channel, seed, *count)
                 });
                 Times::of(times).to_string()
@@ -70,24 +70,24 @@ fn lists(wishes: &Wishes) {
                     .chain(cells),
             );
         }
-        if wishes.mavlink {
-            for duplex in &wishes.duplexes {
-                mavlink_row(wishes, *duplex, *count);
+        if selection.mavlink {
+            for duplex in &selection.duplexes {
+                mavlink_row(selection, *duplex, *count);
             }
         }
     }
 }
 
-fn mavlink_row(wishes: &Wishes, duplex: Duplex, count: usize) {
+fn mavlink_row(selection: &Selection, duplex: Duplex, count: usize) {
     // On a half-duplex radio, a vehicle that sends telemetry all the time cannot receive.
     let telemetry = match duplex {
         Duplex::Full => &[true, false][..],
         Duplex::Half => &[false],
     };
     for telemetry in telemetry {
-        let cells = wishes.channels.iter().map(|channel| {
+        let cells = selection.channels.iter().map(|channel| {
             let spec = duplex.over(channel);
-            let times = common::on_all_cores(0..wishes.seeds, |seed| {
+            let times = common::on_all_cores(0..selection.seeds, |seed| {
                 mavlink::upload_s(&spec, seed, count, *telemetry)
             });
             Times::of(times).to_string()
@@ -99,16 +99,16 @@ fn mavlink_row(wishes: &Wishes, duplex: Duplex, count: usize) {
 }
 
 /// Seconds until a single command is confirmed.
-fn commands(wishes: &Wishes) {
+fn commands(selection: &Selection) {
     println!(
         "One command, session open, {} seeds a cell: seconds",
-        wishes.seeds
+        selection.seeds
     );
     println!();
     report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
-    for &duplex in &wishes.duplexes {
+    for &duplex in &selection.duplexes {
         for channel in ["", "ber=1e-3"] {
-            let times = common::on_all_cores(0..wishes.seeds, |seed| {
+            let times = common::on_all_cores(0..selection.seeds, |seed| {
                 ours::command_s(duplex, channel, seed)
             });
             report::row(Times::of(times).columns(&duplex.to_string(), channel));
@@ -117,17 +117,17 @@ fn commands(wishes: &Wishes) {
 }
 
 /// The same for a station that has received nothing and has no session.
-fn cold(wishes: &Wishes) {
+fn cold(selection: &Selection) {
     println!(
         "Cold: a station that has heard nothing, no session, {} seeds a cell: seconds",
-        wishes.seeds
+        selection.seeds
     );
     println!();
     report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
-    for &duplex in &wishes.duplexes {
+    for &duplex in &selection.duplexes {
         for count in [None, Some(100)] {
             for channel in ["", "ber=1e-3"] {
-                let times = common::on_all_cores(0..wishes.seeds, |seed| {
+                let times = common::on_all_cores(0..selection.seeds, |seed| {
                     ours::cold_s(duplex, channel, seed, count)
                 });
                 let what = count.map_or("one command".to_owned(), |n| format!("{n} waypoints"));
@@ -139,14 +139,14 @@ fn cold(wishes: &Wishes) {
 }
 
 /// Time from the key until the motors are off and the wheels stand still.
-fn stop(wishes: &Wishes) {
+fn stop(selection: &Selection) {
     const PHASES_MS: u64 = 2000;
     println!(
         "STOP in mid-transfer on a clean link, key pressed at each of {PHASES_MS} ms: milliseconds"
     );
     println!();
     report::header(&["", "what", "mean", "slowest"]);
-    for &duplex in &wishes.duplexes {
+    for &duplex in &selection.duplexes {
         let stops = common::on_all_cores(0..PHASES_MS, |phase| ours::stop_ms(duplex, phase));
         for (index, (what, _)) in ours::STOP_EFFECTS.iter().enumerate() {
             let all: Vec<u64> = stops.iter().map(|(_, times)| times[index]).collect();
@@ -161,13 +161,13 @@ fn stop(wishes: &Wishes) {
         }
     }
     println!();
-    println!("STOP on any channel, {} seeds a row: seconds", wishes.seeds);
+    println!("STOP on any channel, {} seeds a row: seconds", selection.seeds);
     println!();
     report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
-    for &duplex in &wishes.duplexes {
+    for &duplex in &selection.duplexes {
         for channel in ["", "ber=1e-3", "ber=3e-3"] {
             let stops =
-                common::on_all_cores(0..wishes.seeds, |seed| ours::stop_s(duplex, channel, seed));
+                common::on_all_cores(0..selection.seeds, |seed| ours::stop_s(duplex, channel, seed));
             let effect = stops.iter().map(|(seed, (effect, _))| (*seed, *effect));
             let confirmation = stops
                 .iter()

@@ -9,7 +9,7 @@ use sr04_firmware::board;
 use sr04_sim::{SimulationConfig, World};
 
 use crate::common::{CoSimulation, owner};
-use crate::wishes::Duplex;
+use crate::selection::Duplex;
 
 /// Limit of a run, seconds; every task ends before, confirmed or not.
 const LIMIT_S: u64 = 600;

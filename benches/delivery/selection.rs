@@ -44,7 +44,7 @@ pub const BURST: &str = "ber=1e-3,burst=50";
 
 /// The selected cells.
 #[derive(Debug)]
-pub struct Wishes {
+pub struct Selection {
     pub sections: Vec<Section>,
     pub duplexes: Vec<Duplex>,
     pub counts: Vec<usize>,
@@ -54,10 +54,10 @@ pub struct Wishes {
     pub seeds: u64,
 }
 
-impl Wishes {
+impl Selection {
     /// Reads the arguments after `--`.
     pub fn from_words(words: impl Iterator<Item = String>) -> Result<Self, String> {
-        let mut wishes = Self {
+        let mut selection = Self {
             sections: Vec::new(),
             duplexes: Vec::new(),
             counts: Vec::new(),
@@ -70,46 +70,46 @@ impl Wishes {
             match word.as_str() {
                 // Cargo passes this to every bench.
                 "--bench" => {}
-                "full" => wishes.duplexes.push(Duplex::Full),
-                "half" => wishes.duplexes.push(Duplex::Half),
-                "lists" => wishes.sections.push(Section::Lists),
-                "commands" => wishes.sections.push(Section::Commands),
-                "stop" => wishes.sections.push(Section::Stop),
-                "cold" => wishes.sections.push(Section::Cold),
-                "mavlink" => wishes.mavlink = true,
-                "burst" => wishes.channels.push(BURST.to_owned()),
-                "0" => wishes.channels.push(String::new()),
+                "full" => selection.duplexes.push(Duplex::Full),
+                "half" => selection.duplexes.push(Duplex::Half),
+                "lists" => selection.sections.push(Section::Lists),
+                "commands" => selection.sections.push(Section::Commands),
+                "stop" => selection.sections.push(Section::Stop),
+                "cold" => selection.sections.push(Section::Cold),
+                "mavlink" => selection.mavlink = true,
+                "burst" => selection.channels.push(BURST.to_owned()),
+                "0" => selection.channels.push(String::new()),
                 "--seeds" => {
                     let seeds = words.next().and_then(|seeds| seeds.parse().ok());
-                    wishes.seeds = seeds.ok_or("--seeds takes a number, like --seeds 50")?;
+                    selection.seeds = seeds.ok_or("--seeds takes a number, like --seeds 50")?;
                 }
-                _ => wishes.number(&word)?,
+                _ => selection.number(&word)?,
             }
         }
-        let all = wishes.sections.is_empty() && wishes.has_no_filter();
+        let all = selection.sections.is_empty() && selection.has_no_filter();
         if all {
-            wishes.mavlink = true;
-            wishes.sections = vec![
+            selection.mavlink = true;
+            selection.sections = vec![
                 Section::Lists,
                 Section::Commands,
                 Section::Stop,
                 Section::Cold,
             ];
-        } else if wishes.sections.is_empty() {
-            wishes.sections.push(Section::Lists);
+        } else if selection.sections.is_empty() {
+            selection.sections.push(Section::Lists);
         }
-        if wishes.duplexes.is_empty() {
-            wishes.duplexes = vec![Duplex::Full, Duplex::Half];
+        if selection.duplexes.is_empty() {
+            selection.duplexes = vec![Duplex::Full, Duplex::Half];
         }
-        if wishes.counts.is_empty() {
-            wishes.counts = vec![10, 100, 300];
+        if selection.counts.is_empty() {
+            selection.counts = vec![10, 100, 300];
         }
-        if wishes.channels.is_empty() {
-            wishes.channels = ["", "ber=1e-4", "ber=1e-3", "ber=3e-3", BURST]
+        if selection.channels.is_empty() {
+            selection.channels = ["", "ber=1e-4", "ber=1e-3", "ber=3e-3", BURST]
                 .map(str::to_owned)
                 .into();
         }
-        Ok(wishes)
+        Ok(selection)
     }
 
     fn has_no_filter(&self) -> bool {
