@@ -25,7 +25,7 @@ pub(crate) const DAMAGED: &str = "damaged";
 pub(crate) const REPLACED: &str = "replaced";
 
 /// A file that this program has locked.
-pub(crate) struct Lock(#[expect(dead_code, reason = "held, not used")] File);
+pub(crate) struct Lock(File);
 
 impl Lock {
     /// Locks a file; `None` when another program records or recovers it, or has just replaced it.
@@ -40,6 +40,19 @@ impl Lock {
         // On a file system without locks, the file counts as free.
         Ok(presence::check(&file, path).is_ok().then_some(Self(file)))
     }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        release(&self.0);
+    }
+}
+
+/// Unlocks a file. Closing it is not enough: a program that another thread is starting has a copy of it for a moment,
+/// and the lock with it.
+pub(crate) fn release(file: &File) {
+    // A lock that cannot be released ends with the last copy of the file.
+    let _ = file.unlock();
 }
 
 /// Locks a file that is being written. It waits for another program that checks the lock, which takes a moment only.
@@ -298,8 +311,11 @@ mod tests {
         let first = Lock::take(&path).unwrap().unwrap();
         assert!(Lock::take(&path).unwrap().is_none());
         assert!(is_in_use(&path));
+        // As a program has that is being started.
+        let copy = first.0.try_clone().unwrap();
         drop(first);
         assert!(!is_in_use(&path));
+        drop(copy);
     }
 
     /// Opening a named pipe without a reader would wait for one.

@@ -58,6 +58,12 @@ impl Part {
     }
 }
 
+impl Drop for Part {
+    fn drop(&mut self) {
+        files::release(&self.file);
+    }
+}
+
 /// Creates a file and locks it.
 pub(super) fn create(path: &Path, existing: Existing) -> Result<File, CaptureError> {
     let mut options = OpenOptions::new();
