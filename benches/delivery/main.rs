@@ -161,13 +161,17 @@ fn stop(selection: &Selection) {
         }
     }
     println!();
-    println!("STOP on any channel, {} seeds a row: seconds", selection.seeds);
+    println!(
+        "STOP on any channel, {} seeds a row: seconds",
+        selection.seeds
+    );
     println!();
     report::header(&["", "bit error rate", "mean", "95 % within", "slowest"]);
     for &duplex in &selection.duplexes {
         for channel in ["", "ber=1e-3", "ber=3e-3"] {
-            let stops =
-                common::on_all_cores(0..selection.seeds, |seed| ours::stop_s(duplex, channel, seed));
+            let stops = common::on_all_cores(0..selection.seeds, |seed| {
+                ours::stop_s(duplex, channel, seed)
+            });
             let effect = stops.iter().map(|(seed, (effect, _))| (*seed, *effect));
             let confirmation = stops
                 .iter()
