@@ -50,6 +50,54 @@ fn a_full_disk_is_no_success() {
     assert!(told.contains("make room"), "{told}");
 }
 
+/// The disk of the simulator's outputs is full: the robot goes on, and the exit code tells.
+#[test]
+fn a_simulation_with_an_incomplete_file_is_no_success() {
+    for output in ["trace", "wav"] {
+        let line = format!("$G sim --duration 11s --time-factor 100 --{output} /dev/full --force");
+        let (code, told) = code(&line);
+        assert_eq!(code, Some(1), "{told}");
+        assert!(
+            told.contains("/dev/full is incomplete: the disk is full; free some space"),
+            "{told}"
+        );
+        assert!(told.contains("ran to its end"), "{told}");
+    }
+}
+
+#[test]
+fn too_few_open_files_are_reported() {
+    let folder = scratch("open-files");
+    let made = folder.join("made.mcap").display().to_string();
+    for verb in [
+        "info $CAPTURE".to_owned(),
+        format!("export --to mcap $CAPTURE -o {made}"),
+        format!("record sim --duration 1s -o {made}"),
+        "sim --duration 1s".to_owned(),
+        "send sim stop".to_owned(),
+        "ports".to_owned(),
+    ] {
+        for limit in [8, 12, 20] {
+            let (code, told) = code(&format!("ulimit -n {limit}; $G {verb}"));
+            assert_eq!(code, Some(1), "{verb}, {limit}: {told}");
+            assert!(
+                told.contains("raise their limit with `ulimit -n`"),
+                "{told}"
+            );
+            assert!(
+                !told.contains("panicked") && !told.contains("os error"),
+                "{told}"
+            );
+        }
+    }
+    let (shared, told) = code("ulimit -n 64; $G watch sim --headless --share 127.0.0.1:0");
+    assert_eq!(shared, Some(1), "{told}");
+    assert!(told.contains("`ulimit -n`"), "{told}");
+    // A limit that the program may raise.
+    let (raised, told) = code("ulimit -Sn 8; $G sim --duration 1s --time-factor 100");
+    assert_eq!(raised, Some(0), "{told}");
+}
+
 #[test]
 fn a_headless_watch_says_at_once_that_recording_has_failed() {
     let sim = Sim::start(&[]);

@@ -87,7 +87,7 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["--config", "gone", "ports"], "makes a file to start from"),
     (2, &["config", "check", "gone"], "makes a file to start from"),
     (2, &["completions", "tcsh"], "possible values: bash"),
-    (1, &["man", "a.txt"], "name a writable folder"),
+    (1, &["man", "a.txt"], "a file has the name of the folder"),
     (2, &["wach", "sim"], "a similar subcommand exists: 'watch'"),
     (2, &["watch", "sim", "--headles"], "a similar argument exists: '--headless'"),
 ];

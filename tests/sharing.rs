@@ -146,26 +146,6 @@ fn exit_codes_over_a_shared_link_are_those_of_an_own_link() {
     assert!(err.contains("cannot reach a station at"), "{err}");
 }
 
-/// Two clients that send STOP at once share one frame.
-#[test]
-fn joined_stop_is_not_reported_as_unsent() {
-    let folder = scratch("two-stops");
-    let socket = path_in(&folder, "s");
-    let sim = Sim::start(&["--channel", "out=0s..10000s"]);
-    let arguments = ["watch", &sim.path, "--headless", "--share", &socket];
-    let mut station = Telling::start(&arguments);
-    station.wait_for("that it shares", |value| {
-        value["text"]
-            .as_str()
-            .is_some_and(|text| text.starts_with("shared on "))
-    });
-    let mut first = Telling::start(&["send", "--via", &socket, "stop", "--json"]);
-    first.wait_for("a frame of it", is_stage("sent"));
-    let arguments = ["send", "--via", &socket, "stop", "--timeout", "10ms"];
-    let (_, err) = expect(3, &arguments);
-    assert!(err.contains("may or may not"), "{err}");
-}
-
 #[test]
 fn receive_only_station_refuses_commands() {
     let folder = scratch("listens");

@@ -69,8 +69,8 @@ pub enum CaptureError {
     OwnName(PathBuf),
     /// A recovery could not write its result.
     #[error(
-        "recovering {} failed: {error}; {}nothing was changed",
-        path.display(),
+        "recovering {} failed: {}; {}nothing was changed",
+        path.display(), hint::words(error),
         match error.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge =>
                 "make room and run recover again; ",
@@ -106,7 +106,7 @@ pub enum CaptureError {
     #[error("cannot append to {}: only raw text can be appended to; choose another name", .0.display())]
     CannotAppend(PathBuf),
     /// The file cannot be created.
-    #[error("cannot create {}: {}{}", path.display(), hint::without_numbers(&error.to_string()), hint(error))]
+    #[error("cannot create {}: {}{}", path.display(), hint::words(error), hint(error))]
     Create {
         /// The file.
         path: PathBuf,
@@ -117,7 +117,7 @@ pub enum CaptureError {
     #[error(
         "cannot rename the interrupted recording {}, to free its name: {}; choose another name",
         path.display(),
-        hint::without_numbers(&error.to_string())
+        hint::words(error)
     )]
     SetAside {
         /// The file.
@@ -127,8 +127,9 @@ pub enum CaptureError {
     },
     /// Writing failed in the middle.
     #[error(
-        "recording to {} stopped: {error}; everything before is kept{}{}",
+        "recording to {} stopped: {}; everything before is kept{}{}",
         path.display(),
+        hint::words(error),
         recovery(path),
         hint(error)
     )]
@@ -139,7 +140,7 @@ pub enum CaptureError {
         error: io::Error,
     },
     /// The first bytes could not be written.
-    #[error("cannot record to {}: {error}; nothing was written{}", path.display(), hint(error))]
+    #[error("cannot record to {}: {}; nothing was written{}", path.display(), hint::words(error), hint(error))]
     NothingWritten {
         /// The file, which is empty.
         path: PathBuf,

@@ -26,18 +26,81 @@ pub fn shell_word(path: &Path) -> String {
     }
 }
 
-/// A message without the numbers of the operating system's errors, which say nothing to a person.
+/// What an error of the operating system says, in words for a person: the one place for them.
 #[must_use]
-pub fn without_numbers(message: &str) -> String {
-    let mut parts = message.split(" (os error ");
-    let mut text = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        match part.split_once(')') {
-            Some((number, rest)) if number.parse::<i32>().is_ok() => text.push_str(rest),
-            _ => text.extend([" (os error ", part]),
-        }
+pub fn words(error: &io::Error) -> String {
+    if error.get_ref().is_some() {
+        return plain(&error.to_string());
     }
-    text
+    let words = match error.kind() {
+        io::ErrorKind::StorageFull => "the disk is full",
+        io::ErrorKind::QuotaExceeded => "your share of the disk is used up",
+        io::ErrorKind::FileTooLarge => "the file would be larger than the system allows",
+        io::ErrorKind::ReadOnlyFilesystem => "the disk is read-only",
+        io::ErrorKind::NotFound => "not found",
+        io::ErrorKind::PermissionDenied => "permission denied",
+        io::ErrorKind::AddrInUse => "another program uses the address",
+        io::ErrorKind::BrokenPipe => "the other end is gone",
+        io::ErrorKind::ConnectionReset | io::ErrorKind::ConnectionAborted => {
+            "the other end broke the connection"
+        }
+        _ if error
+            .raw_os_error()
+            .is_some_and(|number| NO_MORE_FILES.contains(&number)) =>
+        {
+            "too many open files; raise their limit with `ulimit -n`"
+        }
+        _ => return in_lower_case(&system_words(error)),
+    };
+    words.to_owned()
+}
+
+/// Numbers of too many open files on Unix: of the program, and of the system.
+const NO_MORE_FILES: &[i32] = if cfg!(unix) { &[24, 23] } else { &[] };
+
+/// The system's own words, without the number behind them.
+fn system_words(error: &io::Error) -> String {
+    let text = error.to_string();
+    match next_number(&text) {
+        Some((words, ..)) => words.to_owned(),
+        None => text,
+    }
+}
+
+/// The text without its capital, unless its first word is an abbreviation.
+fn in_lower_case(text: &str) -> String {
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first) if letters.as_str().starts_with(char::is_lowercase) => {
+            first.to_lowercase().collect::<String>() + letters.as_str()
+        }
+        _ => text.to_owned(),
+    }
+}
+
+/// A message of another library, with the system's errors in it as [`words`].
+#[must_use]
+pub fn plain(message: &str) -> String {
+    let mut text = String::new();
+    let mut rest = message;
+    while let Some((before, number, after)) = next_number(rest) {
+        let error = io::Error::from_raw_os_error(number);
+        match before.strip_suffix(&system_words(&error)) {
+            Some(before) => text.extend([before, &words(&error)]),
+            None => text.push_str(before),
+        }
+        rest = after;
+    }
+    text + rest
+}
+
+/// The first "(os error N)": the text before it, its number, and the text behind it.
+fn next_number(text: &str) -> Option<(&str, i32, &str)> {
+    let begin = " (os error ";
+    text.match_indices(begin).find_map(|(at, _)| {
+        let (number, after) = text[at + begin.len()..].split_once(')')?;
+        Some((&text[..at], number.parse().ok()?, after))
+    })
 }
 
 /// Why a file cannot be read, and what to do.
@@ -52,7 +115,7 @@ pub fn of_reading(error: &io::Error) -> String {
             "permission denied; `ls -l` shows who may read it".to_owned()
         }
         io::ErrorKind::InvalidData => "it is not text; name a text file".to_owned(),
-        _ => without_numbers(&error.to_string()),
+        _ => words(error),
     }
 }
 
@@ -71,7 +134,7 @@ pub fn of_writing(error: &io::Error) -> String {
         }
         _ => "",
     };
-    format!("{}{hint}", without_numbers(&error.to_string()))
+    format!("{}{hint}", words(error))
 }
 
 #[cfg(test)]
@@ -101,14 +164,29 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_errors_are_removed() {
+    fn errors_of_the_system_are_worded() {
         let error = io::Error::from_raw_os_error(2).to_string();
-        let message = without_numbers(&format!("cannot do it: {error}; try again ({error})"));
-        assert!(!message.contains("os error"), "{message}");
-        assert!(message.contains("; try again ("), "{message}");
+        let message = plain(&format!("cannot do it: {error}; try again ({error})"));
+        assert_eq!(message, "cannot do it: not found; try again (not found)");
         for text in ["", "a (os error", "a (os error x) b", "a (os error 2"] {
-            assert_eq!(without_numbers(text), text);
+            assert_eq!(plain(text), text);
         }
+        assert_eq!(plain("it failed (os error 2)."), "it failed.");
+        let own = io::Error::new(io::ErrorKind::NotFound, "no such robot");
+        assert_eq!(words(&own), "no such robot");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn no_error_of_the_system_shows_its_number() {
+        for number in 1..=200 {
+            let words = words(&io::Error::from_raw_os_error(number));
+            assert!(!words.contains("os error") && !words.is_empty(), "{words}");
+        }
+        let words = |number| words(&io::Error::from_raw_os_error(number));
+        assert_eq!(words(28), "the disk is full");
+        assert_eq!(words(5), "input/output error");
+        assert!(words(24).contains("`ulimit -n`"));
     }
 
     #[test]

@@ -72,7 +72,7 @@ impl Fault {
     pub(super) fn new(exit: Exit, message: impl Display) -> Self {
         Self {
             exit,
-            message: safe_text::line(&hint::without_numbers(&message.to_string())).into_owned(),
+            message: safe_text::line(&hint::plain(&message.to_string())).into_owned(),
         }
     }
 
@@ -122,7 +122,7 @@ impl Fault {
         }
         Err(Self::new(
             Exit::Failed,
-            format!("cannot write to standard output: {error}"),
+            format!("cannot write to standard output: {}", hint::words(error)),
         ))
     }
 }

@@ -1,7 +1,7 @@
 //! `man`: manual pages from the definitions of the command line and the keys.
 
-use std::fs;
 use std::path::Path;
+use std::{fs, io};
 
 use clap::{Command, CommandFactory as _};
 use clap_mangen::Man as Page;
@@ -9,6 +9,7 @@ use clap_mangen::roff::{Roff, bold, roman};
 
 use super::cli::{Cli, Man};
 use super::{Exit, Fault, show};
+use crate::hint;
 use crate::model::keys::Keymap;
 
 pub(super) fn run(options: &Man) -> Result<(), Fault> {
@@ -17,12 +18,13 @@ pub(super) fn run(options: &Man) -> Result<(), Fault> {
     let Some(folder) = &options.dir else {
         return show(&page(&command)?.1);
     };
-    let failed = |path: &Path, error| {
+    let failed = |path: &Path, error: io::Error| {
         Fault::new(
             Exit::Failed,
             format!(
-                "cannot write {}: {error}; name a writable folder",
-                path.display()
+                "cannot write {}: {}",
+                path.display(),
+                hint::of_writing(&error)
             ),
         )
     };

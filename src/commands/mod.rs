@@ -52,6 +52,8 @@ use cli::{Cli, Verb};
 pub use completions::answer as answer_shell;
 pub use fault::{Exit, Fault};
 
+use crate::hint;
+use crate::io::open_files;
 use crate::safe_text::{self, SafeWriter};
 
 /// Parses the command line.
@@ -71,7 +73,7 @@ pub fn parse() -> Result<Cli, clap::Error> {
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
     watch_for_panics();
-    match dispatch(cli) {
+    match check_open_files(open_files::ANY_COMMAND).and_then(|()| dispatch(cli)) {
         // The hook has reported it.
         Ok(()) if HAS_PANICKED.load(Ordering::Relaxed) => ExitCode::from(Exit::Failed as u8),
         Ok(()) => ExitCode::SUCCESS,
@@ -80,6 +82,14 @@ pub fn run(cli: &Cli) -> ExitCode {
             ExitCode::from(fault.exit as u8)
         }
     }
+}
+
+/// Fails if `count` files cannot be opened at once.
+fn check_open_files(count: usize) -> Result<(), Fault> {
+    open_files::ensure(count).map_err(|error| {
+        let message = format!("cannot start: {}", hint::words(&error));
+        Fault::new(Exit::Failed, message)
+    })
 }
 
 /// Whether any thread has panicked.

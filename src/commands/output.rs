@@ -49,7 +49,7 @@ pub(super) fn targets(
                     "a file with that name exists; choose another name".to_owned()
                 }
                 io::ErrorKind::NotFound => "choose a writable folder".to_owned(),
-                _ => format!("{error}; choose a writable folder"),
+                _ => hint::of_writing(&error),
             };
             Fault::new(Exit::Failed, format!("cannot create {folder}: {hint}"))
         })?;

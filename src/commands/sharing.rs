@@ -1,10 +1,11 @@
 //! Shared links as the options ask for them.
 
 use super::cli::Sharing;
-use super::{Exit, Fault};
+use super::{Exit, Fault, check_open_files};
 use crate::io::foxglove::{Foxglove, FoxgloveError};
 use crate::io::link::Sink;
-use crate::io::share::{Share, ShareError, usual_address};
+use crate::io::open_files;
+use crate::io::share::{CONNECTIONS_MAX, Share, ShareError, usual_address};
 use crate::share::Address;
 
 /// Parses the address of a share; without a text it is the usual one.
@@ -18,20 +19,19 @@ pub(super) fn parse_address(text: &str) -> Result<Address, String> {
 
 /// Opens the share server if the options ask for it; must be called within the runtime.
 pub(super) fn listen(options: &Sharing) -> Result<Option<Share>, Fault> {
-    options
-        .share
-        .as_ref()
-        .map(|address| Share::listen(address, options.share_open_to_network))
-        .transpose()
-        .map_err(|error| {
-            let exit = match error {
-                ShareError::Exposed(_) => Exit::Usage,
-                ShareError::Taken(..) | ShareError::Token(..) | ShareError::Listen(..) => {
-                    Exit::Failed
-                }
-            };
-            Fault::new(exit, error)
-        })
+    let Some(address) = &options.share else {
+        return Ok(None);
+    };
+    // Clients must not use up the files of the station.
+    check_open_files(open_files::ANY_COMMAND + CONNECTIONS_MAX)?;
+    let share = Share::listen(address, options.share_open_to_network);
+    share.map(Some).map_err(|error| {
+        let exit = match error {
+            ShareError::Exposed(_) => Exit::Usage,
+            ShareError::Taken(..) | ShareError::Token(..) | ShareError::Listen(..) => Exit::Failed,
+        };
+        Fault::new(exit, error)
+    })
 }
 
 /// Opens the Foxglove server if the options ask for it; must be called within the runtime. Clients show `name`.

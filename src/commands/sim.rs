@@ -4,11 +4,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use sr04_sim::serve::{Endpoint, ServeOptions};
+use sr04_sim::serve::{Endpoint, ServeOptions, Server};
 
 use super::cli::Sim;
 use super::output::check_inputs;
-use super::{Exit, Fault, block_on, out, say, simulated};
+use super::{Exit, Fault, block_on, out, say, say_fault, simulated};
 use crate::capture::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 
@@ -97,7 +97,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
         None => simulated::endpoint(false),
     };
     let is_tcp = matches!(endpoint, Endpoint::Tcp { .. });
-    let server = simulated::start(
+    let mut server = simulated::start(
         config,
         &ServeOptions {
             endpoints: vec![endpoint],
@@ -136,6 +136,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
     }
     say(format_args!("dashboard:  groundwave watch {link}"));
     say("stop:       Ctrl-C");
+    let mut is_whole = true;
     block_on(async {
         let mut signals = Signals::listen().map_err(|error| {
             Fault::new(Exit::Failed, format!("cannot listen for signals: {error}"))
@@ -146,9 +147,26 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
                     Signal::Leave => break,
                     Signal::Suspend => stop_myself(),
                 },
-                () = tokio::time::sleep(CHECK_EVERY), if options.duration.is_some() => {}
+                () = tokio::time::sleep(CHECK_EVERY) => is_whole &= say_errors(&server),
             }
         }
         Ok(())
-    })
+    })?;
+    server.end();
+    is_whole &= say_errors(&server);
+    if is_whole {
+        return Ok(());
+    }
+    let message = "the robot ran to its end, but a file is incomplete";
+    Err(Fault::new(Exit::Failed, message))
+}
+
+/// Says the errors of files as they come, because the robot goes on; returns whether there were none.
+fn say_errors(server: &Server) -> bool {
+    let mut is_whole = true;
+    while let Some(error) = server.poll_error() {
+        say_fault(&simulated::fault_of(&error));
+        is_whole = false;
+    }
+    is_whole
 }

@@ -13,6 +13,7 @@ use super::cli::Simulated;
 use super::{Exit, Fault};
 use crate::capture::Session;
 use crate::event::Truth;
+use crate::hint;
 use crate::io::link::LinkSpec;
 use crate::radio::RadioKind;
 use crate::suggest::question;
@@ -78,20 +79,28 @@ pub(super) fn world_names() -> impl Iterator<Item = &'static str> {
 
 /// Starts a simulated robot.
 pub(super) fn start(config: SimulationConfig, options: &ServeOptions) -> Result<Server, Fault> {
-    serve(config, options).map_err(|error| {
-        let exit = match &error {
-            ServeError::TimeFactor(_)
-            | ServeError::Link { .. }
-            | ServeError::Eeprom { .. }
-            | ServeError::Recording { .. } => Exit::Usage,
-            ServeError::Listen { source, .. } => match source.kind() {
-                ErrorKind::AddrInUse | ErrorKind::PermissionDenied => Exit::Failed,
-                _ => Exit::Usage,
-            },
-            ServeError::Pty(_) | ServeError::Thread(_) => Exit::Failed,
-        };
-        Fault::new(exit, error)
-    })
+    serve(config, options).map_err(|error| fault_of(&error))
+}
+
+/// The fault of a simulated robot.
+pub(super) fn fault_of(error: &ServeError) -> Fault {
+    let exit = match error {
+        ServeError::TimeFactor(_)
+        | ServeError::Link { .. }
+        | ServeError::Eeprom { .. }
+        | ServeError::Recording { .. } => Exit::Usage,
+        ServeError::Listen { source, .. } => match source.kind() {
+            ErrorKind::AddrInUse | ErrorKind::PermissionDenied => Exit::Failed,
+            _ => Exit::Usage,
+        },
+        ServeError::Pty(_) | ServeError::Thread(_) | ServeError::Incomplete { .. } => Exit::Failed,
+    };
+    match error {
+        ServeError::Recording { source, .. } | ServeError::Incomplete { source, .. } => {
+            Fault::new(exit, format!("{error}: {}", hint::of_writing(source)))
+        }
+        _ => Fault::new(exit, error),
+    }
 }
 
 /// A pseudo-terminal on Unix, a TCP port elsewhere.

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::capture::files;
 use crate::event::{Event, Level, Notice, NoticeCode, Truth};
-use crate::hint::shell_word;
+use crate::hint::{self, shell_word};
 use crate::io::link::{self, BAUD, Link, LinkSpec};
 use crate::io::share_client::ShareClientError;
 use crate::io::terminal;
@@ -310,6 +310,6 @@ pub(super) fn terminal_failed(error: &io::Error) -> Result<(), Fault> {
     }
     Err(Fault::new(
         Exit::Failed,
-        format!("the terminal failed: {error}"),
+        format!("the terminal failed: {}", hint::words(error)),
     ))
 }

@@ -4,6 +4,7 @@ pub mod files;
 pub mod foxglove;
 pub mod link;
 mod mouse;
+pub mod open_files;
 pub mod ports;
 pub mod share;
 pub mod share_client;

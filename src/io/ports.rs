@@ -1,8 +1,11 @@
 //! The serial ports of this machine.
 
+use std::io::ErrorKind;
+
 use serialport::{SerialPortInfo, SerialPortType};
 
 use super::link::{Plugged, UsbIdentity};
+use crate::hint;
 
 /// The name of a port as this system names them, for messages and examples.
 pub const EXAMPLE: &str = if cfg!(windows) {
@@ -113,12 +116,21 @@ fn find_identity(identity: &str, ports: &[Plugged]) -> Result<String, String> {
 }
 
 fn available() -> Result<Vec<SerialPortInfo>, String> {
-    // On Linux the library panics without this folder.
-    if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
-        return Ok(Vec::new());
+    // On Linux the library panics when it cannot read this folder.
+    if cfg!(target_os = "linux")
+        && let Err(error) = std::fs::read_dir("/sys/class/tty")
+    {
+        return match error.kind() {
+            ErrorKind::NotFound => Ok(Vec::new()),
+            _ => Err(format!("cannot list serial ports: {}", hint::words(&error))),
+        };
     }
-    let mut ports = serialport::available_ports()
-        .map_err(|error| format!("cannot list serial ports: {error}"))?;
+    let mut ports = serialport::available_ports().map_err(|error| {
+        format!(
+            "cannot list serial ports: {}",
+            hint::plain(&error.to_string())
+        )
+    })?;
     if cfg!(target_os = "macos") {
         // Opening the other name of a port, /dev/tty.*, waits for a carrier.
         ports.retain(|port| !port.port_name.starts_with("/dev/tty."));

@@ -6,6 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::share::find_token;
+use crate::hint;
 use crate::share::{Address, ClientLine, Lines, StationLine, Welcome};
 
 /// Timeout of a write.
@@ -22,7 +23,8 @@ const READ_TIMEOUT: Duration = Duration::from_millis(200);
 pub enum ShareClientError {
     /// No station shares a link at the address.
     #[error(
-        "cannot reach a station at {0}: {1}. Start one that shares its link: `groundwave watch LINK --share {0}`"
+        "cannot reach a station at {0}: {reason}. Start one that shares its link: `groundwave watch LINK --share {0}`",
+        reason = hint::words(.1)
     )]
     Connect(Address, io::Error),
     /// The server at the address is no station.
@@ -150,7 +152,9 @@ impl ShareClient {
         self.halves
             .writing
             .write_all(&line.to_line())
-            .map_err(|error| ShareClientError::Closed(self.address.clone(), format!(": {error}")))
+            .map_err(|error| {
+                ShareClientError::Closed(self.address.clone(), format!(": {}", hint::words(&error)))
+            })
     }
 
     /// The station's next line; other bytes, such as the raw bytes before its welcome, are skipped.
@@ -187,7 +191,7 @@ impl ShareClient {
                     _ => {
                         return Err(ShareClientError::Closed(
                             self.address.clone(),
-                            format!(": {error}"),
+                            format!(": {}", hint::words(&error)),
                         ));
                     }
                 },

@@ -19,6 +19,7 @@ use crate::capture::session::since_1970_ns;
 use crate::capture::topics::StationEvent;
 use crate::capture::{CaptureError, Observation, Pace, RawWriter, Recorder, files, name};
 use crate::event::{Event, Level, Moment, Recording};
+use crate::hint;
 use crate::io::link::Sink;
 use crate::recorded;
 use begin::{begin, begin_unnamed};
@@ -285,7 +286,7 @@ impl Keeper {
                 true
             }
             Err(error) => {
-                let text = format!("cannot start a thread: {error}");
+                let text = format!("cannot start a thread: {}", hint::words(&error));
                 inner.notices.push_back((Level::Alarm, text));
                 false
             }

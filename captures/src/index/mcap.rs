@@ -13,6 +13,7 @@ use super::chunk_table::ChunkTable;
 use super::{Place, SeekableReader, Source, read_at};
 use crate::CaptureError;
 use crate::event::{Landmark, Moment, Truth};
+use crate::hint;
 use crate::mcap_reader::{Channels, Entries, Entry};
 use crate::own_lines::recognizer;
 use crate::pieces::{Piece, PiecePosition, Pieces, has_received};
@@ -93,7 +94,10 @@ impl SeekableRecording {
             Ok(None) => Err(Some(
                 "the recording was interrupted: the file ends in the middle".to_owned(),
             )),
-            Err(error) => Err(Some(format!("reading the capture failed: {error}"))),
+            Err(error) => Err(Some(format!(
+                "reading the capture failed: {}",
+                hint::words(&error)
+            ))),
         }
     }
 

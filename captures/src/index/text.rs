@@ -11,6 +11,7 @@ use super::prefilter::Prefilter;
 use super::{Piece, Place, SeekableReader, Source, read_at};
 use crate::event::Landmark;
 use crate::event::Moment;
+use crate::hint;
 use crate::pieces::PiecePosition;
 use crate::text::{HEAD_BYTES, Style};
 
@@ -139,7 +140,7 @@ impl SeekableText {
             self.filled = match read_at(&*self.source, offset, &mut self.buffer) {
                 Ok(read) => read,
                 Err(error) => {
-                    let text = format!("reading the capture failed: {error}");
+                    let text = format!("reading the capture failed: {}", hint::words(&error));
                     self.problem = Some(text);
                     self.size = offset;
                     0

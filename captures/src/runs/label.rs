@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::event::Remark;
+use crate::hint::words;
 use crate::text_file;
 
 /// A name, remarks, and whether the run counts.
@@ -50,7 +51,7 @@ fn hint(error: &io::Error) -> &'static str {
 #[derive(Debug, thiserror::Error)]
 pub enum LabelError {
     /// The operating system.
-    #[error("cannot {action} {}: {error}{}", path.display(), hint(error))]
+    #[error("cannot {action} {}: {}{}", path.display(), words(error), hint(error))]
     File {
         /// The action that failed.
         action: &'static str,

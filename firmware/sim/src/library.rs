@@ -52,7 +52,7 @@ impl World {
 }
 
 /// Reads a regular file of at most [`BYTES_MAX`]: opening a pipe can block.
-fn read_text(path: &Path) -> io::Result<String> {
+pub(crate) fn read_text(path: &Path) -> io::Result<String> {
     let about = fs::metadata(path)?;
     if !about.is_file() && !about.is_dir() {
         return Err(io::Error::other("it is not a regular file"));

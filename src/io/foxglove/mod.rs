@@ -9,6 +9,7 @@ mod server;
 
 use std::io;
 
+use crate::hint;
 use crate::share::{Address, Exposed};
 pub use server::{Answer, Foxglove};
 
@@ -41,7 +42,7 @@ pub enum FoxgloveError {
     )]
     Path(Address),
     /// The system refused.
-    #[error("cannot serve Foxglove on {0}: {1}; choose another address, or port 0 for a free one")]
+    #[error("cannot serve Foxglove on {0}: {reason}; choose another address, or port 0 for a free one", reason = hint::words(.1))]
     Listen(String, io::Error),
     /// The build has no server.
     #[error(

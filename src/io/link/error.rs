@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 
+use crate::hint;
 use crate::io::ports;
 use crate::io::share_client::ShareClientError;
 
@@ -31,10 +32,10 @@ pub enum OpenError {
     #[error("cannot open {0}: it is a Unix socket; did you mean unix:{0}?")]
     Socket(String),
     /// The other end of a TCP link does not answer.
-    #[error("cannot connect to {0}: {1}. Is the serial server running and the address right?")]
+    #[error("cannot connect to {0}: {reason}. Is the serial server running and the address right?", reason = hint::words(.1))]
     Tcp(String, io::Error),
     /// The station at a Unix socket does not answer.
-    #[error("cannot connect to {0}: {1}. Is a groundwave running with --share {0}?")]
+    #[error("cannot connect to {0}: {reason}. Is a groundwave running with --share {0}?", reason = hint::words(.1))]
     Unix(String, io::Error),
     /// The station that shares its link does not welcome this program.
     #[error(transparent)]

@@ -14,6 +14,7 @@ use super::connection::{Connection, Reading, Reopener};
 use super::error::OpenError;
 use super::tx_queue::TxQueue;
 use super::{LinkInput, Sink};
+use crate::hint;
 use crate::share::{Lines, StationLine, is_announced};
 
 /// Interval of attempts to reopen a lost link.
@@ -306,8 +307,7 @@ impl Held {
 fn describe(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::BrokenPipe => "unplugged".to_owned(),
-        io::ErrorKind::ConnectionReset => "the other end broke the connection".to_owned(),
-        _ => error.to_string(),
+        _ => hint::words(error),
     }
 }
 

@@ -18,6 +18,7 @@ use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
 use tokio::time::sleep_until;
 
+use crate::hint;
 use crate::share::{ANNOUNCEMENT, Address, CLIENTS_MAX, ClientId, Exposed, TooLong};
 use client::Stream;
 use listener::Listener;
@@ -27,6 +28,9 @@ pub use owner::{find_token, usual_address};
 
 /// Maximum connections that have not sent the token.
 const STRANGERS_MAX: usize = 64;
+
+/// Maximum connections.
+pub const CONNECTIONS_MAX: usize = CLIENTS_MAX + 1 + STRANGERS_MAX;
 
 /// Time for which a client keeps its place after its connection, its hello and the end of its command: in any crowd, a program
 /// that speaks at once is heard and gets its answer.
@@ -49,11 +53,12 @@ pub enum ShareError {
     Taken(String, &'static str),
     /// The token of a port cannot be written.
     #[error(
-        "cannot share on {0}: its token cannot be written: {1}; set XDG_RUNTIME_DIR to a folder of yours"
+        "cannot share on {0}: its token cannot be written: {reason}; set XDG_RUNTIME_DIR to a folder of yours",
+        reason = hint::words(.1)
     )]
     Token(String, io::Error),
     /// The system's error.
-    #[error("cannot share on {0}: {1}; {hint}", hint = match .1.kind() {
+    #[error("cannot share on {0}: {reason}; {hint}", reason = hint::words(.1), hint = match .1.kind() {
         io::ErrorKind::NotFound => "make the folder first",
         io::ErrorKind::PermissionDenied => "choose a port above 1023 or a folder of yours",
         _ => "choose another address, or port 0 for a free one",

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use sr04_firmware::parameters::{Parameter, Parameters};
 
 use super::error::ServeError;
+use crate::library::read_text;
 
 /// The file and its contents.
 #[derive(Debug)]
@@ -21,7 +22,7 @@ pub(super) struct Eeprom {
 impl Eeprom {
     /// Reads the file; without one the robot has never booted and has default parameters.
     pub(super) fn open(path: PathBuf) -> Result<Self, ServeError> {
-        let (boots, parameters) = match fs::read_to_string(&path) {
+        let (boots, parameters) = match read_text(&path) {
             Ok(text) => parse(&text).map_err(|problem| fail(&path, problem))?,
             Err(error) if error.kind() == io::ErrorKind::NotFound => (0, Parameters::DEFAULT),
             Err(error) => return Err(fail(&path, error.to_string())),
@@ -46,16 +47,19 @@ impl Eeprom {
         Ok(self.boots)
     }
 
-    /// Stores the parameters if they have changed. Reports an error on standard error, because the robot cannot detect a
-    /// failed memory.
-    pub(super) fn keep(&mut self, parameters: &Parameters) {
+    /// Stores the parameters if they have changed. Returns an error of the file, because the robot cannot detect a failed
+    /// memory.
+    pub(super) fn keep(&mut self, parameters: &Parameters) -> Option<ServeError> {
         if self.parameters == *parameters {
-            return;
+            return None;
         }
         self.parameters.clone_from(parameters);
-        if let Err(error) = self.store() {
-            eprintln!("storing the parameters failed: {error}");
-        }
+        let source = self.store().err()?;
+        Some(ServeError::Incomplete {
+            kind: "copy of the parameters",
+            path: self.path.clone(),
+            source,
+        })
     }
 
     /// Writes the file and renames it into place, so that a crash leaves the old or the new contents.

@@ -35,10 +35,20 @@ pub enum ServeError {
         /// Cause and hint.
         problem: String,
     },
-    /// The trace or the sound cannot be written.
-    #[error("cannot write the {kind} to {}: {source}; choose another file", path.display())]
+    /// A file cannot be created. The message is without the cause.
+    #[error("cannot write the {kind} to {}", path.display())]
     Recording {
         /// `trace` or `sound`.
+        kind: &'static str,
+        /// Path of the file.
+        path: PathBuf,
+        /// Cause.
+        source: io::Error,
+    },
+    /// A file could not be written to its end; the robot goes on. The message is without the cause.
+    #[error("the {kind} in {} is incomplete", path.display())]
+    Incomplete {
+        /// `trace`, `sound` or `copy of the parameters`.
         kind: &'static str,
         /// Path of the file.
         path: PathBuf,

@@ -13,8 +13,9 @@ mod pty;
 mod recordings;
 mod tcp;
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -61,6 +62,7 @@ struct Shared {
     stop: AtomicBool,
     uplink_bytes: AtomicU64,
     truth: Mutex<Truth>,
+    errors: Mutex<VecDeque<ServeError>>,
 }
 
 /// Opens the endpoints and starts the robot.
@@ -90,6 +92,7 @@ pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Ser
         stop: AtomicBool::new(false),
         uplink_bytes: AtomicU64::new(0),
         truth: Mutex::new(simulation.truth()),
+        errors: Mutex::default(),
     });
     let outlines = simulation.outlines().to_vec();
     let boots = simulation.boots();
@@ -181,6 +184,19 @@ impl Server {
         self.shared.stop.store(true, Ordering::Relaxed);
     }
 
+    /// The next error of a file that could not be written to its end; all of them have been reported when the robot has
+    /// [stopped](Server::end).
+    #[must_use]
+    pub fn poll_error(&self) -> Option<ServeError> {
+        self.shared.errors().pop_front()
+    }
+
+    /// Stops the robot and completes its files.
+    pub fn end(&mut self) {
+        self.stop();
+        self.join();
+    }
+
     /// Waits until the duration has passed or another thread calls [`Server::stop`].
     pub fn wait(mut self) {
         self.join();
@@ -196,8 +212,13 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        self.stop();
-        self.join();
+        self.end();
+    }
+}
+
+impl Shared {
+    fn errors(&self) -> MutexGuard<'_, VecDeque<ServeError>> {
+        self.errors.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -234,7 +255,7 @@ impl Runner {
                 (next_ms - begun_ms) / 1000.0 / self.time_factor - begun.elapsed().as_secs_f64();
             thread::sleep(Duration::from_secs_f64(rest_s.max(0.0)).max(REST_MIN));
         }
-        self.recordings.finish();
+        self.shared.errors().extend(self.recordings.finish());
     }
 
     /// Takes input, runs the simulation up to a time and writes the output.
@@ -250,13 +271,17 @@ impl Runner {
             self.simulation.handle_uplink(&sent);
         }
         let mut received = Vec::new();
+        let mut errors = Vec::new();
         while self.simulation.now_ms() < target_ms {
             self.simulation.step();
-            self.recordings.observe(&self.simulation);
+            errors.extend(self.recordings.observe(&self.simulation));
             received.extend(std::iter::from_fn(|| self.simulation.poll_downlink()));
         }
         if let Some(eeprom) = &mut self.eeprom {
-            eeprom.keep(self.simulation.kept_parameters());
+            errors.extend(eeprom.keep(self.simulation.kept_parameters()));
+        }
+        if !errors.is_empty() {
+            self.shared.errors().extend(errors);
         }
         let now = Instant::now();
         for port in &mut self.ports {
