@@ -8,7 +8,8 @@
 //! A ring of sensors surrounds the body, closer than the corner of a stairwell is wide, so that no edge reaches a wheel
 //! or the caster unseen. The sensors are not perfect. The guard brakes in the tick of a first detection, while the edge
 //! is still far enough away, and acts on the edge when a second detection within eight ticks confirms it. After a false
-//! detection the robot goes on.
+//! detection the robot goes on. While the robot stands, the floor around it stays as it is: the guard remembers a
+//! confirmed edge that a sensor no longer sees for three seconds.
 
 use crate::angle::Angle;
 use crate::board::{COUNTS_PER_IN, Edges};
@@ -47,6 +48,9 @@ const TURN_LEAST: u16 = 0x2AAB;
 /// Ticks for which a detection is held, and detections among them that confirm an edge.
 const HELD_TICKS: usize = 8;
 const SURE_COUNT: u8 = 2;
+
+/// Ticks for which a robot that stands remembers a confirmed edge that its sensors do not see.
+const KNOWN_TICKS: u8 = 3 * ticks(1) as u8;
 
 /// Maximum duration of a turn.
 const TURN_TICKS: u8 = 5 * ticks(1) as u8;
@@ -113,6 +117,10 @@ pub struct CliffGuard {
     state: State,
     /// Detections of the past ticks, newest first.
     history: [Edges; HELD_TICKS],
+    /// Confirmed edges since the robot has stood here.
+    known: Edges,
+    /// Ticks for which it still knows them.
+    known_ticks: u8,
     /// Edges that it acts on.
     seen: Edges,
     /// Ticks until it reports again.
@@ -193,7 +201,7 @@ impl CliffGuard {
                 || curves_over(by, left, right)
                 || leads_over(by, rolls.0, rolls.1)
         };
-        if is_barred(sure) {
+        if is_barred(self.known(sure, counts)) {
             self.begin(by_hand);
             return self.brake(senses, edges, counts);
         }
@@ -219,6 +227,22 @@ impl CliffGuard {
         };
         let bits = (0..8).map(|shift| 1 << shift).filter(is_so);
         Edges::from_bits(bits.fold(0, |all, bit| all | bit))
+    }
+
+    /// The confirmed edges, and those that were confirmed before while the robot stood here.
+    fn known(&mut self, sure: Edges, counts: Counts) -> Edges {
+        let stands = counts.left.abs() <= STANDING_COUNTS && counts.right.abs() <= STANDING_COUNTS;
+        self.known_ticks = match self.known_ticks.saturating_sub(1) {
+            _ if !stands => 0,
+            _ if sure.any() => KNOWN_TICKS,
+            ticks_left => ticks_left,
+        };
+        self.known = if self.known_ticks > 0 {
+            self.known.or(sure)
+        } else {
+            sure
+        };
+        self.known
     }
 
     fn is_lifted(&mut self, edges: Edges) -> bool {
@@ -414,10 +438,11 @@ const fn leads_over(edges: Edges, left: i16, right: i16) -> bool {
     let path = left as i32 + right as i32;
     // A turn on the spot also carries the caster to the side.
     let (turns_right, turns_left) = (left > 0 && right < 0, left < 0 && right > 0);
-    // An edge beside the body is ahead of a wheel wherever it juts out.
-    let passes = left > 0 && right > 0;
+    // An edge beside the body is ahead of its wheel wherever it juts out, unless the robot turns on the spot.
+    let (passes_left, passes_right) = (left > 0 && right >= 0, right > 0 && left >= 0);
     (edges.meets(Edges::FRONT) && path > 0)
-        || (edges.meets(Edges::BESIDE_LEFT.or(Edges::BESIDE_RIGHT)) && passes)
+        || (edges.meets(Edges::BESIDE_LEFT) && passes_left)
+        || (edges.meets(Edges::BESIDE_RIGHT) && passes_right)
         || (edges.meets(Edges::REAR) && path < 0)
         || (edges.meets(Edges::AHEAD_LEFT) && left > 0)
         || (edges.meets(Edges::AHEAD_RIGHT) && right > 0)

@@ -79,9 +79,9 @@ fn edge_ahead_leads_to_backing_and_a_turn_away() {
         assert_eq!(guard.take_report(), Some(Missing::Ahead));
         let mut turned = 0;
         let mut seen = senses(cliff);
+        let mut counts = Counts::default();
         for _ in 0..400 {
-            let Command::Drive(motion) = guard.guard(&seen, Counts::default(), wanted, false)
-            else {
+            let Command::Drive(motion) = guard.guard(&seen, counts, wanted, false) else {
                 panic!("the guard brakes again");
             };
             if motion == wanted {
@@ -90,6 +90,10 @@ fn edge_ahead_leads_to_backing_and_a_turn_away() {
             if motion.velocity_cps < 0 {
                 // The robot rolls back from the edge.
                 seen.path_counts = -8;
+                counts = Counts {
+                    left: -4,
+                    right: -4,
+                };
                 seen.cliff = Some(FLOOR);
             } else {
                 assert_eq!(motion, Motion::new(0, TURN_IN_S * sign));
@@ -174,6 +178,28 @@ fn manual_driving_is_stopped_but_not_moved() {
     }
     let command = guard.guard(&senses(Edges::AHEAD), Counts::default(), back, true);
     assert_eq!(command, Command::Drive(back), "the operator may back off");
+}
+
+#[test]
+fn edge_that_its_sensor_loses_still_bars_a_robot_that_stands() {
+    let (ahead, back) = (Motion::new(10, 0), Motion::new(-5, 0));
+    let mut guard = CliffGuard::default();
+    let mut step = |cliff, motion, count| {
+        let counts = Counts {
+            left: count,
+            right: count,
+        };
+        guard.guard(&senses(cliff), counts, motion, true)
+    };
+    for _ in 0..3 {
+        step(Edges::AHEAD_RIGHT, ahead, 0);
+    }
+    for tick in 0..KNOWN_TICKS - 10 {
+        assert_eq!(step(FLOOR, ahead, 0), Command::Brake, "tick {tick}");
+    }
+    assert_eq!(step(FLOOR, back, 0), Command::Drive(back));
+    step(FLOOR, back, -5);
+    assert_eq!(step(FLOOR, ahead, 0), Command::Drive(ahead), "after moving");
 }
 
 #[test]
