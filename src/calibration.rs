@@ -243,9 +243,9 @@ impl Squares {
 /// Relative errors of a robot's odometry.
 #[derive(Clone, Copy, Debug)]
 struct Errors {
-    /// True track by believed track, less one.
+    /// True track divided by the believed track, minus 1.
     track: f64,
-    /// Right wheel by left wheel, true by believed, less one.
+    /// True ratio of the right wheel to the left divided by the believed ratio, minus 1.
     wheels: f64,
 }
 

@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_and_equal() {
+    fn written_values_read_back_equal() {
         let text = write("Parameters of robot 4", &robot());
         assert!(
             text.contains("# Maximum prowling speed.\ntop-speed = 12  # in/s, 2 to 12\n"),

@@ -139,7 +139,7 @@ fn timeless(table: &str) -> Vec<&str> {
 }
 
 #[test]
-fn what_was_received_is_what_is_read_back() {
+fn received_bytes_are_read_back() {
     let folder = TempDir::new().unwrap();
     let stream = streams::noisy(600, 1);
     record(folder.path(), &stream, &[1, 80, 33, 240]);

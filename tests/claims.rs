@@ -27,7 +27,7 @@ fn a_damaged_file_is_kept_under_a_name_that_is_free() {
 
 /// Our reader stops at the end mark, as others do; `verify` and `recover` do not.
 #[test]
-fn what_follows_the_end_mark_is_cut_off_and_kept() {
+fn bytes_after_the_end_mark_are_cut_off_and_kept() {
     let folder = TempDir::new().unwrap();
     let path = finished(folder.path(), &streams::clean(60));
     let whole = fs::read(&path).unwrap();

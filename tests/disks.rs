@@ -155,7 +155,7 @@ fn a_disk_that_is_full_stops_a_recovery_and_changes_nothing() {
 
 /// All recordings that cannot be recovered are reported in one line, which says how to end the reports.
 #[test]
-fn what_cannot_be_recovered_is_told_once() {
+fn unrecoverable_file_is_told_once() {
     let folder = scratch("hopeless");
     for name in ["a.mcap", "b.mcap", "c.mcap"] {
         recorder(&folder.join(name)).abandon();

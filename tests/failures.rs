@@ -229,7 +229,7 @@ fn bad_input_is_called_bad_input() {
 }
 
 #[test]
-fn what_was_never_sent_is_not_called_doubtful() {
+fn unsent_command_is_not_called_doubtful() {
     let sim = Sim::start(&["--channel", "out=0s..10000s"]);
     let (_, err) = expect(
         3,

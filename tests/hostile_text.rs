@@ -86,7 +86,7 @@ fn recording(folder: &Path) -> String {
 }
 
 #[test]
-fn nothing_that_a_capture_says_reaches_the_terminal_as_a_control() {
+fn text_of_a_capture_reaches_the_terminal_without_controls() {
     let folder = scratch("hostile-capture");
     let name = &recording(&folder);
     for arguments in [

@@ -84,7 +84,7 @@ fn a_part_is_as_large_as_asked_however_large_its_beginning_is() {
 }
 
 #[test]
-fn what_was_remembered_comes_first_with_its_times() {
+fn remembered_bytes_come_first_with_their_times() {
     use groundwave::capture::Observation;
     use groundwave::capture::messages::RawBytes;
     let folder = TempDir::new().unwrap();

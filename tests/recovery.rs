@@ -356,7 +356,7 @@ fn each_event_is_saved_once() {
 
 /// Unreadable files are refused with an error, and no result is written.
 #[test]
-fn what_is_no_recording_is_refused() {
+fn other_files_are_refused() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.mcap");
     assert!(matches!(recover(&path), Err(CaptureError::Open { .. })));

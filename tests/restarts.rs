@@ -78,7 +78,7 @@ fn restart_at(restart: Restart, at_ms: u64, seed: u64, channel: &str, lists: (us
 }
 
 #[test]
-fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
+fn restart_at_any_boundary_mixes_and_repeats_nothing() {
     for restart in [Restart::Robot, Restart::Station, Restart::Both] {
         let mut runs = 0;
         for (seed, channel) in (40..).zip(CHANNELS.into_iter().chain(TURNING)) {
@@ -103,7 +103,7 @@ fn whoever_restarts_at_whatever_boundary_nothing_is_mixed_or_done_twice() {
 
 /// A radio repeats all bytes of an earlier session while a new session is open.
 #[test]
-fn what_an_earlier_life_sent_does_nothing_in_a_later_one() {
+fn bytes_of_an_earlier_session_do_nothing_in_a_later_one() {
     for restart in [Restart::Robot, Restart::Station, Restart::Both] {
         on_all_cores(0..70, |seed| {
             let (mut trial, number) = begin(seed, "", (20, 30));

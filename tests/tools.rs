@@ -81,7 +81,7 @@ proptest! {
     }
 
     #[test]
-    fn what_a_robot_sends_comes_back_from_an_mcap(seed in any::<u64>(), slots in 1_u32..300) {
+    fn telemetry_comes_back_from_an_mcap(seed in any::<u64>(), slots in 1_u32..300) {
         let raw = streams::noisy(slots, seed);
         let mcap = converted(&raw);
         let text = RawCopy { source: Box::new(Cursor::new(raw.clone())), is_named: true };

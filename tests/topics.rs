@@ -408,7 +408,7 @@ fn a_part_begins_anew_and_knows_the_robot() {
 }
 
 #[test]
-fn what_is_no_part_of_a_capture_is_left_out() {
+fn events_that_are_no_part_of_a_capture_are_left_out() {
     assert_eq!(to_recorded(&Event::Tick), None);
     let lost = Event::Link(LinkEvent::Lost {
         reason: "unplugged".to_owned(),

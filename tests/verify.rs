@@ -32,7 +32,7 @@ fn messages<'a>(mcap: &'a [u8], topic: &str) -> Vec<mcap::Message<'a>> {
 
 /// A message that contradicts the bytes is a fault.
 #[test]
-fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
+fn disagreement_with_the_bytes_is_found_on_every_topic() {
     let mcap = converted(&streams::clean(300));
     // The stream has no outage, and no line of the robot's own form.
     let derived = |topic: &Topic| {
@@ -80,7 +80,7 @@ fn what_does_not_follow_from_the_bytes_is_found_on_every_topic() {
 
 /// Messages of another version may differ from those derived today; that is no fault.
 #[test]
-fn what_another_version_told_otherwise_is_no_fault() {
+fn difference_of_another_version_is_no_fault() {
     let mcap = converted(&streams::clean(300));
     for (library, is_good) in [
         (

@@ -48,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn what_it_shows_is_in_a_capture() {
+    fn every_path_of_the_layout_is_in_a_capture() {
         let layout: Value = serde_json::from_str(JSON).unwrap();
         let mut found = BTreeSet::new();
         paths(&layout, &mut found);

@@ -81,8 +81,9 @@ impl<T: Send + 'static> WriteQueue<T> {
         })
     }
 
-    /// Queues an item of so many bytes, and does [`Self::handle_timeout`] if there is a time. Never waits; gives the file up when the queue is full. After that and after an error
-    /// items are only counted, so that the file stays an exact beginning of the stream.
+    /// Queues an item that takes `bytes`, and calls [`Self::handle_timeout`] if `now` is given. Never waits. When the queue is full
+    /// the file is given up; after that, and after an error, items are only counted, so that the file stays an exact beginning of
+    /// the stream.
     pub(super) fn push(&self, item: T, bytes: u64, now: Option<Moment>) {
         let mut state = self.shared.lock();
         if state.phase != Phase::Writing {

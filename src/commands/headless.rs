@@ -34,7 +34,7 @@ const LINES_MAX: usize = 1 << 14;
 /// Lines that one step of the session may bring.
 const ROOM: usize = LINES_MAX / 2;
 
-/// How long a signal to leave lets standard output take the last lines.
+/// Time for standard output to take the last lines after a signal to leave.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Runs until a signal, the end of standard input, or a closed pipe. If `waits`, a slow reader of standard output delays the

@@ -64,10 +64,10 @@ mod tests {
 
     #[test]
     fn the_home_folder_has_a_short_name() {
-        let home = Some(Path::new("/home/somebody"));
+        let home = Some(Path::new("/home/user"));
         assert_eq!(
             expand_home("~/routes/lamp.txt", home),
-            Path::new("/home/somebody/routes/lamp.txt")
+            Path::new("/home/user/routes/lamp.txt")
         );
         assert_eq!(expand_home("lamp~/a.txt", home), Path::new("lamp~/a.txt"));
         assert_eq!(expand_home("~/a.txt", None), Path::new("~/a.txt"));

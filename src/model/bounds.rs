@@ -112,7 +112,7 @@ mod tests {
     proptest! {
         /// The robot, its route and its target are always well inside, and a second look changes nothing.
         #[test]
-        fn what_is_followed_is_seen(
+        fn robot_route_and_target_are_inside(
             points in prop::collection::vec((-2000.0..2000.0, -2000.0..2000.0), 1..40)
         ) {
             let mut shown = None;

@@ -31,7 +31,7 @@ pub(crate) enum Connection {
     Open,
     /// Lost; the station keeps trying.
     Lost { reason: String, since: Moment },
-    /// Over for good.
+    /// Ended; it is not opened again.
     Ended,
 }
 
@@ -48,7 +48,7 @@ pub(crate) enum Health {
     Silent,
     /// The link is lost; the station keeps trying.
     Lost,
-    /// Over for good.
+    /// Ended; it is not opened again.
     Ended,
 }
 

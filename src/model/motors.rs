@@ -8,7 +8,7 @@ use groundwave_protocol::telemetry::{CountersLine, HOLDERS, StateLine};
 use super::robot::Reading;
 use crate::event::Moment;
 
-/// Modulus of the ticks won on the wire.
+/// Modulus of the counts of ticks in line C: how often each behaviour drove the motors.
 const TICKS_MODULUS: u16 = 4096;
 
 /// Longest time between two counts without an unseen wrap, at twenty ticks a second.

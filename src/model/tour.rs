@@ -11,12 +11,12 @@ use crate::request::Request;
 /// The tour of a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Tour {
-    /// None is given.
+    /// This session has no tour.
     #[default]
     Absent,
     /// A step of [`STEPS`] is shown.
     At(usize),
-    /// It was driven to its end, or dismissed.
+    /// All steps were done, or the operator dismissed it.
     Ended,
 }
 

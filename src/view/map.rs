@@ -32,7 +32,7 @@ const BARS: [(f64, &str); 11] = [
     (12000.0, "1000 ft"),
 ];
 
-/// Least distance of two coordinates, columns.
+/// Least distance between two coordinates on an axis, columns.
 const AXIS_COLUMNS: u16 = 12;
 
 /// Most coordinates along an edge.

@@ -82,7 +82,7 @@ fn feet_words(distance_in: f64) -> String {
     }
 }
 
-/// `2025-03-14T09:26:53Z` as `2025-03-14 09:26 UTC`; other words as they are.
+/// `2025-03-14T09:26:53Z` as `2025-03-14 09:26 UTC`; other text unchanged.
 fn date_words(start: &str) -> String {
     match (start.get(..10), start.get(10..16)) {
         (Some(day), Some(time)) if time.starts_with('T') && start.ends_with('Z') => {

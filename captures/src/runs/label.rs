@@ -163,7 +163,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_kept_is_read_again(
+        fn kept_label_is_read_again(
             name in proptest::option::of(".{0,40}"),
             void in proptest::option::of(".{0,40}"),
             notes in proptest::collection::vec((proptest::option::of(0.0..1e6_f64), ".{0,60}"), 0..5),

@@ -77,7 +77,7 @@ fn a_damaged_stream_comes_to_what_a_pencil_says() {
 }
 
 #[test]
-fn what_comes_while_a_link_is_found_again_is_no_error() {
+fn bytes_while_a_link_is_found_again_are_no_error() {
     let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
     hear(&mut meter, &mut decoder, at_ms(0), &line(1));
     hear(&mut meter, &mut decoder, at_ms(10), &line(2)[..50]);

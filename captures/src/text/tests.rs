@@ -163,7 +163,7 @@ fn one_line_that_is_stored_otherwise_decides_nothing() {
 }
 
 #[test]
-fn what_has_no_intact_line_is_left_as_it_is() {
+fn file_without_an_intact_line_is_left_as_it_is() {
     for noise in [
         &b"12:00:00 x\n12:00:01 y\n"[..],
         b"12.5 A00 x\n",

@@ -25,7 +25,7 @@ const TURN_IN_S: i16 = 4;
 /// Forward speed while the beacon is on one side only.
 const CURVE_IN_S: i16 = 1;
 
-/// Scanning for the beacon: 34 degrees per second for a little more than a turn.
+/// Rotation while the robot looks for the beacon, 34 degrees per second, and its duration, a little more than a turn.
 const SCAN_IN_S: i16 = 6;
 const SCAN_TICKS: u16 = ticks(12);
 

@@ -18,9 +18,9 @@ const DENSEST_BYTES: u64 = (LINE_BYTES as u64 + 3 * ACK_LINE_BYTES as u64) / 4;
 /// Number of lines, or an interval where it is not known exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lost {
-    /// At least.
+    /// Lines that are certainly lost.
     pub min: u64,
-    /// At most.
+    /// Lines that may be lost, the certain ones included.
     pub max: u64,
 }
 

@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn what_waits_is_bounded() {
+    async fn waiting_bytes_are_bounded() {
         let outbox = Outbox::new(Instant::now());
         for _ in 0..2 * UNREAD_MAX / 80 {
             outbox.add_raw(&[b'x'; 80]);

@@ -86,7 +86,7 @@ proptest! {
     /// For any chunks: the index knows when each line came and rules out no landmark,
     /// and neither does the prefilter of a text.
     #[test]
-    fn what_is_told_without_reading_is_what_reading_says(
+    fn index_and_prefilter_agree_with_reading(
         name in prop::sample::select(&CAPTURES[..]),
         times in 1_usize..4,
         chunks in prop::collection::vec(1_usize..60, 1..40),

@@ -53,7 +53,7 @@ fn fail(keeper: &Keeper, folder: &Path, at: Instant) {
 }
 
 #[test]
-fn what_comes_in_after_a_failure_is_in_the_next_recording() {
+fn bytes_after_a_failure_are_in_the_next_recording() {
     let folder = tempfile::tempdir().unwrap();
     let started = Instant::now();
     let keeper = keeper(folder.path(), started);

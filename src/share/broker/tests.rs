@@ -4,8 +4,8 @@ use super::*;
 use crate::request::Request;
 use groundwave_protocol::status_codes::Mode;
 
-const ANNE: ClientId = ClientId(1);
-const BEN: ClientId = ClientId(2);
+const FIRST: ClientId = ClientId(1);
+const SECOND: ClientId = ClientId(2);
 const HELLO: &[u8] = b"{\"groundwave\":1,\"pid\":77}";
 
 struct Table {
@@ -17,8 +17,8 @@ struct Table {
 impl Table {
     fn new() -> Self {
         let mut broker = Broker::new("/dev/ttyUSB0".to_owned(), true);
-        broker.handle_connected(ANNE, "pid 5 via ./x.sock".to_owned());
-        broker.handle_connected(BEN, "127.0.0.1:9".to_owned());
+        broker.handle_connected(FIRST, "pid 5 via ./x.sock".to_owned());
+        broker.handle_connected(SECOND, "127.0.0.1:9".to_owned());
         Self {
             broker,
             now: Moment::ZERO,
@@ -65,8 +65,8 @@ const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 #[test]
 fn each_is_told_the_steps_of_its_own_commands() {
     let mut table = Table::new();
-    table.hear(ANNE, HELLO);
-    table.hear(BEN, HELLO);
+    table.hear(FIRST, HELLO);
+    table.hear(SECOND, HELLO);
     assert_eq!(
         table.outputs(),
         [
@@ -77,10 +77,12 @@ fn each_is_told_the_steps_of_its_own_commands() {
         ]
     );
     let first = table
-        .hear(ANNE, br#"{"id":4,"do":"scan"}"#)
+        .hear(FIRST, br#"{"id":4,"do":"scan"}"#)
         .expect("a wish");
     assert_eq!(table.outputs(), ["1 is busy"]);
-    let second = table.hear(BEN, br#"{"id":4,"do":"stop"}"#).expect("a wish");
+    let second = table
+        .hear(SECOND, br#"{"id":4,"do":"stop"}"#)
+        .expect("a wish");
     assert_eq!(table.outputs(), ["2 waits for a stop"]);
     let heard = Heard {
         bytes: 80,
@@ -100,10 +102,10 @@ fn each_is_told_the_steps_of_its_own_commands() {
 }
 
 #[test]
-fn who_asks_is_named_and_the_system_is_believed_first() {
+fn clients_are_named_by_the_system_before_their_own_word() {
     let mut table = Table::new();
-    table.hear(ANNE, HELLO);
-    table.hear(BEN, HELLO);
+    table.hear(FIRST, HELLO);
+    table.hear(SECOND, HELLO);
     let by = |table: &mut Table, client| {
         let asked = table
             .broker
@@ -112,8 +114,8 @@ fn who_asks_is_named_and_the_system_is_believed_first() {
         assert_eq!(asked.ask.request, Request::Mode(Mode::Prowl));
         asked.by
     };
-    assert_eq!(by(&mut table, ANNE), "pid 5 via ./x.sock");
-    assert_eq!(by(&mut table, BEN), "pid 77 from 127.0.0.1:9");
+    assert_eq!(by(&mut table, FIRST), "pid 5 via ./x.sock");
+    assert_eq!(by(&mut table, SECOND), "pid 77 from 127.0.0.1:9");
 }
 
 #[test]
@@ -124,7 +126,7 @@ fn garbage_closes_the_client_with_a_reason_and_nobody_else() {
         b"\xFF\x00",
     ] {
         let mut table = Table::new();
-        assert_eq!(table.hear(ANNE, garbage), None);
+        assert_eq!(table.hear(FIRST, garbage), None);
         let outputs = table.outputs();
         assert!(
             outputs[0].starts_with("1 < {\"code\":\"not-understood\""),
@@ -135,25 +137,25 @@ fn garbage_closes_the_client_with_a_reason_and_nobody_else() {
             outputs[2].contains("pid 5 via ./x.sock was closed"),
             "{outputs:?}"
         );
-        assert_eq!(table.hear(ANNE, HELLO), None);
+        assert_eq!(table.hear(FIRST, HELLO), None);
         assert!(table.outputs().is_empty(), "nothing more is heard from it");
-        table.hear(BEN, HELLO);
+        table.hear(SECOND, HELLO);
         assert_eq!(table.outputs().len(), 2);
     }
     let mut table = Table::new();
-    assert_eq!(table.broker.handle_line(ANNE, Err(TooLong)), None);
+    assert_eq!(table.broker.handle_line(FIRST, Err(TooLong)), None);
     assert!(table.outputs()[0].contains("a line is longer"));
 }
 
 #[test]
 fn a_flood_of_commands_is_refused() {
     let mut table = Table::new();
-    table.hear(ANNE, HELLO);
+    table.hear(FIRST, HELLO);
     for _ in 0..ASKS_MAX {
-        assert!(table.hear(ANNE, br#"{"id":1,"do":"scan"}"#).is_some());
+        assert!(table.hear(FIRST, br#"{"id":1,"do":"scan"}"#).is_some());
     }
-    assert!(table.hear(ANNE, br#"{"id":1,"do":"stop"}"#).is_some());
-    assert_eq!(table.hear(ANNE, br#"{"id":1,"do":"scan"}"#), None);
+    assert!(table.hear(FIRST, br#"{"id":1,"do":"stop"}"#).is_some());
+    assert_eq!(table.hear(FIRST, br#"{"id":1,"do":"scan"}"#), None);
     assert!(
         table
             .outputs()
@@ -165,12 +167,12 @@ fn a_flood_of_commands_is_refused() {
 #[test]
 fn a_client_that_vanishes_leaves_its_command_until_its_time_is_over() {
     let mut table = Table::new();
-    table.hear(ANNE, HELLO);
+    table.hear(FIRST, HELLO);
     table
-        .hear(ANNE, br#"{"id":1,"do":"scan","timeout_ms":5000}"#)
+        .hear(FIRST, br#"{"id":1,"do":"scan","timeout_ms":5000}"#)
         .expect("a wish");
     table.outputs();
-    table.broker.handle_gone(ANNE);
+    table.broker.handle_gone(FIRST);
     assert_eq!(table.broker.poll_timeout(), Some(Moment::from_secs(5)));
     table
         .broker
@@ -189,9 +191,9 @@ fn a_client_that_vanishes_leaves_its_command_until_its_time_is_over() {
 #[test]
 fn time_over_is_told_with_what_was_heard() {
     let mut table = Table::new();
-    table.hear(ANNE, HELLO);
+    table.hear(FIRST, HELLO);
     table
-        .hear(ANNE, br#"{"id":3,"do":"scan","timeout_ms":1}"#)
+        .hear(FIRST, br#"{"id":3,"do":"scan","timeout_ms":1}"#)
         .expect("a wish");
     table.outputs();
     table
@@ -222,11 +224,11 @@ fn a_stop_is_taken_when_every_place_waits_for_a_command() {
         table.hear(ClientId(n), HELLO);
         assert!(table.hear(ClientId(n), scan).is_some(), "{n}");
     }
-    table.hear(ANNE, HELLO);
-    assert!(table.hear(ANNE, br#"{"id":1,"do":"stop"}"#).is_some());
+    table.hear(FIRST, HELLO);
+    assert!(table.hear(FIRST, br#"{"id":1,"do":"stop"}"#).is_some());
     table.outputs();
     assert!(table.hear(ClientId(11), scan).is_some(), "it has its place");
-    assert_eq!(table.hear(ANNE, scan), None);
+    assert_eq!(table.hear(FIRST, scan), None);
     let outputs = table.outputs();
     assert!(
         outputs[0].starts_with(r#"1 < {"code":"full","error":"16 programs wait"#),
@@ -237,7 +239,7 @@ fn a_stop_is_taken_when_every_place_waits_for_a_command() {
 #[test]
 fn a_reader_that_is_cut_off_is_logged() {
     let mut table = Table::new();
-    table.broker.handle_too_slow(BEN, 65_536);
+    table.broker.handle_too_slow(SECOND, 65_536);
     assert_eq!(
         table.outputs(),
         ["127.0.0.1:9 stopped reading and was cut off, 65536 bytes unread"]
@@ -247,8 +249,8 @@ fn a_reader_that_is_cut_off_is_logged() {
 #[test]
 fn a_client_cancels_its_own_commands_and_drives_after_its_hello() {
     let mut table = Table::new();
-    table.hear(ANNE, HELLO);
-    table.hear(BEN, b"{\"drive\":[6,0]}");
+    table.hear(FIRST, HELLO);
+    table.hear(SECOND, b"{\"drive\":[6,0]}");
     let outputs = table.outputs();
     assert!(
         outputs.iter().any(|output| output == "2 closed"),
@@ -258,19 +260,21 @@ fn a_client_cancels_its_own_commands_and_drives_after_its_hello() {
         !outputs.iter().any(|output| output.starts_with("drive")),
         "{outputs:?}"
     );
-    table.broker.handle_connected(BEN, "127.0.0.1:9".to_owned());
-    table.hear(BEN, HELLO);
     table
-        .hear(ANNE, br#"{"id":4,"do":"scan"}"#)
+        .broker
+        .handle_connected(SECOND, "127.0.0.1:9".to_owned());
+    table.hear(SECOND, HELLO);
+    table
+        .hear(FIRST, br#"{"id":4,"do":"scan"}"#)
         .expect("a command");
     table
-        .hear(BEN, br#"{"id":5,"do":"scan"}"#)
+        .hear(SECOND, br#"{"id":5,"do":"scan"}"#)
         .expect("a command");
     table.outputs();
-    table.hear(BEN, b"{\"cancel\":4}");
+    table.hear(SECOND, b"{\"cancel\":4}");
     assert!(table.outputs().is_empty(), "the command is Anne's");
-    table.hear(BEN, b"{\"cancel\":5}");
-    table.hear(BEN, b"{\"drive\":[6,-3]}");
+    table.hear(SECOND, b"{\"cancel\":5}");
+    table.hear(SECOND, b"{\"drive\":[6,-3]}");
     assert_eq!(
         table.outputs(),
         ["command 2 given up: cancelled", "drive 6 -3"]

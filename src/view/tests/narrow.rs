@@ -112,7 +112,7 @@ fn a_prompt_names_the_keys_to_stop_and_to_leave() {
     let mut scene = flight(demo());
     for keys in [
         ":mode prowl",
-        "r/home/somebody/routes/a-route-with-a-long-name-to-the-lamp.txt",
+        "r/home/user/routes/a-route-with-a-long-name-to-the-lamp.txt",
     ] {
         scene.type_text(keys);
         for (width, height) in [(80, 24), (120, 40)] {
