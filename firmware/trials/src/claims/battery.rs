@@ -20,9 +20,6 @@ const CHARGE: (f64, f64) = (0.18, 0.26);
 /// Ticks of readings below the limit after which the battery is low.
 const LOW_TICKS: u32 = 200;
 
-/// Ticks of readings below the limit within which a call is early.
-const EARLY_TICKS: u32 = 180;
-
 /// Ticks for the line and the song to arrive after other lines.
 const CALL_TICKS: u32 = 60;
 
@@ -35,9 +32,9 @@ const CALL: Experiment = Experiment {
     run: call,
     claims: &[Claim {
         part: "foraging",
-        says: "prowling in the house until the battery is low, foraging off: no part of the call \
-                   within the first 9 s of a mean of 3 s below the limit; line T with the call, the song's line and its notes \
-                   within 3 s after 10 s of readings below it",
+        says: "prowling in the house until the battery is low, foraging off: no part of the call unless the mean of 3 s was below \
+                   the limit within the last 3 s; line T with the call, the song's line and its notes within 3 s after 10 s of \
+                   readings below it",
         figure: Figure::Share,
         required: Required::AtLeast(100.0),
         shortfall: None,
@@ -119,7 +116,7 @@ fn call(trial: &Trial) -> Vec<Option<Reading>> {
     let mut heard = Heard::default();
     let (mut is_early, mut low_ticks) = (false, 0);
     // Readings averaged over 3 s, as starting motors pull the voltage down.
-    let (mut average_dv, mut below_ticks) = (130.0, 0);
+    let (mut average_dv, mut ticks_since_below) = (130.0, u32::MAX);
     for _ in 0..(DRIVE_S * 20.0) as u32 {
         run.tick();
         let is_below = run.simulation.inputs().battery_dv < LOW_DV;
@@ -132,12 +129,12 @@ fn call(trial: &Trial) -> Vec<Option<Reading>> {
             low_ticks = 0;
         }
         average_dv += (f64::from(run.simulation.inputs().battery_dv) - average_dv) / 64.0;
-        below_ticks = if average_dv < f64::from(LOW_DV) {
-            below_ticks + 1
-        } else {
+        ticks_since_below = if average_dv < f64::from(LOW_DV) {
             0
+        } else {
+            ticks_since_below.saturating_add(1)
         };
-        is_early |= !was_heard && heard.any() && below_ticks < EARLY_TICKS;
+        is_early |= !was_heard && heard.any() && ticks_since_below > CALL_TICKS;
         if heard.all() || low_ticks >= LOW_TICKS + CALL_TICKS {
             return vec![success(heard.all() && !is_early)];
         }
