@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use crate::pty::OnTerminal;
-use groundwave::capture::files::find_interrupted;
+use groundwave::capture::interrupted::find_interrupted;
 use groundwave::capture::recover::{Outcome, recover};
 use groundwave::capture::{Existing, RawWriter, Recorder, Session};
 

@@ -9,7 +9,7 @@ use crate::recordings::{
     wall,
 };
 use crate::streams::Rng;
-use groundwave::capture::files::{find_interrupted, set_aside};
+use groundwave::capture::interrupted::{find_interrupted, set_aside};
 use groundwave::capture::messages::{RawBytes, StationEvent};
 use groundwave::capture::recover::{Outcome, Recovery, recover};
 use groundwave::capture::{CaptureError, Existing, Recorder};

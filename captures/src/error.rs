@@ -1,11 +1,9 @@
 //! Errors of reading and writing captures.
 
 use std::fmt;
-use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::files;
 use super::repair::Problem;
 use crate::hint::{self, shell_word};
 
@@ -238,33 +236,5 @@ fn hint(error: &io::Error) -> &'static str {
             "; choose a writable folder"
         }
         _ => "",
-    }
-}
-
-/// Opens a file for writing; `existing` decides what happens to an existing one.
-pub(super) fn create(
-    path: &Path,
-    existing: Existing,
-    can_append: bool,
-) -> Result<File, CaptureError> {
-    let mut options = OpenOptions::new();
-    match existing {
-        Existing::Refuse => options.write(true).create_new(true),
-        Existing::Append => options.append(true).create(true),
-        Existing::Overwrite => options.write(true).create(true).truncate(true),
-    };
-    files::open_to_write(&mut options, path).map_err(|error| create_error(path, error, can_append))
-}
-
-/// The error for a file that could not be created.
-pub(super) fn create_error(path: &Path, error: io::Error, can_append: bool) -> CaptureError {
-    let path = path.to_owned();
-    if path.is_dir() {
-        let error = io::ErrorKind::IsADirectory.into();
-        CaptureError::Create { path, error }
-    } else if error.kind() == io::ErrorKind::AlreadyExists {
-        CaptureError::Exists { path, can_append }
-    } else {
-        CaptureError::Create { path, error }
     }
 }

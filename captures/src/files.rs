@@ -7,11 +7,9 @@ use std::path::{Path, PathBuf};
 #[cfg(unix)]
 use std::time::Duration;
 
-use super::CaptureError;
-use super::name::another;
+use super::error::{CaptureError, Existing};
 use super::presence;
 use super::rotation::part_name;
-use super::unfinished::is_unfinished;
 
 /// Limits the numbered variants of a file name.
 const VARIANTS_MAX: u32 = 1_000_000;
@@ -126,6 +124,34 @@ pub fn open_to_write(options: &mut OpenOptions, path: &Path) -> io::Result<File>
     options.open(path)
 }
 
+/// Opens a file for writing; `existing` decides what happens to an existing one.
+pub(crate) fn create(
+    path: &Path,
+    existing: Existing,
+    can_append: bool,
+) -> Result<File, CaptureError> {
+    let mut options = OpenOptions::new();
+    match existing {
+        Existing::Refuse => options.write(true).create_new(true),
+        Existing::Append => options.append(true).create(true),
+        Existing::Overwrite => options.write(true).create(true).truncate(true),
+    };
+    open_to_write(&mut options, path).map_err(|error| create_error(path, error, can_append))
+}
+
+/// The error for a file that could not be created.
+pub(crate) fn create_error(path: &Path, error: io::Error, can_append: bool) -> CaptureError {
+    let path = path.to_owned();
+    if path.is_dir() {
+        let error = io::ErrorKind::IsADirectory.into();
+        CaptureError::Create { path, error }
+    } else if error.kind() == io::ErrorKind::AlreadyExists {
+        CaptureError::Exists { path, can_append }
+    } else {
+        CaptureError::Create { path, error }
+    }
+}
+
 /// Whether both paths lead to one regular file, also by links. `-` is standard input.
 #[must_use]
 pub fn is_same(one: &Path, other: &Path) -> bool {
@@ -177,29 +203,6 @@ pub fn is_in_use(path: &Path) -> bool {
     matches!(Lock::take(path), Ok(None))
 }
 
-/// The unfinished recordings in a folder that no program is writing, by name.
-#[must_use]
-pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
-    let folder = if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
-    };
-    let Ok(entries) = fs::read_dir(folder) else {
-        return Vec::new();
-    };
-    let mut found: Vec<PathBuf> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "mcap")
-        })
-        .filter(|path| path.is_file() && is_unfinished(path) && !is_in_use(path))
-        .collect();
-    found.sort();
-    found
-}
-
 /// Whether the name is reserved for recovery.
 #[must_use]
 pub fn is_own_name(path: &Path) -> bool {
@@ -219,36 +222,6 @@ pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
         return Err(CaptureError::OwnName(path.to_owned()));
     }
     Ok(())
-}
-
-/// Renames an unfinished recording with this name, to free the name; returns its new name.
-///
-/// # Errors
-/// When it is being written now, or cannot be renamed.
-pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
-    if !is_unfinished(path) {
-        return Ok(None);
-    }
-    let opened = |error| CaptureError::Open {
-        path: path.to_owned(),
-        error,
-    };
-    let Some(_lock) = Lock::take(path).map_err(opened)? else {
-        return Err(CaptureError::InUse(path.to_owned()));
-    };
-    let aside = match path.extension() {
-        Some(extension) => path
-            .with_extension("interrupted")
-            .with_added_extension(extension),
-        None => path.with_added_extension("interrupted"),
-    };
-    let mut names = (1..=VARIANTS_MAX).map(|number| another(&aside, number));
-    let aside = names.find(|name| !name.exists()).unwrap_or(aside);
-    fs::rename(path, &aside).map_err(|error| CaptureError::SetAside {
-        path: path.to_owned(),
-        error,
-    })?;
-    Ok(Some(aside))
 }
 
 /// The first unused part number from `from` on, and its file name.
@@ -299,8 +272,6 @@ pub(crate) fn sync_folder(path: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::Session;
-    use crate::unfinished::UnfinishedWriter;
     use std::sync::atomic::{AtomicBool, Ordering};
 
     #[test]
@@ -339,29 +310,6 @@ mod tests {
         let mut read = String::new();
         reader.read_to_string(&mut read).unwrap();
         assert_eq!(read, "line");
-    }
-
-    /// Its name with `.interrupted` would be too long.
-    #[cfg(unix)]
-    #[test]
-    fn an_interrupted_recording_that_cannot_be_renamed_is_told() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join(format!("{}.mcap", "a".repeat(250)));
-        let file = File::create(&path).unwrap();
-        let session = Session {
-            link: String::new(),
-            start: std::time::UNIX_EPOCH,
-            notes: std::collections::BTreeMap::new(),
-            configuration: String::new(),
-        };
-        UnfinishedWriter::begin(file, &path, &session).unwrap();
-        let words = set_aside(&path).unwrap_err().to_string();
-        assert!(
-            words.starts_with("cannot rename the interrupted recording"),
-            "{words}"
-        );
-        assert!(words.ends_with("choose another name"), "{words}");
-        assert!(path.exists());
     }
 
     #[cfg(unix)]

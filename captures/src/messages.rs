@@ -10,8 +10,6 @@ use groundwave_protocol::decoder::Received;
 
 pub use super::station_event::{StationEvent, StationEventKind};
 pub use super::uplink_event::UplinkEvent;
-use crate::event::Moment;
-use crate::outages::Outage;
 
 /// Bytes of a stream as they were read or sent.
 #[derive(Clone, PartialEq, Eq, prost::Message)]
@@ -42,22 +40,6 @@ pub struct OutageMessage {
     /// Lines lost in it, at most.
     #[prost(uint64, tag = 5)]
     pub lines_lost_max: u64,
-}
-
-impl OutageMessage {
-    /// The message of an outage whose moments count from `zero_ns` since 1970.
-    #[must_use]
-    pub fn new(zero_ns: u64, outage: &Outage) -> Self {
-        let since_1970_ns =
-            |at: Moment| zero_ns.saturating_add(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
-        Self {
-            code: outage.cause.code().to_owned(),
-            begin_ns: since_1970_ns(outage.begin),
-            end_ns: outage.end.map(since_1970_ns),
-            lines_lost: outage.lost.min,
-            lines_lost_max: outage.lost.max,
-        }
-    }
 }
 
 impl From<&Received> for Telemetry {

@@ -9,9 +9,9 @@ use std::fmt;
 use groundwave_protocol::decoder::{Counters, Lost, Received};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
+use crate::chunk::Chunk;
 use crate::event::{Moment, OutageCause};
-use crate::messages::StationEvent;
-use crate::source::Chunk;
+use crate::messages::{OutageMessage, StationEvent};
 use crate::words::lost_words;
 
 /// Time without a line from which on it is an outage.
@@ -42,6 +42,20 @@ impl Outage {
     pub fn duration(&self) -> Moment {
         self.end
             .map_or(Moment::ZERO, |end| end.saturating_sub(self.begin))
+    }
+
+    /// The message in a recording whose moments count from `zero_ns` since 1970.
+    #[must_use]
+    pub fn to_message(&self, zero_ns: u64) -> OutageMessage {
+        let since_1970_ns =
+            |at: Moment| zero_ns.saturating_add(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
+        OutageMessage {
+            code: self.cause.code().to_owned(),
+            begin_ns: since_1970_ns(self.begin),
+            end_ns: self.end.map(since_1970_ns),
+            lines_lost: self.lost.min,
+            lines_lost_max: self.lost.max,
+        }
     }
 }
 

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::error::{create, create_error};
 use super::event::Moment;
+use super::files::{create, create_error};
 use super::write_queue::{FileWorker, PATIENCE, WriteQueue};
 use super::{CaptureError, Existing, files, presence};
 

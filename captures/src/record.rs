@@ -7,6 +7,12 @@ use prost::encoding::{DecodeContext, decode_key, skip_field};
 /// Bytes of the opcode and the length before each record.
 pub(crate) const HEAD_BYTES: usize = 9;
 
+/// Opcode of the private record that holds the CRC-32 of the message record after it.
+pub(crate) const CHECKSUM: u8 = 0xC3;
+
+/// Bytes of the body of that record.
+pub(crate) const CHECKSUM_BYTES: usize = 4;
+
 /// The largest accepted record, and the largest accepted chunk once unpacked, bytes.
 pub(crate) const RECORD_BYTES_MAX: usize = 8 << 20;
 
@@ -14,7 +20,7 @@ pub(crate) const RECORD_BYTES_MAX: usize = 8 << 20;
 const MAP_BYTES_MAX: usize = 1 << 20;
 
 /// Bytes of a message record before its data.
-const MESSAGE_HEADER_BYTES: usize = 22;
+pub(crate) const MESSAGE_HEADER_BYTES: usize = 22;
 
 /// A field of a record.
 #[derive(Clone, Copy)]

@@ -14,8 +14,8 @@ use groundwave_protocol::telemetry::Line;
 use prost::Message as _;
 
 use super::alarm_detector::AlarmDetector;
-use super::error::create_error;
 use super::event::Moment;
+use super::files::create_error;
 use super::messages::RawBytes;
 use super::observations::Observation;
 use super::rotation::Rotation;
@@ -58,7 +58,7 @@ impl Pace {
 impl Recorder {
     /// Creates the file and waits until its beginning is on the disk.
     ///
-    /// The caller must have renamed an interrupted recording with that name: [`super::files::set_aside`].
+    /// The caller must have renamed an interrupted recording with that name: [`super::interrupted::set_aside`].
     ///
     /// # Errors
     /// When the file exists and may not be overwritten, is in use, or cannot be written.

@@ -16,6 +16,7 @@ use ::mcap::sans_io::LinearReaderOptions;
 use super::CaptureError;
 use super::backup;
 use super::files::{self, Lock};
+use super::interrupted::{is_library, is_unfinished};
 use super::mcap_reader::Channels;
 use super::observations::{Item, Observation, Observations};
 use super::record::RECORD_BYTES_MAX;
@@ -23,7 +24,6 @@ use super::repair::{Damage, Problem};
 use super::schema::DESCRIPTORS;
 use super::session_writer::{CHUNK_BYTES, SessionWriter};
 use super::temporary::Temporary;
-use super::unfinished;
 
 pub use super::recovery::{Missing, Outcome, Recovery};
 
@@ -53,7 +53,7 @@ pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let Some(_lock) = lock else {
         return Err(CaptureError::UnderWay(path.to_owned()));
     };
-    if unfinished::is_unfinished(path) {
+    if is_unfinished(path) {
         return finish(path, &AtomicU64::default());
     }
     let (survey, channels) = read(path, Channels::new(), |_| Ok(()))?;
@@ -185,7 +185,7 @@ impl Survey {
         let observation = match item {
             Item::Observation { observation, .. } => observation,
             Item::Library(library) => {
-                self.is_unfinished = unfinished::is_library(library);
+                self.is_unfinished = is_library(library);
                 return;
             }
             Item::Damage(damage) => return self.take_damage(damage),

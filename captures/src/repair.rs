@@ -22,9 +22,9 @@ pub use damage::{Damage, Problem};
 use window::Window;
 
 use crate::record::{
-    HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, confirms_length, head, parse,
+    CHECKSUM, CHECKSUM_BYTES, HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, confirms_length,
+    head, parse,
 };
-use crate::unfinished::{CHECKSUM, CHECKSUM_BYTES};
 
 /// Longest damaged part, bytes: longer damage is returned in parts, so that no step takes long. A torn record is shorter.
 const SEARCH_BYTES_MAX: u64 = (HEAD_BYTES + RECORD_BYTES_MAX) as u64;

@@ -9,8 +9,8 @@ use ::mcap::records::Metadata;
 use serde::{Deserialize, Serialize};
 
 use super::event::{Level, NoticeCode};
+use super::messages::StationEvent;
 use super::name;
-use super::topics::StationEvent;
 
 /// The name of the attached configuration.
 const CONFIGURATION: &str = "groundwave.toml";

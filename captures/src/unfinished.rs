@@ -5,40 +5,25 @@
 //! only chunks have checksums; here, a private record before each message holds its CRC-32.
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use ::mcap::records::{MessageHeader, Record, op};
+use ::mcap::records::MessageHeader;
 use ::mcap::write::NoSeek;
-use ::mcap::{MAGIC, McapResult, WriteOptions, Writer};
+use ::mcap::{McapResult, WriteOptions, Writer};
 use prost::Message as _;
 
-use super::files;
+use super::interrupted::LIBRARY;
 use super::observations::Observation;
-use super::record::{HEAD_BYTES, parse};
+use super::record::{CHECKSUM, MESSAGE_HEADER_BYTES};
 use super::session::{Session, since_1970_ns};
 use super::session_writer::io_error;
 use super::topics::{StationEvent, Topic, register};
 
-/// Library name in the header of an unfinished recording.
-pub(crate) const LIBRARY: &str = concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", unfinished");
-
-/// Opcode of the private record that holds the CRC-32 of the message record after it.
-pub(crate) const CHECKSUM: u8 = 0xC3;
-
-/// Bytes of the body of that record.
-pub(crate) const CHECKSUM_BYTES: usize = 4;
-
 /// The topics that cannot be derived.
 const TOPICS: [Topic; 3] = [Topic::RawRx, Topic::RawTx, Topic::Station];
-
-/// Limits the header that [`is_unfinished`] reads.
-const HEADER_BYTES_MAX: u64 = 256;
-
-/// Bytes of a message record before its data.
-const MESSAGE_HEAD_BYTES: usize = 22;
 
 /// Writes a recording under way. After an error, nothing more is written.
 pub(crate) struct UnfinishedWriter {
@@ -150,7 +135,7 @@ impl UnfinishedWriter {
         let checksum = crc32fast::hash(&self.body).to_le_bytes();
         self.write(|writer, body| {
             writer.write_private_record(CHECKSUM, &checksum, Default::default())?;
-            writer.write_to_known_channel(&header, &body[MESSAGE_HEAD_BYTES..])
+            writer.write_to_known_channel(&header, &body[MESSAGE_HEADER_BYTES..])
         })
     }
 
@@ -203,33 +188,5 @@ impl Write for Output {
         self.bytes.fetch_add(count, Ordering::Release);
         self.pending.clear();
         Ok(())
-    }
-}
-
-/// Whether a file is an unfinished recording, by its header.
-pub(crate) fn is_unfinished(path: &Path) -> bool {
-    let mut begin = Vec::new();
-    files::open(path)
-        .and_then(|file| file.take(HEADER_BYTES_MAX).read_to_end(&mut begin))
-        .is_ok_and(|_| library(&begin).is_some_and(|library| is_library(&library)))
-}
-
-/// Whether the library in a header is that of an unfinished recording, of any version.
-pub(crate) fn is_library(library: &str) -> bool {
-    library.starts_with("groundwave ") && library.ends_with(", unfinished")
-}
-
-/// Library name in the header at the beginning of an MCAP file.
-fn library(begin: &[u8]) -> Option<String> {
-    let (head, rest) = begin
-        .strip_prefix(MAGIC)?
-        .split_first_chunk::<HEAD_BYTES>()?;
-    let [op::HEADER, length @ ..] = *head else {
-        return None;
-    };
-    let body = rest.get(..usize::try_from(u64::from_le_bytes(length)).ok()?)?;
-    match parse(op::HEADER, body) {
-        Some(Record::Header(header)) => Some(header.library),
-        _ => None,
     }
 }

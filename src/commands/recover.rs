@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::cli::Recover;
 use super::{Exit, Fault, out, say, say_fault};
-use crate::capture::files::find_interrupted;
+use crate::capture::interrupted::find_interrupted;
 use crate::capture::recover::{Outcome, Recovery, recover};
 
 pub(super) fn run(options: &Recover) -> Result<(), Fault> {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::{Fault, config};
-use crate::capture::files::find_interrupted;
+use crate::capture::interrupted::find_interrupted;
 use crate::capture::runs::folder;
 use crate::hint::shell_word;
 use crate::io::ports::{Port, list};

@@ -11,12 +11,12 @@ use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use super::{HolderShare, Info, LineCounts, Robot, Sent};
 use crate::bumps::Bumps;
+use crate::chunk::Chunk;
 use crate::gaps::Gaps;
 use crate::odometer::Odometer;
 use crate::outages::OutageList;
 use crate::own_lines::{Line as AnyLine, OwnSummary, each_line, recognizer};
 use crate::session::Session;
-use crate::source::Chunk;
 use crate::statistics::{self, BITS_PER_BYTE, Damaged, Loss, OtherRobot, per_cent, share_pct};
 use crate::words::layer_word;
 use crate::{Capture, CaptureError};

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::Receiver;
 
 use super::Shared;
-use crate::error::create_error;
+use crate::files::create_error;
 use crate::recover::{self, Outcome};
 use crate::session::Session;
 use crate::unfinished::UnfinishedWriter;

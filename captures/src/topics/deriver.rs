@@ -18,7 +18,7 @@ use super::path::Path;
 use super::scene::Scene;
 use super::{Topic, TopicMessage};
 use crate::event::{CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Moment, Reception};
-use crate::messages::{OutageMessage, StationEvent, StationEventKind, UplinkEvent};
+use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
 use crate::outages::{Outage, Outages};
 use crate::own_lines::{Values, intact};
 use crate::robot_clock::RobotClock;
@@ -430,7 +430,7 @@ impl Deriver {
         mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.now_ns = self.now_ns.max(at_ns);
-        self.encoder.encode(&OutageMessage::new(zero_ns, outage));
+        self.encoder.encode(&outage.to_message(zero_ns));
         take(self.encoder.message(Topic::Outages, self.now_ns, None))
     }
 
@@ -439,7 +439,7 @@ impl Deriver {
         take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         while let Some(outage) = self.outages.poll() {
-            self.encoder.encode(&OutageMessage::new(0, &outage));
+            self.encoder.encode(&outage.to_message(0));
             take(self.encoder.message(Topic::Outages, self.now_ns, None))?;
         }
         Ok(())

@@ -11,6 +11,7 @@ use super::derived::Derived;
 use super::raw_file::{RawCopy, RawFile};
 use super::{Lines, Verdict};
 use crate::event::NoticeCode;
+use crate::interrupted::is_library;
 use crate::mcap_reader::{Channel, Entries, Entry};
 use crate::messages::{RawBytes, StationEvent};
 use crate::record::parse;
@@ -18,7 +19,6 @@ use crate::session::Session;
 use crate::session_writer::LIBRARY;
 use crate::source::Form;
 use crate::topics::{RAW_RX, Topic};
-use crate::unfinished::is_library;
 
 /// Verifies an MCAP, and that a raw text holds the same bytes.
 ///

@@ -27,7 +27,7 @@ pub(super) fn begin(
         configuration: options.configuration.clone(),
     };
     files::refuse_own_name(path)?;
-    files::set_aside(path)?;
+    interrupted::set_aside(path)?;
     Recorder::start_rotating(path, existing, &session, options.rotation)
 }
 

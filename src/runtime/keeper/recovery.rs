@@ -13,7 +13,7 @@ impl Keeper {
         let mut inner = self.lock();
         self.spawn(&mut inner, move |keeper| {
             let mut failed = Vec::new();
-            for path in files::find_interrupted(&folder) {
+            for path in interrupted::find_interrupted(&folder) {
                 let notice = match recover::recover(&path) {
                     Ok(recovery) => (recovery.level(), recovery.headline()),
                     // Another program has begun to recover it.

@@ -1,0 +1,41 @@
+//! The bytes of one read, as every reader of captures returns them.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use groundwave_protocol::decoder::Decoder;
+
+/// Bytes that were received together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chunk<'a> {
+    /// Time since the capture began. Without timestamps in a raw capture, the time is that of a 2400-baud radio without
+    /// pauses.
+    pub at: Duration,
+    /// The bytes.
+    pub bytes: &'a [u8],
+    /// Whether bytes are missing before these.
+    pub is_after_missing: bool,
+    /// When the link was lost before these, if it was.
+    pub unplugged_at: Option<Duration>,
+    /// When the station was suspended before these, if it was.
+    pub suspended_at: Option<Duration>,
+    /// Metadata of an MCAP read so far.
+    pub session: Option<&'a BTreeMap<String, String>>,
+}
+
+impl Chunk<'_> {
+    /// Whether the link was interrupted or bytes are missing before these; no line spans the gap.
+    #[must_use]
+    pub const fn is_interrupted(&self) -> bool {
+        self.is_after_missing || self.unplugged_at.is_some()
+    }
+
+    /// Tells a decoder about the gap before these bytes.
+    pub const fn tell_gap(&self, decoder: &mut Decoder) {
+        if self.is_after_missing {
+            decoder.skip();
+        } else if self.unplugged_at.is_some() {
+            decoder.interrupt();
+        }
+    }
+}
