@@ -9,68 +9,12 @@ mod robots;
 
 use crate::LINE_BYTES;
 use crate::life::Life;
-use crate::telemetry::{
-    ACK_LINE_BYTES, Ack, AckLine, Body, Detail, FieldError, Line, SEQUENCE_MODULUS, is_intact,
-};
+pub use crate::received::Received;
+use crate::telemetry::{ACK_LINE_BYTES, AckLine, FieldError, Line, SEQUENCE_MODULUS, is_intact};
 pub use damage::{DamageKind, Damaged};
 pub use reckoning::Lost;
 use reckoning::Reckoning;
 use robots::Robots;
-
-/// A line found in the stream.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Received {
-    /// An intact line, and its 80 bytes.
-    Line(Line, [u8; LINE_BYTES]),
-    /// An intact acknowledgement line.
-    Ack(AckLine),
-}
-
-impl Received {
-    /// The acknowledgement in this line.
-    #[must_use]
-    pub const fn ack(&self) -> &Ack {
-        match self {
-            Self::Line(line, _) => &line.ack,
-            Self::Ack(line) => &line.ack,
-        }
-    }
-
-    /// Id of the robot that sent the line; `None` when the line does not hold it.
-    #[must_use]
-    pub const fn robot_id(&self) -> Option<u8> {
-        match (self, self.ack().detail) {
-            (_, Detail::Idle { robot_id, .. } | Detail::CannotHear { robot_id }) => Some(robot_id),
-            (Self::Line(line, _), _) => match &line.body {
-                Body::Status(status) => Some(status.robot_id),
-                Body::Counters(counters) => Some(counters.robot_id),
-                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => None,
-            },
-            (Self::Ack(_), _) => None,
-        }
-    }
-
-    /// Seconds since boot, modulo 1,000,000; `None` unless it is a line C.
-    #[must_use]
-    pub const fn uptime_s(&self) -> Option<u32> {
-        match self {
-            Self::Line(line, _) => match &line.body {
-                Body::Counters(counters) => Some(counters.uptime_s),
-                _ => None,
-            },
-            Self::Ack(_) => None,
-        }
-    }
-
-    /// The line's number, 0 to 99.
-    #[must_use]
-    pub const fn sequence(&self) -> u8 {
-        match self {
-            Self::Line(line, _) => line.sequence,
-            Self::Ack(line) => line.sequence,
-        }
-    }
-}
 
 /// Counts of the decoder. Each byte belongs to an intact line or is noise; each line feed ends an intact
 /// line or is rejected for one reason.

@@ -20,6 +20,7 @@ pub mod digest;
 pub mod failsafe;
 pub mod life;
 pub mod parameter;
+mod received;
 pub mod receiver;
 pub mod sixbit;
 pub mod status_codes;

@@ -1,6 +1,6 @@
 //! Reboots of the robot, recognized from its lines.
 
-use crate::decoder::Received;
+use crate::received::Received;
 use crate::telemetry::{Body, CountersLine, Line};
 
 /// Modulus of the uptime in line C, seconds.

@@ -36,6 +36,7 @@ mod progress;
 mod recording;
 mod sharing;
 pub mod simulated;
+mod terminal;
 mod tour;
 mod welcome;
 

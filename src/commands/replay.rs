@@ -8,7 +8,7 @@ use std::time::Instant;
 use super::appearance::appearance;
 use super::cli::Replay;
 use super::config::Theme;
-use super::{Exit, Fault, block_on, config, input, say_fault, watch};
+use super::{Exit, Fault, block_on, config, input, say_fault, terminal};
 use crate::capture::index;
 use crate::capture::source::unfinished;
 use crate::event::{Event, Level, Moment, Notice, NoticeCode, Recording};
@@ -31,7 +31,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
             ),
         ));
     }
-    watch::needs_terminal("groundwave export")?;
+    terminal::needed("groundwave export")?;
     replay(options.file.clone(), options.speed, options.theme, config)
 }
 
@@ -104,7 +104,7 @@ fn play(
             keeper: None,
         };
         Box::pin(run_dashboard(dashboard)).await.map_or_else(
-            |error| watch::terminal_failed(&error).map(|()| None),
+            |error| terminal::failed(&error).map(|()| None),
             |left| Ok(left.replay),
         )
     })?;

@@ -1,7 +1,6 @@
 //! `watch` and `demo`: the live dashboard.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
 use std::thread;
@@ -13,14 +12,14 @@ use super::appearance::appearance;
 use super::cli::{Connection, Demo, RecordingArgs, Sharing, Watch};
 use super::output::check_inputs;
 use super::{
-    Exit, Fault, block_on, config, headless, recording, replay, say, sharing, simulated, tour,
+    Exit, Fault, block_on, config, headless, recording, replay, say, sharing, simulated, terminal,
+    tour,
 };
 use crate::capture::files;
 use crate::event::{Event, Level, Notice, NoticeCode, Truth};
-use crate::hint::{self, shell_word};
+use crate::hint::shell_word;
 use crate::io::link::{self, BAUD, Link, LinkSpec};
 use crate::io::share_client::ShareClientError;
-use crate::io::terminal;
 use crate::model::{Config, Facts, Ui};
 use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, LiveSource, Source, run};
@@ -35,7 +34,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
     let (way, config) = &given.clone().at(config)?;
     let link = &way.link();
     if !options.headless {
-        needs_terminal("watch --headless")?;
+        terminal::needed("watch --headless")?;
     }
     if *link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
         return Err(Fault::new(
@@ -79,7 +78,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
 }
 
 pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Fault> {
-    needs_terminal("groundwave sim")?;
+    terminal::needed("groundwave sim")?;
     let started = Instant::now();
     let recordings = [
         &options.recording.tee,
@@ -145,16 +144,6 @@ fn truth_of(server: &Server) -> Truth {
 
 fn address(server: &Server, index: usize) -> &str {
     server.addresses().get(index).map_or("", String::as_str)
-}
-
-pub(super) fn needs_terminal(instead: &str) -> Result<(), Fault> {
-    if terminal::is_there() {
-        return Ok(());
-    }
-    Err(Fault::new(
-        Exit::Usage,
-        format!("the dashboard needs a terminal; use `{instead}` instead"),
-    ))
 }
 
 /// The settings of a station.
@@ -266,7 +255,7 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
             tour::end();
         }
         result.map_or_else(
-            |error| terminal_failed(&error).map(|()| None),
+            |error| terminal::failed(&error).map(|()| None),
             |left| Ok(left.replay),
         )
     })?;
@@ -301,15 +290,4 @@ fn report(lines: impl Iterator<Item = String>) {
         // The end of the thread closes the channel.
         let _ = ended.recv_timeout(REPORT_PATIENCE);
     }
-}
-
-/// The fault for a terminal error; a terminal that is gone only ends the session.
-pub(super) fn terminal_failed(error: &io::Error) -> Result<(), Fault> {
-    if !terminal::is_there() {
-        return Ok(());
-    }
-    Err(Fault::new(
-        Exit::Failed,
-        format!("the terminal failed: {}", hint::words(error)),
-    ))
 }

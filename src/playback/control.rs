@@ -1,11 +1,9 @@
-//! Playback controls and positions in time, and where
-//! the screen stands.
+//! Playback controls and positions in time, and where the screen stands.
 
 use std::str::FromStr;
 
-pub use crate::event::{Landmark, Mark};
-
-use crate::event::Moment;
+use crate::capture::event::Moment;
+pub use crate::capture::event::{Landmark, Mark};
 
 /// Lowest speed, as a multiple of real time.
 pub const SPEED_MIN: f64 = 0.1;

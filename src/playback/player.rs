@@ -5,8 +5,9 @@ use super::control::{
     clock_words,
 };
 use super::cursor::Cursor;
+use super::search::Found;
 use super::target::Target;
-use super::timeline::{Found, STEPS_MAX, Timeline};
+use super::timeline::{STEPS_MAX, Timeline};
 use crate::event::Moment;
 use crate::model::Facts;
 

@@ -5,7 +5,6 @@
 
 use super::control::Landmark;
 use super::cursor::{Cursor, Shortcuts};
-use super::timeline::Found;
 use crate::event::Moment;
 
 /// Length of the first window; each is twice as long as the one before.
@@ -16,6 +15,25 @@ const SPAN_MAX: Moment = Moment::from_hours(1);
 
 /// Steps that skipping a window counts for.
 const SKIP_STEPS: usize = 512;
+
+/// Result of a search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// At this moment.
+    At(Moment),
+    /// It does not exist.
+    Nowhere,
+    /// It may lie in the unread part.
+    NotYet,
+}
+
+impl Found {
+    /// Whether it has been found.
+    #[must_use]
+    pub const fn is_there(self) -> bool {
+        matches!(self, Self::At(_))
+    }
+}
 
 /// A search that can be interrupted.
 pub(super) struct Search<C: Cursor> {

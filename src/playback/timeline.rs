@@ -6,7 +6,7 @@ mod lines;
 use super::cache::{Cache, run};
 use super::cursor::{Cursor, Shortcuts};
 use super::keyframes::Keyframes;
-use super::search::Search;
+use super::search::{Found, Search};
 use crate::event::Moment;
 use crate::model::Facts;
 
@@ -15,25 +15,6 @@ pub const STEPS_MAX: usize = 4096;
 
 /// Most steps between two kept states before a moment among them is searched for like one in the unread part.
 const READ_STEPS_MAX: usize = 32_768;
-
-/// Result of a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Found {
-    /// At this moment.
-    At(Moment),
-    /// It does not exist.
-    Nowhere,
-    /// It may lie in the unread part.
-    NotYet,
-}
-
-impl Found {
-    /// Whether it has been found.
-    #[must_use]
-    pub const fn is_there(self) -> bool {
-        matches!(self, Self::At(_))
-    }
-}
 
 /// Every moment of a capture or of a live session that can be shown.
 pub struct Timeline<C: Cursor> {

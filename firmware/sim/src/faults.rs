@@ -3,8 +3,10 @@
 use sr04_firmware::board::{Side, Switches};
 
 use crate::rng::{Rng, Stream};
-use crate::sensors::edges::SPOTS;
 use crate::time::TICK_MS;
+
+/// Number of edge sensors.
+pub(crate) const EDGE_SENSORS: usize = 28;
 
 /// Duration of a dropout.
 const DROPOUT_S: (f64, f64) = (0.2, 2.0);
@@ -61,7 +63,7 @@ pub(crate) struct Faulty {
     faults: Faults,
     rng: Rng,
     /// Ticks of dropout left for each edge sensor.
-    blind_ticks: [u32; SPOTS],
+    blind_ticks: [u32; EDGE_SENSORS],
 }
 
 impl Faulty {
@@ -69,7 +71,7 @@ impl Faulty {
         Self {
             faults,
             rng: Rng::new(seed, Stream::Faults),
-            blind_ticks: [0; SPOTS],
+            blind_ticks: [0; EDGE_SENSORS],
         }
     }
 

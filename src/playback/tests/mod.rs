@@ -12,7 +12,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::cursor::Cursor;
-use super::timeline::{Found, STEPS_MAX};
+use super::search::Found;
+use super::timeline::STEPS_MAX;
 use super::*;
 use crate::capture::Session;
 use crate::capture::SessionWriter;

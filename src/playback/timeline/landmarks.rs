@@ -2,8 +2,8 @@
 
 use super::super::control::Landmark;
 use super::super::cursor::{Cursor, Shortcuts};
-use super::super::search::Search;
-use super::{Found, Timeline};
+use super::super::search::{Found, Search};
+use super::Timeline;
 use crate::event::Moment;
 
 /// How many times as many steps a jump searches the unread part at once.

@@ -2,7 +2,8 @@
 
 use super::super::cache::go_on;
 use super::super::cursor::Cursor;
-use super::{Found, READ_STEPS_MAX, STEPS_MAX, Timeline};
+use super::super::search::Found;
+use super::{READ_STEPS_MAX, STEPS_MAX, Timeline};
 use crate::event::Moment;
 
 impl<C: Cursor> Timeline<C> {

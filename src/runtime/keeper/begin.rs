@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::SystemTime;
 
 use super::KeepOptions;
-use crate::capture::{CaptureError, Existing, Recorder, Session, files, name};
+use crate::capture::{CaptureError, Existing, Recorder, Session, files, interrupted, name};
 
 /// Maximum numbered names of recordings begun in one second.
 const NAMES_MAX: u32 = 100;

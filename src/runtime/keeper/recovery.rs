@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Keeper;
-use crate::capture::{CaptureError, files, recover};
+use crate::capture::{CaptureError, interrupted, recover};
 use crate::event::Level;
 
 impl Keeper {

@@ -3,7 +3,7 @@
 use sr04_firmware::board::Edges;
 
 use super::View;
-use crate::faults::Faulty;
+use crate::faults::{EDGE_SENSORS, Faulty};
 use crate::scene::Scene;
 
 /// Spots of the detectors on the right and the input of each: inches to the right and ahead. Each has a twin on the
@@ -28,8 +28,7 @@ const RIGHT_SPOTS_IN: [(f64, f64, Edges); 13] = [
 /// Spots of the detectors at the middle of the bumper and behind the caster.
 const MIDDLE_SPOTS_IN: [(f64, Edges); 2] = [(5.9, Edges::AHEAD), (-6.9, Edges::BEHIND)];
 
-/// Number of detectors.
-pub(crate) const SPOTS: usize = 2 * RIGHT_SPOTS_IN.len() + MIDDLE_SPOTS_IN.len();
+const _: () = assert!(2 * RIGHT_SPOTS_IN.len() + MIDDLE_SPOTS_IN.len() == EDGE_SENSORS);
 
 /// Inputs whose detectors see no floor.
 pub(crate) fn detect(scene: &Scene, view: View, faulty: &mut Faulty) -> Edges {

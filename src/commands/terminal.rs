@@ -1,0 +1,29 @@
+//! The terminal that a dashboard needs.
+
+use std::io;
+
+use super::{Exit, Fault};
+use crate::hint;
+use crate::io::terminal;
+
+/// Refuses a dashboard without a terminal; `instead` is the command that needs none.
+pub(super) fn needed(instead: &str) -> Result<(), Fault> {
+    if terminal::is_there() {
+        return Ok(());
+    }
+    Err(Fault::new(
+        Exit::Usage,
+        format!("the dashboard needs a terminal; use `{instead}` instead"),
+    ))
+}
+
+/// The fault for a terminal error; a terminal that is gone only ends the session.
+pub(super) fn failed(error: &io::Error) -> Result<(), Fault> {
+    if !terminal::is_there() {
+        return Ok(());
+    }
+    Err(Fault::new(
+        Exit::Failed,
+        format!("the terminal failed: {}", hint::words(error)),
+    ))
+}
