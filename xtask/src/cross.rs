@@ -1,7 +1,7 @@
-//! The ground station on other machines than this one: static Linux on x86-64 and ARM, Windows under Wine, macOS checked.
+//! The ground station on other machines than this one: static Linux on x86-64 and ARM, Windows under Wine, macOS linted.
 //!
 //! Needs, beside Debian's compiler: `musl-tools`, `musl-dev:arm64`, `gcc-aarch64-linux-gnu`, `qemu-user-static`;
-//! `gcc-mingw-w64-x86-64-win32`, `wine`; for macOS only the compiler.
+//! `gcc-mingw-w64-x86-64-win32`, `wine`; for macOS `rust-web-clippy`.
 
 use std::fs;
 use std::path::PathBuf;
@@ -14,18 +14,22 @@ pub(crate) const X86: &str = "x86_64-unknown-linux-musl";
 pub(crate) const WINDOWS: &str = "x86_64-pc-windows-gnu";
 const MACOS: &str = "aarch64-apple-darwin";
 
-/// The packages whose tests run on the other machine; whole-system tests need ptys and a terminal of this one.
-const TESTED: [&str; 9] = [
+/// The packages whose tests run on the other machine, with their integration tests.
+const CRATES: [&str; 10] = [
     "-p",
     "groundwave-protocol",
     "-p",
-    "sr04-firmware",
+    "groundwave-lines",
     "-p",
     "groundwave-captures",
     "-p",
-    "groundwave",
-    "--lib",
+    "sr04-firmware",
+    "-p",
+    "sr04-sim",
 ];
+
+/// The station's own tests; those of the whole system need ptys and a terminal of this machine.
+const STATION: [&str; 3] = ["-p", "groundwave", "--lib"];
 
 /// Builds static programs, runs the tests on an emulated ARM, and compares what both machines compute.
 pub(crate) fn linux() -> Result<(), String> {
@@ -39,16 +43,18 @@ pub(crate) fn linux() -> Result<(), String> {
             target,
         ]))?;
     }
-    run(cargo(ARM)?
-        .args(["test", "--locked", "--target", ARM])
-        .args(TESTED))?;
+    test(ARM)?;
     run(Command::new("python3")
         .arg("tests/systems/linux.py")
         .args([program(X86, ""), program(ARM, "")]))
 }
 
-/// Builds for Windows and drives the program under Wine.
+/// Builds for Windows, runs the tests under Wine, compiles those of the whole system, and drives the program.
 pub(crate) fn windows() -> Result<(), String> {
+    test(WINDOWS)?;
+    run(cargo(WINDOWS)?
+        .args(["test", "--no-run", "--locked", "--workspace"])
+        .args(["--exclude", "xtask", "--target", WINDOWS]))?;
     run(cargo(WINDOWS)?.args([
         "build",
         "--locked",
@@ -64,20 +70,24 @@ pub(crate) fn windows() -> Result<(), String> {
         .arg(root().join("target/debug/groundwave")))
 }
 
-/// Checks every crate for macOS. Nothing is linked, so no C compiler for macOS is needed.
+/// Lints every crate, tests included, for macOS. Nothing is linked, so no C compiler for macOS is needed.
 pub(crate) fn macos() -> Result<(), String> {
     run(cargo(MACOS)?
-        .args([
-            "check",
-            "--workspace",
-            "--locked",
-            "--exclude",
-            "xtask",
-            "--target",
-            MACOS,
-        ])
+        .args(["clippy", "--workspace", "--all-targets", "--locked"])
+        .args(["--exclude", "xtask", "--target", MACOS])
+        .args(["--", "-D", "warnings"])
         .env("CC_aarch64_apple_darwin", "true")
         .env("AR_aarch64_apple_darwin", "true"))
+}
+
+/// Runs tests on the other machine.
+fn test(target: &str) -> Result<(), String> {
+    for packages in [&CRATES[..], &STATION] {
+        run(cargo(target)?
+            .args(["test", "--locked", "--target", target])
+            .args(packages))?;
+    }
+    Ok(())
 }
 
 /// Builds the program for users and returns its path.
@@ -92,6 +102,13 @@ pub(crate) fn release(target: &str, suffix: &str) -> Result<PathBuf, String> {
         target,
     ]))?;
     Ok(folder().join(format!("{target}/release/groundwave{suffix}")))
+}
+
+/// Removes the crates of this workspace from the builds for users, so that the next one compiles them anew.
+pub(crate) fn forget_release(target: &str) -> Result<(), String> {
+    run(cargo(target)?
+        .args(["clean", "--workspace", "--release", "--locked"])
+        .args(["--target", target]))
 }
 
 fn program(target: &str, suffix: &str) -> PathBuf {
@@ -109,6 +126,8 @@ fn cargo(target: &str) -> Result<Command, String> {
         .env("CARGO_TARGET_DIR", folder())
         .env("CARGO_PROFILE_DEV_DEBUG", "0")
         .env("CARGO_PROFILE_RELEASE_STRIP", "true")
+        .env("CARGO_UNSTABLE_TRIM_PATHS", "true")
+        .env("CARGO_PROFILE_RELEASE_TRIM_PATHS", "all")
         .env(
             "CARGO_UNSTABLE_BUILD_STD",
             "std,panic_abort,proc_macro,test",
@@ -122,6 +141,12 @@ fn cargo(target: &str) -> Result<Command, String> {
             );
         }
         X86 => link_static(&mut cargo, "X86_64", "x86_64")?,
+        WINDOWS => {
+            cargo.env(
+                "CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER",
+                format!("python3 {}/tests/systems/wine.py", root().display()),
+            );
+        }
         _ => {}
     }
     Ok(cargo)

@@ -1,6 +1,7 @@
 //! What a release offers: archives and Debian packages with the program, its pages and completions, and their checksums.
 //!
-//! Needs what the steps `linux` and `windows` need, and `zip`, `dpkg-deb`. Times, order and owners are fixed, so that two runs of one commit give the same archives of the same programs.
+//! Needs what the steps `linux` and `windows` need, and `zip`, `dpkg-deb`; the check also `debootstrap` and root. Times, order
+//! and owners are fixed and paths of this machine are left out, so that two runs of one commit give the same bytes.
 
 use std::env;
 use std::fs;
@@ -43,9 +44,39 @@ const PLACES: [(&str, &str); 8] = [
     ("LICENSES", "usr/share/doc/groundwave/copyright"),
 ];
 
+/// Makes everything twice, compares the sums, and installs the Debian packages in a new Debian.
+pub(crate) fn check() -> Result<(), String> {
+    make()?;
+    let sums = folder().join("SHA256SUMS");
+    let first = read(&sums)?;
+    for (target, _) in TARGETS {
+        cross::forget_release(target)?;
+    }
+    make()?;
+    let second = read(&sums)?;
+    if first != second {
+        return Err(format!(
+            "two runs gave different files:\n{first}and\n{second}"
+        ));
+    }
+    let packages = TARGETS
+        .iter()
+        .filter_map(|(_, architecture)| *architecture)
+        .map(|architecture| folder().join(package_name(architecture)));
+    run(Command::new("python3")
+        .arg("tests/systems/debian.py")
+        .args(packages))
+}
+
 /// Makes everything in `target/dist`.
 pub(crate) fn make() -> Result<(), String> {
-    let dist = root().join("target/dist");
+    let changes = capture(Command::new("git").args(["status", "--porcelain"]))?;
+    if !changes.is_empty() {
+        return Err(format!(
+            "a release has the files of a commit; commit or discard first:\n{changes}"
+        ));
+    }
+    let dist = folder();
     let _ = fs::remove_dir_all(&dist);
     create(&dist)?;
     let epoch = capture(Command::new("git").args(["log", "-1", "--format=%ct"]))?;
@@ -86,6 +117,14 @@ pub(crate) fn make() -> Result<(), String> {
     )?;
     print!("{sums}");
     write(&dist.join("SHA256SUMS"), &sums)
+}
+
+fn folder() -> PathBuf {
+    root().join("target/dist")
+}
+
+fn package_name(architecture: &str) -> String {
+    format!("groundwave_{VERSION}_{architecture}.deb")
 }
 
 /// The committed source, as an archive.
@@ -211,7 +250,7 @@ fn package(dist: &Path, stage: &Path, architecture: &str, epoch: &str) -> Result
         .env("SOURCE_DATE_EPOCH", epoch)
         .args(["--root-owner-group", "--build"])
         .arg(&debian)
-        .arg(dist.join(format!("groundwave_{VERSION}_{architecture}.deb"))))?;
+        .arg(dist.join(package_name(architecture))))?;
     fs::remove_dir_all(&debian).map_err(|error| format!("{}: {error}", debian.display()))
 }
 

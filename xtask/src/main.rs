@@ -8,6 +8,7 @@ mod dist;
 mod licences;
 mod mutants;
 mod nightly;
+mod publish;
 
 use std::env;
 use std::fmt::Write as _;
@@ -50,6 +51,8 @@ const NIGHTLY: &[Step] = &[
     ("linux", cross::linux),
     ("windows", cross::windows),
     ("macos", cross::macos),
+    ("packages", dist::check),
+    ("published", publish::check),
 ];
 
 fn main() -> ExitCode {

@@ -1,0 +1,60 @@
+//! The crates as others get them: each package is built from its own files alone, and its tests run offline.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::{capture, root, run};
+
+/// Packs and builds the crates as `cargo publish` does, and runs the tests of the unpacked crates.
+pub(crate) fn check() -> Result<(), String> {
+    super::cargo(&["publish", "--workspace", "--dry-run", "--locked"])?;
+    let metadata = capture(Command::new(super::cargo_path()).args([
+        "metadata",
+        "--no-deps",
+        "--format-version",
+        "1",
+        "--locked",
+    ]))?;
+    let metadata: Value = serde_json::from_str(&metadata)
+        .map_err(|error| format!("cannot read cargo metadata: {error}"))?;
+    let packages = metadata["packages"]
+        .as_array()
+        .ok_or("cargo metadata lists no packages")?;
+    // `publish = false` is an empty list of registries.
+    let published: Vec<(&str, &str)> = packages
+        .iter()
+        .filter(|package| package["publish"].is_null())
+        .filter_map(|package| Some((package["name"].as_str()?, package["version"].as_str()?)))
+        .collect();
+    // Outside the repository, where a test finds no file of a sibling.
+    let folder = std::env::temp_dir().join(format!("groundwave-crates-{}", std::process::id()));
+    let result = test_in(&folder, &published);
+    let _ = fs::remove_dir_all(&folder);
+    result
+}
+
+fn test_in(folder: &Path, published: &[(&str, &str)]) -> Result<(), String> {
+    let failed = |error| format!("cannot write {}: {error}", folder.display());
+    fs::create_dir_all(folder).map_err(failed)?;
+    let mut manifest =
+        "[workspace]\nresolver = \"3\"\nmembers = [\"*-*\"]\n\n[patch.crates-io]\n".to_owned();
+    for (name, version) in published {
+        run(Command::new("tar")
+            .arg("-xzf")
+            .arg(root().join(format!("target/package/{name}-{version}.crate")))
+            .arg("-C")
+            .arg(folder))?;
+        // Writing to a string cannot fail.
+        let _ = writeln!(manifest, "{name} = {{ path = \"{name}-{version}\" }}");
+    }
+    fs::write(folder.join("Cargo.toml"), manifest).map_err(failed)?;
+    fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).map_err(failed)?;
+    run(Command::new(super::cargo_path())
+        .current_dir(folder)
+        .args(["test", "--workspace", "--all-features", "--offline"])
+        .env("CARGO_TARGET_DIR", root().join("target/crates")))
+}
