@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
-use crate::capture::event::Moment;
-pub use crate::capture::event::{Landmark, Mark};
+use groundwave_captures::event::Moment;
+pub use groundwave_captures::event::{Landmark, Mark};
 
 /// Lowest speed, as a multiple of real time.
 pub const SPEED_MIN: f64 = 0.1;
