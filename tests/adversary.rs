@@ -579,6 +579,12 @@ impl Trial {
             assert!(is_true, "confirmed without a STOP: {ended:?}; {context}");
             return;
         }
+        let robot = self.simulation.robot();
+        if matches!(ended.request, Request::Mode(mode) if !robot.is_fitted(mode)) {
+            // The station refuses by the robot's line I, with or without an order.
+            assert_eq!(outcome, Outcome::NotFitted, "{ended:?}; {context}");
+            return;
+        }
         let is_route = matches!(ended.request, Request::Route(_));
         self.totals.routes += usize::from(is_confirmed && is_route);
         let later = &mut self.executions[ended.executions_before..];

@@ -14,7 +14,7 @@ use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
-use super::own_lines::{Line, each_line, recognizer};
+use super::own_lines::{Line, ToldFields, each_line, recognizer};
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
 
@@ -92,6 +92,7 @@ impl<W: Write> Records<'_, W> {
         let (mut outages, mut now) = (OutageList::default(), Duration::ZERO);
         let mut written = 0;
         let mut own: Option<Recognizer> = None;
+        let mut told = ToldFields::default();
         loop {
             let table = if own.is_none() {
                 capture.session_ahead()?
@@ -105,16 +106,22 @@ impl<W: Write> Records<'_, W> {
             match piece {
                 Piece::Received(bytes) => {
                     let own = own.get_or_insert_with(|| recognizer(table.as_ref()));
-                    each_line(decoder, own, bytes, |line, counters| match line {
-                        Line::Wire(received) => {
-                            outages.handle_line(at, &received, counters);
-                            self.write_line(at, &received)
-                        }
-                        Line::Own(line) => {
-                            own_lines += u64::from(matches!(line.content, Content::Values(_)));
-                            self.write_own(at, &line)
-                        }
-                    })?;
+                    each_line(
+                        decoder,
+                        own,
+                        &mut told,
+                        bytes,
+                        |line, counters| match line {
+                            Line::Wire(received) => {
+                                outages.handle_line(at, &received, counters);
+                                self.write_line(at, &received)
+                            }
+                            Line::Own(line) => {
+                                own_lines += u64::from(matches!(line.content, Content::Values(_)));
+                                self.write_own(at, &line)
+                            }
+                        },
+                    )?;
                 }
                 Piece::Missing(_) | Piece::Damaged(_) => {
                     decoder.skip();

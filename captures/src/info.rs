@@ -110,6 +110,15 @@ pub struct LineCounts {
     /// Song.
     #[serde(skip_serializing_if = "is_none")]
     pub s: u64,
+    /// Abilities.
+    #[serde(skip_serializing_if = "is_none")]
+    pub i: u64,
+    /// A field of the robot's own.
+    #[serde(skip_serializing_if = "is_none")]
+    pub f: u64,
+    /// Values of the robot's own fields.
+    #[serde(skip_serializing_if = "is_none")]
+    pub v: u64,
 }
 
 impl LineCounts {
@@ -124,8 +133,11 @@ impl LineCounts {
             k,
             p,
             s,
+            i,
+            f,
+            v,
         } = *self;
-        a + b + c + t + k + p + s
+        a + b + c + t + k + p + s + i + f + v
     }
 }
 

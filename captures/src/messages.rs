@@ -155,7 +155,7 @@ macro_rules! telemetry {
     (@words $words:ident) => { $words };
 }
 
-const LINE_TYPES: &[&str] = &["A", "B", "C", "T", "K", "P", "S"];
+const LINE_TYPES: &[&str] = &["A", "B", "C", "T", "K", "P", "S", "I", "F", "V"];
 const OUTCOMES: &[&str] = &[
     "done",
     "not_fitted",
@@ -223,7 +223,7 @@ const LAYERS: &[&str] = &[
 ];
 
 telemetry! {
-    /// Type of the line: A state, B status, C counters, T text, K acknowledgement, P parameter, S song.
+    /// Type of the line: A state, B status, C counters, T text, K acknowledgement, P parameter, S song, I abilities, F field, V values.
     1 line_type: int32 of LINE_TYPES;
     /// Number of the line, 0 to 99.
     2 sequence: uint32;
@@ -389,6 +389,19 @@ telemetry! {
     79 parameter_unit: string;
     /// Notes of a song that begins: `Hz:seconds` each, separated by spaces; 0 Hz is a rest.
     80 song: string;
+
+    /// What the robot can do: level 1 to 5.
+    81 level: uint32;
+    /// Most waypoints of a list.
+    82 list_capacity: uint32;
+    /// Letters of its modes.
+    83 modes_fitted: string;
+    /// Letters of the readings that it has: B battery, W wheels, S sonars, I `max_count`.
+    84 measured: string;
+    /// Bytes a second that it takes.
+    85 rate_bytes_per_s: uint32;
+    /// Number of fields of its own; their values are on /values.
+    86 own_fields: uint32;
 }
 
 #[cfg(test)]

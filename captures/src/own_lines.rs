@@ -1,9 +1,11 @@
 //! Lines of a robot's own: how a recording keeps their form, and their values as messages and records.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use groundwave_lines::{Content, OwnLine, Recognizer, Sample, Value};
+use groundwave_lines::{Content, Field, Limits, OwnLine, Recognizer, Sample, Value};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::telemetry::{Body, FIELDS_MAX};
 
 use crate::session::Session;
 
@@ -44,6 +46,66 @@ pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
     configured.unwrap_or_default()
 }
 
+/// Fields that a robot describes in lines F, for the values of its lines V.
+#[derive(Clone, Debug, Default)]
+pub struct ToldFields(Vec<Option<Told>>);
+
+#[derive(Clone, Debug)]
+struct Told {
+    field: Arc<Field>,
+    /// The value in the line is divided by it: that gives the nearest number to the decimal one.
+    divisor: f64,
+}
+
+impl ToldFields {
+    /// Takes the content of a line; returns the values that it holds, as lines of the robot's own hold them. A value whose line F has
+    /// not come is left out.
+    pub fn take(&mut self, body: &Body) -> Option<OwnLine> {
+        match body {
+            Body::Field(field) => {
+                self.0.resize(usize::from(FIELDS_MAX), None);
+                let known = self.0.get_mut(usize::from(field.place.checked_sub(1)?))?;
+                let unit = field.unit.as_str();
+                let divisor = 10_f64.powi(i32::from(field.decimals));
+                let field = Field {
+                    name: field.name.as_str().to_owned(),
+                    unit: (!unit.is_empty()).then(|| unit.to_owned()),
+                    scale: divisor.recip(),
+                    offset: 0.0,
+                    role: None,
+                    limits: Limits::default(),
+                };
+                if known.as_ref().is_none_or(|known| *known.field != field) {
+                    let field = Arc::new(field);
+                    *known = Some(Told { field, divisor });
+                }
+                None
+            }
+            Body::Values(line) => {
+                let told = self.0.iter().zip(line.values());
+                let samples = told.filter_map(|(told, value)| {
+                    let told = told.as_ref()?;
+                    Some(Sample {
+                        field: Arc::clone(&told.field),
+                        value: Value::Number(f64::from(value?) / told.divisor),
+                    })
+                });
+                let samples: Vec<_> = samples.collect();
+                let words = samples.iter().map(|sample| match &sample.value {
+                    Value::Number(number) => format!("{}={number}", sample.field.name),
+                    Value::Text(text) => format!("{}={text}", sample.field.name),
+                });
+                let text = words.collect::<Vec<_>>().join(" ");
+                (!samples.is_empty()).then_some(OwnLine {
+                    text,
+                    content: Content::Values(samples),
+                })
+            }
+            _ => None,
+        }
+    }
+}
+
 /// A line of either kind.
 pub(super) enum Line {
     Wire(Box<Received>),
@@ -57,6 +119,7 @@ pub(super) enum Line {
 pub(super) fn each_line<E>(
     decoder: &mut Decoder,
     own: &mut Recognizer,
+    told: &mut ToldFields,
     bytes: &[u8],
     mut take: impl FnMut(Line, &Counters) -> Result<(), E>,
 ) -> Result<(), E> {
@@ -64,7 +127,14 @@ pub(super) fn each_line<E>(
         let before = intact(decoder.counters());
         let mut rest = run;
         while let Some(received) = decoder.next_own_line(&mut rest) {
+            let values = match &received {
+                Received::Line(line, _) => told.take(&line.body),
+                Received::Ack(_) => None,
+            };
             take(Line::Wire(Box::new(received)), decoder.counters())?;
+            if let Some(values) = values {
+                take(Line::Own(values), decoder.counters())?;
+            }
         }
         let is_wire = intact(decoder.counters()) != before;
         if let Some(line) = own.take(run, is_wire) {
@@ -76,7 +146,8 @@ pub(super) fn each_line<E>(
 
 /// Whether received bytes hold an intact line, or one of the robot's own with values.
 pub fn has_line(decoder: &mut Decoder, own: &mut Recognizer, bytes: &[u8]) -> bool {
-    let found = each_line(decoder, own, bytes, |line, _| match line {
+    let told = &mut ToldFields::default();
+    let found = each_line(decoder, own, told, bytes, |line, _| match line {
         Line::Own(line) if !matches!(line.content, Content::Values(_)) => Ok(()),
         Line::Own(_) | Line::Wire(_) => Err(()),
     });

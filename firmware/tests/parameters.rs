@@ -30,7 +30,8 @@ fn parameter_is_set_reported_and_kept() {
     );
     assert_eq!(bench.robot.ack().outcome, Outcome::Done);
     assert_eq!(bench.robot.parameters().get(speed), 8);
-    bench.run_ms(2000);
+    // The new session's line I comes first.
+    bench.run_ms(3000);
     let [line] = reported(&bench)[..] else {
         panic!("expected one line P");
     };
@@ -86,7 +87,7 @@ fn invalid_parameters_and_values_are_refused() {
         bench.lines.clear();
         bench.order(key, order);
         assert_eq!(bench.robot.ack().outcome, outcome, "{order:?}");
-        bench.run_ms(2000);
+        bench.run_ms(3000);
         assert_eq!(reported(&bench).len(), lines, "{order:?}");
         assert_eq!(bench.robot.parameters(), &before);
     }

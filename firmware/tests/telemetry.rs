@@ -20,6 +20,9 @@ fn kinds(bench: &Bench) -> String {
         Body::Text(_) => 'T',
         Body::Parameter(_) => 'P',
         Body::Song(_) => 'S',
+        Body::Abilities(_) => 'I',
+        Body::Field(_) => 'F',
+        Body::Values(_) => 'V',
     };
     bench
         .lines

@@ -154,6 +154,14 @@ class Conversation:
         same("active_digest", wire.list_digest(farm.active), vector["active_digest"])
 
 
+def check_step(vector: Vector) -> None:
+    """A step of a transcript: `line` decodes to `fields`. What a robot answers is for robots to check."""
+    if "line" in vector:
+        check_line(vector)
+    else:
+        rest_known(vector, "hears", "outcome", "boots", "patience_bytes", "robot_id")
+
+
 # By the kind of a file: NAME.jsonl, NAME-2.jsonl.
 CHECKS: dict[str, Callable[[], Callable[[Vector], None]]] = {
     "checksums": lambda: check_checksum,
@@ -162,7 +170,11 @@ CHECKS: dict[str, Callable[[], Callable[[Vector], None]]] = {
     "streams": lambda: check_stream,
     "frames": lambda: check_frame,
     "conversation": lambda: Conversation().check,
+    "level": lambda: check_step,
 }
+
+# Files that must be there.
+EXPECTED = [f"{kind}.jsonl" for kind in CHECKS if kind != "level"] + [f"level-{level}.jsonl" for level in range(1, 6)]
 
 
 def run(name: str, cases: Iterable[tuple[str, Callable[[], None]]]) -> tuple[int, int]:
@@ -222,7 +234,7 @@ def capture_cases(path: Path) -> list[tuple[str, Callable[[], None]]]:
 def main() -> int:
     """Check all files; return the exit status."""
     vectors, captures = next((place for place in PLACES if place[0].is_dir()), PLACES[-1])
-    names = sorted({path.name for path in vectors.glob("*.jsonl")} | {f"{kind}.jsonl" for kind in CHECKS})
+    names = sorted({path.name for path in vectors.glob("*.jsonl")} | set(EXPECTED))
     found = any(vectors.glob("*.jsonl"))
     results = [run(name, vector_cases(vectors / name)) for name in names] if found else []
     if not found:

@@ -207,6 +207,20 @@ def _place(text: str, _: Fields) -> list[int]:
     return [_within(place, 1, count), count]
 
 
+def _or_point(letter: str) -> Reader:
+    """The letter, or a point for what is not there."""
+    return _choice({".": "", letter: letter})
+
+
+def _field_place(text: str, _: Fields) -> list[int]:
+    place, count = (int(part) for part in _match("[0-9]/[0-9]", text).split("/"))
+    return [_within(place, 1, count), count]
+
+
+def _own_value(text: str, before: Fields) -> int | None:
+    return None if text == "------" else _signed(text, before)
+
+
 def _note(text: str, before: Fields) -> list[int] | None:
     """Frequency and length, or None behind the last note."""
     if text == "   ":
@@ -254,6 +268,15 @@ LAYOUTS: dict[str, Layout] = {
         (5, 5, "position", _place), (11, 18, "name", _name), (30, 6, "value", _signed), (37, 6, "kept", _signed),
         (44, 6, "least", _signed), (51, 6, "most", _signed), (58, 11, "unit", _text), *_ACK],
     "S": [*((5 + 3 * i, 3, "notes[]", _note) for i in range(21)), *_ACK],
+    "I": [
+        *_ROBOT, (8, 1, "level", _digits(1, 5)), (10, 3, "capacity", _digits(0, LIST_MAX)),
+        *((14 + i, 1, "modes[]", _or_point(letter)) for i, letter in enumerate(MODES)),
+        *((24 + i, 1, "measured[]", _or_point(letter)) for i, letter in enumerate("BWSI")),
+        (29, 5, "rate_bytes_per_s", _digits(30)), (35, 1, "fields", _digits()), *_ACK],
+    "F": [
+        (5, 3, "position", _field_place), (9, 18, "name", _name), (28, 1, "decimals", _digits(0, 5)),
+        (30, 11, "unit", _text), *_ACK],
+    "V": [*((5 + 7 * i, 6, "values[]", _own_value) for i in range(9)), *_ACK],
     "K": [(4, 5, "ack", _ack)],
     "G": [(4, 5, "ack", _ack)],
 }
@@ -289,7 +312,9 @@ def parse_line(line: bytes) -> Fields:
         allowance = fields.pop("allowance")
         fields["fitted"] = sum(fitted << bit for bit, (fitted, _) in enumerate(allowance))
         fields["allowed"] = sum(allowed << bit for bit, (_, allowed) in enumerate(allowance))
-    elif kind == "P":
+    elif kind == "I":
+        fields["modes"], fields["measured"] = "".join(fields["modes"]), "".join(fields["measured"])
+    elif kind in "PF":
         fields["place"], fields["count"] = fields.pop("position")
     elif kind == "S":
         fields["notes"] = [note for note in fields["notes"] if note]

@@ -409,6 +409,9 @@ mod tests {
             LineType::Text => b"T49 I'm finished with the co-ordinate list                           !5:HS",
             LineType::Parameter => b"P48 01/26 top-speed          +00008 +00012 +00002 +00012 in/s        !5:HS",
             LineType::Song => b"S49 (+$*3$,0$07(``\"(+0                                               !5:HS",
+            LineType::Abilities => b"I50 07 3 040 PR.X..... B.S. 00240 2                                  !5:HS",
+            LineType::Field => b"F51 1/2 motor-current      2 A                                       !5:HS",
+            LineType::Values => b"V52 +00125 -00007 ------ ------ ------ ------ ------ ------ ------   !5:HS",
         }
     }
 

@@ -32,7 +32,7 @@ impl Life {
             | match &line.body {
                 Body::Status(status) => self.take_boots(status.boots),
                 Body::Counters(counters) => self.take_counters(counters),
-                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => false,
+                _ => false,
             }
     }
 

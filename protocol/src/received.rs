@@ -30,7 +30,13 @@ impl Received {
             (Self::Line(line, _), _) => match &line.body {
                 Body::Status(status) => Some(status.robot_id),
                 Body::Counters(counters) => Some(counters.robot_id),
-                Body::State(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => None,
+                Body::Abilities(abilities) => Some(abilities.robot_id),
+                Body::State(_)
+                | Body::Text(_)
+                | Body::Parameter(_)
+                | Body::Song(_)
+                | Body::Field(_)
+                | Body::Values(_) => None,
             },
             (Self::Ack(_), _) => None,
         }

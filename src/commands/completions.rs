@@ -138,16 +138,31 @@ fn param_words(before: &[String], current: &OsStr) -> Candidates {
     }
 }
 
+/// Names of the command strings of the robot named before, or of all after `--via`.
+fn own_commands(before: &[String]) -> Vec<String> {
+    let config = config::load(named_config(before).as_deref()).unwrap_or_default();
+    if before.iter().any(|word| word == "--via") {
+        return config.all_own_commands();
+    }
+    let mut named = before.iter().rev();
+    let robot = named.find_map(|word| config.robots.get(word));
+    robot.map_or(Vec::new(), |robot| robot.commands.keys().cloned().collect())
+}
+
 fn command_words(before: &[String], current: &OsStr) -> Candidates {
+    let own = own_commands(before);
+    let is_own = |word: &str| own.iter().any(|name| name == word);
     let mut words = before
         .iter()
         .map(String::as_str)
-        .skip_while(|word| !Request::is_command(word))
+        .skip_while(|word| !Request::is_command(word) && !is_own(word))
         .filter(|word| !word.starts_with("--"));
     let modes = || Mode::ALL.iter().map(|mode| mode_word(*mode));
     let layers = || Layer::ALL.into_iter().map(layer_word);
     match (words.next(), words.count()) {
-        (None, _) => starting_with(current, Request::commands()),
+        (None, _) if own.is_empty() => starting_with(current, Request::commands()),
+        // A robot with command strings takes no others, and waits are the script's own.
+        (None, _) => starting_with(current, own.iter().map(String::as_str)),
         (Some("mode"), 0) => starting_with(current, modes()),
         (Some("enable" | "disable"), 0) => after_comma(current, layers()),
         (Some("only"), 0) => after_comma(current, layers().chain(["none"])),

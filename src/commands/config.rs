@@ -6,7 +6,7 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -162,6 +162,15 @@ pub struct Recording {
     pub keep_minutes: Option<u16>,
     /// As `--rotate`.
     pub rotate: Option<Rotation>,
+}
+
+impl Config {
+    /// Names of the command strings of every configured robot: a station that is reached by its address may serve any.
+    pub(super) fn all_own_commands(&self) -> Vec<String> {
+        let robots = self.robots.values();
+        let names: BTreeSet<_> = robots.flat_map(|robot| robot.commands.keys()).collect();
+        names.into_iter().cloned().collect()
+    }
 }
 
 impl OwnRobot {

@@ -25,7 +25,10 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
     let (way, words) = options.connection().map_err(usage)?;
     let (way, config) = &way.at(config)?;
     let radio = options.radio.radio(config);
-    let own: Vec<String> = config.own.commands.keys().cloned().collect();
+    let own = match way {
+        Connection::Via(_) => config.all_own_commands(),
+        Connection::Link(_) => config.own.commands.keys().cloned().collect(),
+    };
     let mut script = Script::read(options, &words, &own)?;
     match way {
         Connection::Via(address) if !radio.can_send() => Err(receive_only(address)),

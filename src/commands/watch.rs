@@ -63,6 +63,9 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         theme: options.theme,
     };
     let mut model = appearance(config, options.theme);
+    if plan.via.is_some() {
+        model.own_commands = config.all_own_commands();
+    }
     if options.headless {
         return block_on(async {
             let (driver, keeper) = plan.open().await?;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use groundwave_lines::{Content, OwnLine};
+use groundwave_captures::own_lines::ToldFields;
 use groundwave_protocol::life::Life;
 use groundwave_protocol::status_codes::{Link as Letter, Mode};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
@@ -41,6 +42,7 @@ pub struct Facts {
     pub(crate) plots: Plots,
     /// Values of the robot's own lines.
     pub(crate) fields: Fields,
+    told: ToldFields,
     pub(crate) recording: Recording,
     life: Life,
     counted: Counted,
@@ -73,6 +75,7 @@ impl Facts {
             alarm_changes: Vec::new(),
             plots: Plots::default(),
             fields: Fields::default(),
+            told: ToldFields::default(),
             recording: Recording::default(),
             life: Life::default(),
             counted: Counted::default(),
@@ -247,7 +250,9 @@ impl Facts {
             Body::State(state) => self.take_state(now, before.as_ref(), state),
             Body::Status(status) => {
                 self.ledger.take_status(status);
-                self.plots.take_status(now, status);
+                if self.robot.battery().is_some() {
+                    self.plots.take_status(now, status);
+                }
             }
             Body::Counters(counters) => self.motors.take_counters(now, counters),
             Body::Text(text) => {
@@ -262,6 +267,13 @@ impl Facts {
                 self.calls = true;
                 self.log
                     .add(now, Level::Info, Subject::Robot, words::song(song));
+            }
+            Body::Abilities(_) => {}
+            Body::Field(_) | Body::Values(_) => {
+                if let Some(values) = self.told.take(&line.body) {
+                    self.fields.take(now, &values);
+                    self.plots.begin(now);
+                }
             }
         }
     }

@@ -324,7 +324,7 @@ impl Ui {
             (Action::EraseCharacter, Overlay::Palette(palette)) => palette.erase(1),
             (Action::EraseAll, Overlay::Palette(palette)) => palette.erase(usize::MAX),
             (Action::Choose(steps), Overlay::Palette(palette)) => {
-                palette.choose(&palette.found(&self.config.keys), steps);
+                palette.choose(&palette.found(&self.config), steps);
             }
             (Action::Choose(steps), Overlay::Runs(runs)) => runs.choose(steps),
             (Action::Submit, Overlay::Runs(_)) => return self.replay_run(),

@@ -3,8 +3,9 @@
 use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
+use super::config::Config as Configured;
 use super::editor::RouteAction;
-use super::keys::{Action, Context, Group, Keymap};
+use super::keys::{Action, Context, Group};
 use super::text_entry::TEXT_MAX;
 use super::{Facts, Overlay, Panel, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Moment};
@@ -43,11 +44,11 @@ impl AsRef<str> for Entry {
 
 impl Palette {
     /// Matches, the best first, with matches at word starts before all others; every entry for an empty text.
-    pub(crate) fn found(&self, keymap: &Keymap) -> Vec<Entry> {
+    pub(crate) fn found(&self, config: &Configured) -> Vec<Entry> {
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut matching = |kind| {
             let (case, marks) = (CaseMatching::Ignore, Normalization::Smart);
-            Pattern::new(&self.text, case, marks, kind).match_list(entries(keymap), &mut matcher)
+            Pattern::new(&self.text, case, marks, kind).match_list(entries(config), &mut matcher)
         };
         // Scattered letters match almost everything: used only where nothing contains the typed words.
         let mut found = matching(AtomKind::Substring);
@@ -98,8 +99,15 @@ impl Palette {
     }
 }
 
-/// Keys of the dashboard and the route editor, then commands.
-fn entries(keymap: &Keymap) -> Vec<Entry> {
+/// The robot's command strings, keys of the dashboard and the route editor, then commands.
+fn entries(config: &Configured) -> Vec<Entry> {
+    let keymap = &config.keys;
+    let own = config.own_commands.iter().map(|name| Entry {
+        title: format!(":{name}"),
+        key: String::new(),
+        searched: name.clone(),
+        pick: Pick::Words(name.clone()),
+    });
     let keys = keymap.rows().filter(|row| match row.action {
         Action::AskPalette | Action::Route(RouteAction::Leave) => false,
         Action::Route(_) => true,
@@ -144,7 +152,7 @@ fn entries(keymap: &Keymap) -> Vec<Entry> {
         searched: format!("param {} {about}", name.replace('-', " ")),
         pick: Pick::Words(format!("param {name}")),
     });
-    keys.chain(commands).chain(parameters).collect()
+    own.chain(keys).chain(commands).chain(parameters).collect()
 }
 
 /// A sentence in the form that follows a colon.
@@ -168,7 +176,7 @@ const fn search_words(action: Action) -> &'static str {
 impl Ui {
     /// Carries out the choice; an incomplete command opens the prompt.
     pub(super) fn pick(&mut self, facts: &Facts, now: Moment, palette: &Palette) -> Vec<Effect> {
-        let mut found = palette.found(&self.config.keys);
+        let mut found = palette.found(&self.config);
         let chosen = palette.chosen(&found);
         // Without a choice the palette stays open; without matches it closes.
         if chosen.is_some() || found.is_empty() {
@@ -210,13 +218,14 @@ impl Ui {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::keys::Keymap;
 
     fn best(text: &str) -> Option<String> {
         let palette = Palette {
             text: text.to_owned(),
             chosen: None,
         };
-        let mut found = palette.found(&Keymap::default());
+        let mut found = palette.found(&Configured::default());
         (!found.is_empty()).then(|| found.swap_remove(0).title)
     }
 
@@ -242,7 +251,7 @@ mod tests {
                 text: text.to_owned(),
                 chosen: None,
             };
-            let found = palette.found(&Keymap::default());
+            let found = palette.found(&Configured::default());
             found
                 .into_iter()
                 .map(|entry| entry.title)
@@ -265,7 +274,7 @@ mod tests {
     /// Two rows that read the same would leave open which is which.
     #[test]
     fn palette_entries_have_distinct_titles() {
-        let all = Palette::default().found(&Keymap::default());
+        let all = Palette::default().found(&Configured::default());
         for (n, entry) in all.iter().enumerate() {
             assert!(!entry.title.trim().is_empty(), "{entry:?}");
             let twin = all[n + 1..].iter().find(|other| other.title == entry.title);
@@ -275,7 +284,7 @@ mod tests {
 
     #[test]
     fn empty_search_lists_every_key_and_command() {
-        let all = Palette::default().found(&Keymap::default());
+        let all = Palette::default().found(&Configured::default());
         let rows = Keymap::default();
         let of = |context| rows.rows().filter(move |row| row.context == context);
         for row in of(Context::Dashboard).chain(of(Context::Route)) {
@@ -298,7 +307,7 @@ mod tests {
     #[test]
     fn the_choice_stays_within_what_is_found() {
         let mut palette = Palette::default();
-        let all = palette.found(&Keymap::default());
+        let all = palette.found(&Configured::default());
         palette.choose(&all[..3], -1);
         assert_eq!(palette.chosen(&all[..3]), Some(0));
         for _ in 0..5 {

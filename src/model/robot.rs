@@ -1,7 +1,9 @@
 //! The newest reports of the robot, with their moments.
 
 use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerMask};
-use groundwave_protocol::telemetry::{Body, CountersLine, Line, StateLine, StatusLine};
+use groundwave_protocol::telemetry::{
+    AbilitiesLine, Body, CountersLine, Detail, Line, Reading as Measured, StateLine, StatusLine,
+};
 
 use super::history::History;
 use crate::event::Moment;
@@ -44,6 +46,10 @@ pub(crate) struct Robot {
     pub(crate) infrared: Option<Reading<Infrared>>,
     /// Battery voltage over the whole session, decivolts.
     pub(crate) volts: History,
+    /// Whether it reports that it cannot hear.
+    pub(crate) is_deaf: bool,
+    /// What it can do, by its line I.
+    pub(crate) abilities: Option<AbilitiesLine>,
     cliff_guard: Switch,
     critical_battery: Switch,
 }
@@ -58,6 +64,7 @@ struct Switch {
 
 impl Robot {
     pub(super) fn take(&mut self, now: Moment, line: &Line) {
+        self.is_deaf = matches!(line.ack.detail, Detail::CannotHear { .. });
         match line.body {
             Body::State(state) => {
                 if touches(state.bump) {
@@ -69,7 +76,9 @@ impl Robot {
                 self.state = Some(reading(now, state));
             }
             Body::Status(status) => {
-                self.volts.push(now, status.battery_dv);
+                if measures_battery(&status, self.abilities.as_ref()) {
+                    self.volts.push(now, status.battery_dv);
+                }
                 self.status = Some(reading(now, status));
             }
             Body::Counters(counters) => self.counters = Some(reading(now, counters)),
@@ -84,7 +93,8 @@ impl Robot {
                     stays_off: parameter.kept == 0,
                 };
             }
-            Body::Text(_) | Body::Song(_) => {}
+            Body::Abilities(abilities) => self.abilities = Some(abilities),
+            Body::Text(_) | Body::Song(_) | Body::Field(_) | Body::Values(_) => {}
         }
     }
 
@@ -131,6 +141,17 @@ impl Robot {
         .collect()
     }
 
+    /// Whether it has a reading, as far as known.
+    pub(crate) fn measures(&self, reading: Measured) -> bool {
+        self.abilities.is_none_or(|robot| robot.measures(reading))
+    }
+
+    /// The newest line B with a battery voltage.
+    pub(crate) fn battery(&self) -> Option<Reading<StatusLine>> {
+        self.status
+            .filter(|status| measures_battery(&status.value, self.abilities.as_ref()))
+    }
+
     /// Layers fitted on this robot; `None` before its report.
     pub(crate) fn fitted(&self) -> Option<LayerMask> {
         self.status.map(|status| status.value.fitted)
@@ -158,6 +179,11 @@ impl Robot {
     pub(crate) fn lacks(&self, layer: Layer) -> bool {
         self.fitted().is_some_and(|fitted| !fitted.contains(layer))
     }
+}
+
+/// Whether the voltage of a line B is one: 0 V is none, because the robot runs.
+fn measures_battery(status: &StatusLine, abilities: Option<&AbilitiesLine>) -> bool {
+    status.battery_dv > 0 && abilities.is_none_or(|robot| robot.measures(Measured::Battery))
 }
 
 const fn reading<T>(at: Moment, value: T) -> Reading<T> {

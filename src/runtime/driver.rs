@@ -124,18 +124,24 @@ impl Driver {
         self
     }
 
-    /// Enables notices about a link without intact lines. `baud` is the port's rate, if the station sets it; it also determines the
-    /// airtime.
+    /// Sets the port's rate, if the station sets it: frames are paced and airtime is reckoned by it.
     #[must_use]
-    pub fn advising(mut self, baud: Option<u32>) -> Self {
+    pub fn at_baud(mut self, baud: Option<u32>) -> Self {
         if let Some(baud) = baud {
             self.station.set_baud(baud);
         }
-        self.advising = Some(Advising {
+        self
+    }
+
+    /// Enables notices about a link without intact lines. `baud` is the port's rate, if the station sets it.
+    #[must_use]
+    pub fn advising(self, baud: Option<u32>) -> Self {
+        let mut this = self.at_baud(baud);
+        this.advising = Some(Advising {
             baud,
             has_complained: false,
         });
-        self
+        this
     }
 
     /// Reads the lines of a robot that does not speak Groundwave's protocol, and sends its command strings.

@@ -5,7 +5,8 @@
 //!
 //! A client that sends `{"groundwave":1,"pid":1234}` gets lines from there on; with `"raw":true` the raw bytes too, as
 //! `{"rx":"A0012..."}`, one character per byte. Its commands are `{"id":1,"do":"mode prowl","timeout_ms":20000}`, in the words
-//! of `groundwave send`, or `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`. Each status carries the `id` of its command;
+//! of `groundwave send`, or `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`; `{"id":3,"own":"goto 48 0"}` is a command string of
+//! the robot's. Each status carries the `id` of its command;
 //! `{"cancel":2}` ends one. `{"drive":[6,-3]}` drives by hand for half a second, in inches a second; `{"drive":[0,0]}` stops.
 //! The last line before the station closes a connection is `{"code":"gave-way","error":"..."}`.
 
@@ -56,7 +57,9 @@ pub enum CodecError {
     #[error("version {0} is not supported, only {VERSION}; use the same groundwave on both sides")]
     Version(u32),
     /// The line is JSON but has other fields.
-    #[error("a line needs `groundwave`, `cancel`, `drive`, or `id` and either `do` or `route`")]
+    #[error(
+        "a line needs `groundwave`, `cancel`, `drive`, or `id` and one of `do`, `own` or `route`"
+    )]
     Shape,
     /// The command is invalid.
     #[error("{0}")]
@@ -125,6 +128,8 @@ struct ClientJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     r#do: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    own: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     route: Option<Vec<(i16, i16)>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     timeout_ms: Option<u64>,
@@ -149,6 +154,7 @@ impl ClientLine {
                 raw,
                 id: None,
                 r#do: None,
+                own: None,
                 route: None,
                 timeout_ms: None,
                 cancel: None,
@@ -167,13 +173,14 @@ impl ClientLine {
                 raw: None,
                 id: Some(tag),
                 r#do,
+                own,
                 route,
                 timeout_ms,
                 cancel: None,
                 drive: None,
             } => Ok(Self::Ask(Ask {
                 tag,
-                request: read_request(r#do, route)?,
+                request: read_request(r#do, own, route)?,
                 timeout: read_timeout(timeout_ms)?,
             })),
             ClientJson {
@@ -182,6 +189,7 @@ impl ClientLine {
                 raw: None,
                 id: None,
                 r#do: None,
+                own: None,
                 route: None,
                 timeout_ms: None,
                 cancel,
@@ -209,20 +217,20 @@ impl ClientLine {
                 ..ClientJson::default()
             },
             Self::Ask(ask) => {
-                let (words, route) = match &ask.request {
-                    Request::Route(waypoints) => (
-                        None,
-                        Some(waypoints.iter().map(|at| (at.x_in, at.y_in)).collect()),
-                    ),
+                let mut json = ClientJson::default();
+                match &ask.request {
+                    Request::Route(waypoints) => {
+                        let points = waypoints.iter().map(|at| (at.x_in, at.y_in));
+                        json.route = Some(points.collect());
+                    }
+                    Request::Own(words) => json.own = Some(words.clone()),
                     // The text of a request can be parsed again.
-                    request => (Some(request.to_string()), None),
-                };
+                    request => json.r#do = Some(request.to_string()),
+                }
                 ClientJson {
                     id: Some(ask.tag),
-                    r#do: words,
-                    route,
                     timeout_ms: Some(ask.timeout.as_millis() as u64),
-                    ..ClientJson::default()
+                    ..json
                 }
             }
             Self::Cancel(tag) => ClientJson {
@@ -243,15 +251,20 @@ impl ClientLine {
 
 fn read_request(
     words: Option<String>,
+    own: Option<String>,
     route: Option<Vec<(i16, i16)>>,
 ) -> Result<Request, CodecError> {
     let refused = |error: crate::request::RequestError| CodecError::Request(error.to_string());
-    match (words, route) {
-        (Some(words), None) => {
+    match (words, own, route) {
+        (Some(words), None, None) => {
             let words: Vec<&str> = words.split_whitespace().collect();
             Request::from_words(&words).map_err(refused)
         }
-        (None, Some(points)) => read_route(points),
+        (None, Some(words), None) if !words.trim().is_empty() => {
+            let words: Vec<&str> = words.split_whitespace().collect();
+            Ok(Request::Own(words.join(" ")))
+        }
+        (None, None, Some(points)) => read_route(points),
         _ => Err(CodecError::Shape),
     }
 }

@@ -202,8 +202,11 @@ const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
         Failure::Stopped if stopped => "STOP ended the session",
         Failure::Stopped => "the robot ended the session: a STOP from elsewhere, or a restart",
         Failure::CannotHear => "the robot cannot hear",
-        Failure::TimedOut | Failure::Cancelled | Failure::ReceiveOnly | Failure::NotConfigured => {
-            "session given up"
-        }
+        Failure::TimedOut
+        | Failure::Cancelled
+        | Failure::ReceiveOnly
+        | Failure::BeyondLevel
+        | Failure::BeyondCapacity
+        | Failure::NotConfigured => "session given up",
     }
 }

@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use groundwave_lines::{Content, OwnCommand, Recognizer};
+use groundwave_protocol::BYTES_PER_S;
 use groundwave_protocol::arq::{Config, Duplex, Fop};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
@@ -24,7 +25,7 @@ use crate::event::{
 use crate::outages::Outages;
 use crate::request::Request;
 use crate::share::ClientLine;
-use crate::statistics::{LinkMeter, Statistics};
+use crate::statistics::{BITS_PER_BYTE, LinkMeter, Statistics};
 use own_uplink::OwnUplink;
 use reception::Listener;
 use shared::Shared;
@@ -70,6 +71,8 @@ pub struct Station {
     /// The other robot on the channel that was reported.
     reported_other: Option<u8>,
     outages: Outages,
+    /// Of the link, bit/s.
+    baud: u32,
     meter: LinkMeter,
     reported_statistics: Option<(Moment, Statistics)>,
     events: VecDeque<Event>,
@@ -98,15 +101,18 @@ impl Station {
             reported_counters: Counters::default(),
             reported_other: None,
             outages: Outages::default(),
+            baud: BYTES_PER_S * BITS_PER_BYTE,
             meter: LinkMeter::default(),
             reported_statistics: None,
             events: VecDeque::new(),
         }
     }
 
-    /// Sets the radio's baud rate, for the airtime; 2400 until then.
+    /// Sets the radio's baud rate, for the pace of frames and the airtime; 2400 until then.
     pub fn set_baud(&mut self, baud: u32) {
+        self.baud = baud;
         self.meter.set_baud(baud);
+        self.fop.set_rate(baud / BITS_PER_BYTE);
     }
 
     /// Sets how lines that are not Groundwave's are read; until then their form is recognized.
@@ -291,6 +297,12 @@ impl Station {
         self.fop.handle_received(micros(now), received);
         self.settle(now);
         if let Received::Line(line, _) = received
+            && let Body::Abilities(robot) = &line.body
+        {
+            let own_baud = robot.rate_bytes_per_s * BITS_PER_BYTE;
+            self.meter.set_baud(self.baud.min(own_baud));
+        }
+        if let Received::Line(line, _) = received
             && let Body::Parameter(parameter) = &line.body
             && let Some(tuner) = &mut self.tuner
         {
@@ -319,7 +331,7 @@ impl Station {
         });
         if !self.can_send {
             self.report(now, id, CommandStatus::Failed(Failure::ReceiveOnly));
-        } else if let Some(uplink) = &mut self.own_uplink {
+        } else if let (Some(uplink), None) = (&mut self.own_uplink, &self.shared) {
             uplink.handle_request(now, id, &request);
             self.settle_own(now);
         } else if request == Request::Stop {
@@ -368,7 +380,7 @@ impl Station {
 
     /// Cancels all commands.
     pub fn handle_cancel(&mut self, now: Moment) {
-        if let Some(uplink) = &mut self.own_uplink {
+        if let (Some(uplink), None) = (&mut self.own_uplink, &self.shared) {
             uplink.cancel(Failure::Cancelled, None);
             return self.settle_own(now);
         }
@@ -383,7 +395,7 @@ impl Station {
 
     /// Ends a command for a reason, such as a timeout that has passed; a STOP continues.
     pub fn handle_give_up(&mut self, now: Moment, id: CommandId, why: Failure) {
-        if let Some(uplink) = &mut self.own_uplink {
+        if let (Some(uplink), None) = (&mut self.own_uplink, &self.shared) {
             uplink.cancel(why, Some(id));
             return self.settle_own(now);
         }

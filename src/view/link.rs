@@ -1,6 +1,7 @@
 //! The link in figures, and the robot's behaviour without it.
 
 use groundwave_protocol::status_codes::Link;
+use groundwave_protocol::telemetry::AbilitiesLine;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -91,6 +92,12 @@ impl Screen<'_> {
             let other = format!("robot {id}: {lines} lines, kept apart");
             rows.push(("others", other, theme.warning));
         }
+        if let Some(robot) = self.facts.robot.abilities {
+            rows.push(("level", level_words(&robot), theme.plain));
+        } else if self.facts.robot.is_deaf {
+            let says = "1: shows itself, cannot hear".to_owned();
+            rows.push(("level", says, theme.plain));
+        }
         let acks_per_s = link.acks_per_s(self.now);
         if acks_per_s > 0.0 {
             let packets_per_s = link.lines_per_s(self.now);
@@ -160,5 +167,17 @@ impl Screen<'_> {
             Link::Failsafe => self.theme.alarm,
             Link::Armed | Link::Ok => self.theme.plain,
         }
+    }
+}
+
+/// What a robot can do, by its line I.
+fn level_words(robot: &AbilitiesLine) -> String {
+    let capacity = robot.capacity;
+    match robot.level {
+        1 => "1 of 5: cannot hear".to_owned(),
+        2 => "2 of 5: commands, no routes".to_owned(),
+        3 => format!("3 of 5: routes of up to {capacity}, no hand drive"),
+        4 => format!("4 of 5: routes of up to {capacity}, no parameters"),
+        _ => format!("5 of 5: routes of up to {capacity}"),
     }
 }

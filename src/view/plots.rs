@@ -3,6 +3,7 @@
 //! Left and right differ without colours: the left trace is solid, the right one dotted, and each ends with its letter.
 //! Ordered values are faint dots. With ASCII only, traces are letters.
 
+use groundwave_protocol::telemetry::Reading;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -38,6 +39,8 @@ pub(super) struct Plot {
     traces: &'static [(&'static str, Trace, Ink)],
     /// Limits of the alarms, drawn as faint lines; twice the same if there is one.
     limits: Option<fn(&Limits) -> [i16; 2]>,
+    /// The reading without which there is nothing to draw.
+    needs: Option<Reading>,
 }
 
 /// Traces from bottom to top: ordered under measured, left under right.
@@ -54,6 +57,7 @@ const WHEELS: Plot = Plot {
         ("R", Trace::WheelRight, Ink::Right),
     ],
     limits: None,
+    needs: None,
 };
 
 const SONAR: Plot = Plot {
@@ -67,6 +71,7 @@ const SONAR: Plot = Plot {
         ("R", Trace::SonarRight, Ink::Right),
     ],
     limits: None,
+    needs: Some(Reading::Sonars),
 };
 
 const DARKNESS: Plot = Plot {
@@ -80,6 +85,7 @@ const DARKNESS: Plot = Plot {
         ("R", Trace::DarkRight, Ink::Right),
     ],
     limits: None,
+    needs: None,
 };
 
 const BATTERY: Plot = Plot {
@@ -90,6 +96,7 @@ const BATTERY: Plot = Plot {
     divisor: 10,
     traces: &[("", Trace::Battery, Ink::Trail)],
     limits: Some(|limits| [limits.battery_critical_dv, limits.battery_low_dv].map(whole)),
+    needs: Some(Reading::Battery),
 };
 
 const LOSS: Plot = Plot {
@@ -100,6 +107,7 @@ const LOSS: Plot = Plot {
     divisor: 1,
     traces: &[("", Trace::Loss, Ink::Trail)],
     limits: Some(|limits| [i16::from(limits.loss_pct); 2]),
+    needs: None,
 };
 
 const DAMAGED: Plot = Plot {
@@ -110,6 +118,7 @@ const DAMAGED: Plot = Plot {
     divisor: 1,
     traces: &[("", Trace::Damaged, Ink::Trail)],
     limits: None,
+    needs: None,
 };
 
 const AIR_DOWN: Plot = Plot {
@@ -120,6 +129,7 @@ const AIR_DOWN: Plot = Plot {
     divisor: 1,
     traces: &[("", Trace::AirDown, Ink::Trail)],
     limits: None,
+    needs: None,
 };
 
 const AIR_UP: Plot = Plot {
@@ -130,6 +140,7 @@ const AIR_UP: Plot = Plot {
     divisor: 1,
     traces: &[("", Trace::AirUp, Ink::Trail)],
     limits: None,
+    needs: None,
 };
 
 /// The plots of the panel.
@@ -148,8 +159,9 @@ fn whole(value: u16) -> i16 {
 impl Screen<'_> {
     pub(super) fn plots(&self, buffer: &mut Buffer, area: Rect) {
         let room = area.height.saturating_sub(2);
-        let together = (room / ROWS_MIN).clamp(1, PLOTS.len() as u16);
-        let pages = PLOTS.len().div_ceil(usize::from(together));
+        let plots = self.drawable(&PLOTS);
+        let together = (room / ROWS_MIN).clamp(1, plots.len() as u16);
+        let pages = plots.len().div_ceil(usize::from(together));
         let page = self.page_of(Panel::Plots, pages);
         let turn = if pages > 1 {
             format!("  <turn-page-more> {}/{pages}", page + 1)
@@ -160,13 +172,20 @@ impl Screen<'_> {
         let note = Span::styled(note, self.theme.dim);
         let title = self.titled(Panel::Plots, "plots");
         let below = self.panel(buffer, area, &title, Some(note));
-        let shown = PLOTS.iter().skip(page * usize::from(together));
+        let shown = plots.iter().skip(page * usize::from(together));
         let shown: Vec<_> = shown.take(usize::from(together)).copied().collect();
         self.plots_with_axis(buffer, below, &shown, together);
     }
 
+    /// The plots of which the robot has the readings.
+    fn drawable<'p>(&self, plots: &[&'p Plot]) -> Vec<&'p Plot> {
+        let is_there = |plot: &&&Plot| plot.needs.is_none_or(|it| self.facts.robot.measures(it));
+        plots.iter().filter(is_there).copied().collect()
+    }
+
     /// Draws as many plots as there is room for, with their time axis; nothing if there is none.
     pub(super) fn plots_below(&self, buffer: &mut Buffer, area: Rect, plots: &[&Plot]) {
+        let plots = self.drawable(plots);
         let together = (area.height.saturating_sub(1) / ROWS_MIN).min(plots.len() as u16);
         if together > 0 {
             let shown = &plots[..usize::from(together)];

@@ -1,6 +1,7 @@
 //! The sensors: the robot's measured values, each with its age once stale.
 
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Power};
+use groundwave_protocol::telemetry::Reading;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -130,7 +131,14 @@ impl Screen<'_> {
         let age = state.age(self.now);
         let state = state.value;
         let [left_in_s, right_in_s] = ordered_wheels_in_s(&state);
-        let wheel = |measured: i8, wanted: i32| format!("{measured:+3} of {wanted:+3}");
+        let has_wheels = self.facts.robot.measures(Reading::Wheels);
+        let wheel = |measured: i8, wanted: i32| {
+            if has_wheels {
+                format!("{measured:+3} of {wanted:+3}")
+            } else {
+                format!("{wanted:+3} requested")
+            }
+        };
         let wheels = format!(
             "L {}  R {} in/s",
             wheel(state.wheel_left_in_s, left_in_s),
@@ -170,6 +178,7 @@ impl Screen<'_> {
             ("arm", self.arm(state.arm)),
         ];
         rows.into_iter()
+            .filter(|(name, _)| *name != "sonar" || self.facts.robot.measures(Reading::Sonars))
             .map(|(name, spans)| Row {
                 name,
                 spans,
@@ -275,7 +284,7 @@ impl Screen<'_> {
     }
 
     fn battery_row(&self, width: u16) -> Option<Row<'_>> {
-        let status = self.facts.robot.status?;
+        let status = self.facts.robot.battery()?;
         let volts = status.value.battery_dv;
         let power = self
             .facts

@@ -199,7 +199,7 @@ impl Screen<'_> {
             let old = self.old_mark(state.age(self.now), STATE_STALE);
             spans.push(Span::styled(format!("{old}{mode}"), style));
         }
-        if let Some(status) = robot.status {
+        if let Some(status) = robot.battery() {
             let power = robot.state.map_or(Power::Ok, |state| state.value.power);
             let style = match power {
                 _ if status.age(self.now) >= STATUS_STALE => theme.dim,

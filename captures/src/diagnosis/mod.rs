@@ -181,6 +181,8 @@ fn level(received: &Received) -> u8 {
         Received::Line(Line { body, .. }, _) => match body {
             Body::State(_) => 1,
             Body::Status(_) => 3,
+            Body::Abilities(abilities) => abilities.level,
+            Body::Field(_) | Body::Values(_) => 2,
             Body::Counters(_) | Body::Text(_) => 4,
             Body::Parameter(_) | Body::Song(_) => 5,
         },
@@ -190,7 +192,7 @@ fn level(received: &Received) -> u8 {
 
 /// A mistake in the line's end or length. `line` lacks its line feed.
 fn shape(line: &[u8]) -> Option<(Option<usize>, String)> {
-    let is_type = |byte: &u8| b"ABCTPS".contains(byte);
+    let is_type = |byte: &u8| b"ABCTPSIFV".contains(byte);
     let begins =
         |line: &[u8]| line.first().is_some_and(is_type) && line.get(1..3).is_some_and(is_sequence);
     if !begins(line) {

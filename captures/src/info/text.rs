@@ -1,5 +1,6 @@
 //! Summary of a capture as text.
 
+use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::{Info, LineCounts};
@@ -103,6 +104,9 @@ impl Info {
             k,
             p,
             s,
+            i,
+            f,
+            v,
         } = self.lines;
         let all = self.lines.total();
         self.write_origin(output)?;
@@ -123,10 +127,15 @@ impl Info {
         if self.missing_bytes > 0 {
             writeln!(output, "missing    {} bytes", self.missing_bytes)?;
         }
-        let rare = match (p, s) {
+        let mut rare = match (p, s) {
             (0, 0) => String::new(),
             (p, s) => format!(", P {p}, S {s}"),
         };
+        for (letter, count) in [('I', i), ('F', f), ('V', v)] {
+            if count > 0 {
+                let _ = write!(rare, ", {letter} {count}");
+            }
+        }
         writeln!(
             output,
             "lines      {all} intact: {} long (A {a}, B {b}, C {c}, T {t}{rare}), {k} short (K)",

@@ -5,7 +5,8 @@ use groundwave_protocol::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{
-    Ack, AckLine, Body, CountersLine, Detail, Note, ParameterLine, SongLine, StateLine, StatusLine,
+    AbilitiesLine, Ack, AckLine, Body, CountersLine, Detail, Note, ParameterLine, Reading,
+    SongLine, StateLine, StatusLine,
 };
 
 use super::{LINE_TYPES, Telemetry};
@@ -28,6 +29,9 @@ pub(super) fn fill(received: &Received, to: &mut Telemetry) {
             Body::Text(text) => to.text = Some(text.as_str().to_owned()),
             Body::Parameter(parameter) => fill_parameter(to, parameter),
             Body::Song(song) => to.song = Some(notes(song)),
+            Body::Abilities(abilities) => fill_abilities(to, abilities),
+            // Their values are messages of their own.
+            Body::Field(_) | Body::Values(_) => {}
         }
     }
 }
@@ -55,6 +59,20 @@ fn fill_ack(to: &mut Telemetry, ack: Ack) {
         Detail::Stopped { .. } => to.ack_owner = Some(0),
         Detail::CannotHear { robot_id } => to.ack_robot_id = Some(robot_id.into()),
     }
+}
+
+fn fill_abilities(to: &mut Telemetry, line: &AbilitiesLine) {
+    let modes = Mode::ALL.iter().filter(|mode| line.has_mode(**mode));
+    let measured = Reading::ALL
+        .iter()
+        .filter(|reading| line.measures(**reading));
+    to.robot_id = Some(line.robot_id.into());
+    to.level = Some(line.level.into());
+    to.list_capacity = Some(line.capacity.into());
+    to.modes_fitted = Some(modes.map(|mode| char::from(mode.letter())).collect());
+    to.measured = Some(measured.map(|it| char::from(it.letter())).collect());
+    to.rate_bytes_per_s = Some(line.rate_bytes_per_s);
+    to.own_fields = Some(line.fields.into());
 }
 
 fn fill_state(to: &mut Telemetry, line: &StateLine) {

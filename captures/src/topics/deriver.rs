@@ -20,7 +20,7 @@ use super::{Topic, TopicMessage};
 use crate::event::{CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Moment, Reception};
 use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
 use crate::outages::{Outage, Outages};
-use crate::own_lines::{Values, intact};
+use crate::own_lines::{ToldFields, Values, intact};
 use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
 use crate::words::outcome_words;
@@ -60,6 +60,7 @@ pub struct Deriver {
     decoder: Decoder,
     own: Recognizer,
     own_lines: u64,
+    told: ToldFields,
     outages: Outages,
     lines: Lines,
     clock: RobotClock,
@@ -466,7 +467,15 @@ impl Deriver {
                 self.is_new_robot |= self.robot != robot;
                 self.robot = robot;
             }
-            Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
+            Body::Text(_) | Body::Parameter(_) | Body::Song(_) | Body::Abilities(_) => {}
+            Body::Field(_) | Body::Values(_) => {
+                if let Some(Content::Values(samples)) =
+                    self.told.take(&line.body).map(|line| line.content)
+                {
+                    self.encoder.encode(&Values::from(&samples[..]));
+                    take(self.encoder.message(Topic::Values, now_ns, robot_ns))?;
+                }
+            }
         }
         let encoder = &mut self.encoder;
         self.log_messages.handle_line(line, |level, text| {

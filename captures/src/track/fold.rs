@@ -127,7 +127,7 @@ impl Fold {
             }
             Body::Status(status) => self.routes.take_status(self.mode, status),
             Body::Counters(counters) => self.bumps.take_counters(counters),
-            Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
+            _ => {}
         }
     }
 

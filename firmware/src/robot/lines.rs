@@ -7,10 +7,10 @@ use crate::parameters::Parameter;
 use crate::song::Note;
 use crate::telemetry::{Events, Kind};
 use crate::units::in_s;
-use groundwave_protocol::status_codes::{Arm, Layer, LayerMask, LayerState, Power};
+use groundwave_protocol::status_codes::{Arm, Layer, LayerMask, LayerState, Mode, Power};
 use groundwave_protocol::telemetry::{
-    self, Body, CountersLine, FirmwareVersion, LayerStates, ListPlace, ParameterLine,
-    ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
+    self, AbilitiesLine, Body, CountersLine, FirmwareVersion, LayerStates, ListPlace,
+    ParameterLine, ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
 };
 
 /// Version of this program.
@@ -48,6 +48,7 @@ impl Robot {
             }
             Kind::Parameter(parameter) => Body::Parameter(self.parameter_line(parameter)),
             Kind::Song(song) => Body::Song(song_line(song.notes())),
+            Kind::Abilities => Body::Abilities(self.abilities_line()),
         }
     }
 
@@ -169,6 +170,16 @@ impl Robot {
             ticks_late: self.ticks_late,
             bumps: self.bumps,
             failsafe: self.guard.setting(),
+        }
+    }
+
+    fn abilities_line(&self) -> AbilitiesLine {
+        let modes = Mode::ALL.iter().enumerate();
+        let fitted = modes.filter(|(_, mode)| self.is_fitted(**mode));
+        AbilitiesLine {
+            robot_id: self.identity.robot_id,
+            modes: fitted.fold(0, |modes, (bit, _)| modes | 1 << bit),
+            ..AbilitiesLine::FULL
         }
     }
 

@@ -24,10 +24,14 @@ impl Robot {
         self.guard.handle_frame();
         let session = self.farm.key();
         let action = self.farm.handle(&message);
+        let is_opened = matches!(message, Message::Open(_)) && self.farm.key() != session;
+        if is_opened {
+            self.schedule.queue_abilities();
+        }
         // Proof that the ground station is present now: it has opened a session, or it names a current line in a
         // keepalive.
         let is_live = match message {
-            Message::Open(_) => self.farm.key() != session,
+            Message::Open(_) => is_opened,
             Message::Keepalive(keepalive) => self.is_fresh(keepalive.heard),
             _ => false,
         };
@@ -114,7 +118,8 @@ impl Robot {
     }
 
     /// Whether all layers that a mode needs are fitted.
-    pub(super) fn is_fitted(&self, mode: Mode) -> bool {
+    #[must_use]
+    pub fn is_fitted(&self, mode: Mode) -> bool {
         match mode {
             Mode::Prowl
             | Mode::Reactive

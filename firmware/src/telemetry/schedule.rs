@@ -2,7 +2,7 @@
 //!
 //! Five of six lines are line A; the sixth alternates between line B and line C. After boot come C and B. A change of
 //! line B's contents adds a line B, and a text adds a line T; both are limited in rate. A song adds a line S, and a
-//! request of the ground station adds lines P. Every other line is followed by a line A.
+//! request of the ground station adds lines P, and a new session a line I. Every other line is followed by a line A.
 
 use super::due::Due;
 use crate::parameters::Parameter;
@@ -25,6 +25,8 @@ pub enum Kind {
     Parameter(Parameter),
     /// Line S.
     Song(Song),
+    /// Line I.
+    Abilities,
 }
 
 /// Number of lines A between two regular lines of another kind.
@@ -51,6 +53,7 @@ pub struct Schedule {
     texts: [Option<&'static str>; TEXTS],
     findings_due: bool,
     song: Option<Song>,
+    abilities_due: bool,
     parameters: Due,
 }
 
@@ -67,6 +70,7 @@ impl Default for Schedule {
             texts: [None; TEXTS],
             findings_due: false,
             song: None,
+            abilities_due: false,
             parameters: Due::default(),
         }
     }
@@ -95,6 +99,11 @@ impl Schedule {
         self.song = Some(song);
     }
 
+    /// Requests a line I.
+    pub const fn queue_abilities(&mut self) {
+        self.abilities_due = true;
+    }
+
     /// Requests a line P for a parameter.
     pub fn queue_parameter(&mut self, parameter: Parameter) {
         self.parameters.add(parameter);
@@ -113,7 +122,7 @@ impl Schedule {
                 self.since_status = 0;
             }
             Kind::Text(_) | Kind::Findings => self.since_text = 0,
-            Kind::Counters | Kind::Parameter(_) | Kind::Song(_) => {}
+            Kind::Counters | Kind::Parameter(_) | Kind::Song(_) | Kind::Abilities => {}
         }
         kind
     }
@@ -153,6 +162,9 @@ impl Schedule {
             self.texts.rotate_left(1);
             return Kind::Text(text);
         }
+        if core::mem::take(&mut self.abilities_due) {
+            return Kind::Abilities;
+        }
         if let Some(song) = self.song.take() {
             return Kind::Song(song);
         }
@@ -177,6 +189,7 @@ mod tests {
                     Kind::Text(_) | Kind::Findings => 'T',
                     Kind::Parameter(_) => 'P',
                     Kind::Song(_) => 'S',
+                    Kind::Abilities => 'I',
                 }
             })
             .collect()

@@ -122,6 +122,32 @@ void gw_line_a(char line[GW_LINE_BYTES], const struct gw_state *state, uint8_t r
     end_line(line, HEAD_BYTES, CANNOT_HEAR | robot_id);
 }
 
+#if GW_LEVEL >= 2 || defined(GW_LINE_I)
+
+static const char MODES[] = "PRHXUWGFC";
+
+static void put_abilities(char *line, const char *modes, uint8_t robot_id) {
+    put_digits(line + 4, 2, robot_id);
+    line[7] = '0' + GW_LEVEL;
+    put_digits(line + 9, 3, GW_LEVEL >= 3 ? GW_WAYPOINTS : 0);
+    for (uint8_t n = 0; MODES[n] != 0; n++) {
+        line[13 + n] = strchr(modes, MODES[n]) != NULL ? MODES[n] : '.';
+    }
+    memcpy(line + 23, GW_MEASURED, 4);
+    put_digits(line + 28, 5, GW_RATE);
+    line[34] = '0' + GW_FIELDS;
+}
+
+#if GW_LEVEL == 1
+void gw_line_i(char line[GW_LINE_BYTES], const char *modes, uint8_t robot_id, uint8_t sequence) {
+    begin_line(line, 'I', sequence);
+    put_abilities(line, modes, robot_id);
+    end_line(line, HEAD_BYTES, CANNOT_HEAR | robot_id);
+}
+#endif
+
+#endif
+
 #if GW_LEVEL >= 2
 
 static uint8_t get_six(const char *from, uint8_t width, uint32_t *value) {
@@ -269,7 +295,7 @@ static uint8_t get_waypoint(const char *from, int16_t *x_in, int16_t *y_in) {
 #endif
 
 static uint8_t is_mode(char mode) {
-    return mode != 0 && strchr("PRHXUWGFC", mode) != NULL;
+    return mode != 0 && strchr(MODES, mode) != NULL;
 }
 
 /* Reads an order from the bytes behind its letter. */
@@ -679,6 +705,7 @@ static void obey(struct gw *gw, const struct message *message, uint32_t now_ms) 
             && (message->era == GW_NONE || message->era == (int16_t)gw->era)) {
             begin_session(gw, message->owner);
             gw->is_numbered = message->era != GW_NONE;
+            gw->introductions = 1 + GW_FIELDS;
 #if GW_LEVEL >= 4
             gw->is_live = 1;
             gw->live_ms = now_ms;
@@ -756,6 +783,37 @@ void gw_receive(struct gw *gw, uint8_t byte, uint32_t now_ms) {
 
 /* ---- The other lines (section 5) ---- */
 
+#if GW_LEVEL >= 4 || GW_FIELDS > 0
+/* Printable characters, cut and padded with the spaces that are there. */
+static void put_text(char *to, uint8_t width, const char *text) {
+    for (; width > 0 && *text != 0; width--, text++) {
+        *to++ = *text < ' ' || *text > '~' ? '?' : *text;
+    }
+}
+#endif
+
+#if GW_FIELDS > 0
+static void put_field(const struct gw *gw, char *line, uint8_t index) {
+    const struct gw_field *field = &gw->fields[index];
+    line[4] = (char)('1' + index);
+    line[5] = '/';
+    line[6] = '0' + GW_FIELDS;
+    put_text(line + 8, 18, field->name);
+    put_digits(line + 27, 1, field->decimals);
+    put_text(line + 29, 11, field->unit);
+}
+
+static void put_values(char *line, const int32_t *values, uint8_t count) {
+    for (uint8_t n = 0; n < 9; n++, line += 7) {
+        if (n < count && values[n] != GW_NO_VALUE) {
+            put_signed(line + 4, 6, values[n]);
+        } else {
+            memset(line + 4, '-', 6);
+        }
+    }
+}
+#endif
+
 #if GW_LEVEL >= 3
 
 static void put_status(const struct gw *gw, char *line) {
@@ -818,13 +876,6 @@ static void put_counters(const struct gw *gw, char *line) {
     line[65] = gw->failsafe_silence_s > 0 ? gw->failsafe_mode : '-';
 }
 
-/* Printable characters, cut and padded with the spaces that are there. */
-static void put_text(char *to, uint8_t width, const char *text) {
-    for (; width > 0 && *text != 0; width--, text++) {
-        *to++ = *text < ' ' || *text > '~' ? '?' : *text;
-    }
-}
-
 void gw_say(struct gw *gw, const char *text) {
     gw->text = text;
 }
@@ -861,6 +912,53 @@ void gw_sing(struct gw *gw, const struct gw_note *notes, uint8_t count) {
 #endif
 
 /* ---- Order of the lines (section 7) ---- */
+
+/* Lines between two times that the robot introduces itself: lines I and F. */
+enum { INTRODUCTION_LINES = 48 };
+
+/* The next line for the robot's own account: I, F, V; 0 if none is due. An A follows it. */
+static char choose_own(struct gw *gw) {
+    if (gw->introductions > 0) {
+        return gw->introductions == 1 + GW_FIELDS ? 'I' : 'F';
+    }
+#if GW_FIELDS > 0
+    if (gw->until_values == 0) {
+        return 'V';
+    }
+#endif
+    return 0;
+}
+
+static void count_down(struct gw *gw) {
+    if (gw->until_introduction-- == 0) {
+        gw->until_introduction = INTRODUCTION_LINES - 1;
+        gw->introductions = 1 + GW_FIELDS;
+    }
+#if GW_FIELDS > 0
+    if (gw->until_values > 0) {
+        gw->until_values--;
+    }
+#endif
+}
+
+static void compose_own(struct gw *gw, char type) {
+    if (type == 'I') {
+        put_abilities(gw->line, gw->modes, gw->robot_id);
+    }
+#if GW_FIELDS > 0
+    if (type == 'F') {
+        put_field(gw, gw->line, (uint8_t)(1 + GW_FIELDS - gw->introductions - 1));
+    }
+    if (type == 'V') {
+        int32_t values[GW_FIELDS];
+        gw_fill_values(values);
+        put_values(gw->line, values, GW_FIELDS);
+        gw->until_values = 3;
+        return;
+    }
+#endif
+    gw->introductions--;
+}
 
 #if GW_LEVEL >= 3
 
@@ -903,6 +1001,12 @@ static char choose_line(struct gw *gw) {
         return 'T';
     }
 #endif
+    {
+        char own = choose_own(gw);
+        if (own != 0) {
+            return own;
+        }
+    }
 #if GW_LEVEL >= 5
     if (gw->song != NULL) {
         return 'S';
@@ -945,8 +1049,9 @@ static void compose_state(struct gw *gw) {
 }
 
 static void compose(struct gw *gw, uint32_t now_ms) {
-#if GW_LEVEL >= 3
     char type;
+    count_down(gw);
+#if GW_LEVEL >= 3
     if (gw->since_status < LINES_APART) {
         gw->since_status++;
     }
@@ -959,6 +1064,11 @@ static void compose(struct gw *gw, uint32_t now_ms) {
     load_line(gw, type, HEAD_BYTES, GW_LINE_BYTES, now_ms);
     gw->after_state = type == 'A';
     switch (type) {
+    case 'I':
+    case 'F':
+    case 'V':
+        compose_own(gw, type);
+        return;
     case 'B':
         gw->status_due = 0;
         gw->since_status = 0;
@@ -996,8 +1106,14 @@ static void compose(struct gw *gw, uint32_t now_ms) {
         compose_state(gw);
     }
 #else
-    load_line(gw, 'A', HEAD_BYTES, GW_LINE_BYTES, now_ms);
-    compose_state(gw);
+    type = gw->after_state ? choose_own(gw) : 0;
+    gw->after_state = type == 0;
+    load_line(gw, type != 0 ? type : 'A', HEAD_BYTES, GW_LINE_BYTES, now_ms);
+    if (type != 0) {
+        compose_own(gw, type);
+    } else {
+        compose_state(gw);
+    }
 #endif
 }
 
@@ -1136,10 +1252,10 @@ void gw_init(struct gw *gw, uint8_t robot_id, uint16_t boots, uint32_t now_ms) {
     gw->modes = "X";
     gw->mode = 'X';
     gw->line_sequence = SEQUENCES - 1;
+    gw->after_state = GW_LEVEL >= 3;
 #if GW_LEVEL >= 3
     gw->active_digest = list_digest(NULL, 0);
     gw->boot_lines = GW_LEVEL >= 4 ? 2 : 1;
-    gw->after_state = 1;
     gw->since_status = LINES_APART;
 #endif
 #if GW_LEVEL >= 4

@@ -38,6 +38,21 @@ extern "C" {
 #define GW_WAYPOINTS 40
 #endif
 
+/* Bytes a second that the robot takes: its baud rate / 10. The station sends no faster. */
+#ifndef GW_RATE
+#define GW_RATE 240
+#endif
+
+/* Readings of lines A and B that the robot has: B battery, W wheel speeds, S sonars, I max_count; a point for each that it lacks. */
+#ifndef GW_MEASURED
+#define GW_MEASURED "BWSI"
+#endif
+
+/* Fields of the robot's own in lines F and V, from level 2 on: 0 to 9. */
+#ifndef GW_FIELDS
+#define GW_FIELDS 0
+#endif
+
 #define GW_LINE_BYTES 80
 
 /* Longest frame that this level can use, without its line feeds. */
@@ -85,7 +100,23 @@ struct gw_state {
 /* Writes line A with this sequence, 0 to 99, and an acknowledgement that says: this robot cannot hear. */
 void gw_line_a(char line[GW_LINE_BYTES], const struct gw_state *state, uint8_t robot_id, uint8_t sequence);
 
+#if GW_LEVEL == 1 && defined(GW_LINE_I)
+/* Writes line I, which says what the robot lacks. Send it every 15 seconds. modes holds the letters of the robot's modes. From level 2 on
+ * the library sends it. */
+void gw_line_i(char line[GW_LINE_BYTES], const char *modes, uint8_t robot_id, uint8_t sequence);
+#endif
+
 #if GW_LEVEL >= 2
+
+/* A field of the robot's own: line F. */
+struct gw_field {
+    const char *name; /* lower case letters, digits, hyphens; at most 18 */
+    const char *unit; /* at most 11 characters */
+    uint8_t decimals; /* digits of its values behind the point, 0 to 5 */
+};
+
+/* A field without a value at the moment. */
+#define GW_NO_VALUE INT32_MIN
 
 /* Bits of gw.fitted and gw.allowed. */
 enum {
@@ -152,6 +183,9 @@ struct gw {
     uint8_t allowed;   /* layers, changed by orders */
     const char *modes; /* letters of the modes that the robot has, X among them */
     char mode;         /* changed by orders; the robot may change it, too */
+#if GW_FIELDS > 0
+    const struct gw_field *fields; /* a table of GW_FIELDS */
+#endif
 
 #if GW_LEVEL >= 3
     struct gw_waypoint banks[2][GW_WAYPOINTS]; /* read only; see gw_waypoint */
@@ -162,7 +196,7 @@ struct gw {
     uint8_t staged_is_open;                    /* read only, as all that follows at this level */
     uint8_t staged_tag;
     uint8_t arrived[(GW_WAYPOINTS + 31) / 32];
-    uint8_t boot_lines, status_due, states, after_state, since_status;
+    uint8_t boot_lines, status_due, states, since_status;
     uint16_t odometer_resets;
 #endif
 
@@ -216,6 +250,11 @@ struct gw {
     /* Read only: the transmitter. */
     char line[GW_LINE_BYTES];
     uint8_t line_sequence, position, head, length, next, has_rested;
+    uint8_t after_state;
+    uint8_t introductions, until_introduction; /* lines I and F to send, and lines A and B until the next ones */
+#if GW_FIELDS > 0
+    uint8_t until_values;
+#endif
 };
 
 /* A robot that has just booted. boots counts up in memory that survives a reset; robot_id is 1 to 99. */
@@ -258,6 +297,11 @@ void gw_stop(void);
 
 /* A mode was ordered: gw.mode has it already. */
 void gw_mode_entered(void);
+
+#if GW_FIELDS > 0
+/* Fills in line V: the fields' values, in units of their last decimal, -99999 to 99999, or GW_NO_VALUE. */
+void gw_fill_values(int32_t values[GW_FIELDS]);
+#endif
 
 #if GW_LEVEL >= 3
 /* The active list was replaced or cleared. */

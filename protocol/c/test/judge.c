@@ -3,7 +3,7 @@
  *
  *   crc INIT HEX                          remainder
  *   digest X Y ...                        digest of the waypoints
- *   A|B|C|P|S|T|K|G SEQUENCE ACK ...      the line, in hexadecimal
+ *   A|B|C|P|S|T|F|V|K|G SEQUENCE ACK ...      the line, in hexadecimal
  *   level-1 SEQUENCE ID ...               line A of a robot that cannot hear
  *   frame ID BOOT SESSION OWNER ERA HEX   verdict on the last frame in these bytes, and its message
  *   boot ID BOOTS                         a robot boots
@@ -11,6 +11,7 @@
  */
 #define GW_LEVEL 5
 #define GW_WAYPOINTS 300
+#define GW_FIELDS 9
 #include "../src/groundwave.c"
 
 #include <stdio.h>
@@ -23,6 +24,7 @@ static const char *action;
 
 void gw_fill_state(struct gw_state *filled) { *filled = state; }
 void gw_fill_status(struct gw_status *filled) { *filled = status; }
+void gw_fill_values(int32_t values[GW_FIELDS]) { memset(values, 0, GW_FIELDS * sizeof *values); }
 void gw_stop(void) { action = "stop"; }
 void gw_mode_entered(void) {}
 void gw_list_replaced(void) { action = "list replaced"; }
@@ -168,6 +170,21 @@ static void answer_line(char type) {
         robot.parameters = parameters;
         fill_parameter(&parameters[place - 1]);
         put_parameter(&robot, line, place - 1);
+    } else if (type == 'F') {
+        static struct gw_field fields[GW_FIELDS];
+        uint8_t place = number();
+        robot.fields = fields;
+        fields[place - 1].name = word();
+        fields[place - 1].decimals = number();
+        fields[place - 1].unit = word();
+        put_field(&robot, line, place - 1);
+    } else if (type == 'V') {
+        int32_t values[GW_FIELDS];
+        for (uint8_t n = 0; n < GW_FIELDS; n++) {
+            const char *value = word();
+            values[n] = *value == '-' && value[1] == 0 ? GW_NO_VALUE : strtol(value, NULL, 10);
+        }
+        put_values(line, values, GW_FIELDS);
     } else {
         struct gw_note notes[21];
         uint8_t count = number();

@@ -103,6 +103,7 @@ int main(int count, char **arguments) {
     require(count == 3, "usage: random SEED STEPS");
     seed = (uint32_t)strtoul(arguments[1], NULL, 10);
     gw_init(&gw, 7, 9, now_ms);
+    gw.fields = FIELDS;
     gw.modes = "PXUG";
     gw.fitted = 0x1F;
 #if GW_LEVEL >= 5

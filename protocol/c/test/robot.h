@@ -13,6 +13,14 @@ void gw_fill_state(struct gw_state *state) { *state = STILL; }
 void gw_stop(void) {}
 void gw_mode_entered(void) {}
 #endif
+#if GW_FIELDS > 0
+static const struct gw_field FIELDS[GW_FIELDS] = {{"motor-current", "A", 2}, {"z", "", 0}, {"z", "", 0}};
+void gw_fill_values(int32_t values[GW_FIELDS]) {
+    for (uint8_t n = 0; n < GW_FIELDS; n++) {
+        values[n] = n == 0 ? 125 : GW_NO_VALUE;
+    }
+}
+#endif
 #if GW_LEVEL >= 3
 void gw_list_replaced(void) {}
 void gw_fill_status(struct gw_status *status) { status->photo_left = status->photo_right = GW_NONE; }
@@ -28,7 +36,7 @@ enum gw_outcome gw_set_pose(int16_t x_in, int16_t y_in, int16_t theta_deg) {
     (void)theta_deg;
     return GW_DONE;
 }
-enum gw_outcome gw_scan(void) { return GW_DONE; }
+enum gw_outcome gw_scan(void) { return GW_NOT_FITTED; }
 #endif
 #if GW_LEVEL >= 5
 void gw_parameter_set(uint8_t index) { (void)index; }

@@ -98,7 +98,11 @@ fn varied(body: &Body, rng: &mut Rng) -> Body {
             kept: rng.below(199_999) as i32 - 99_999,
             ..*parameter
         }),
-        Body::Status(_) | Body::Counters(_) => *body,
+        Body::Status(_)
+        | Body::Counters(_)
+        | Body::Abilities(_)
+        | Body::Field(_)
+        | Body::Values(_) => *body,
     }
 }
 

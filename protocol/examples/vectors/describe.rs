@@ -4,7 +4,8 @@ use groundwave_protocol::command::{Message, Order};
 use groundwave_protocol::decoder::{Counters, Received};
 use groundwave_protocol::status_codes::{Layer, LayerState, Mode};
 use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, Detail, LayerStates, ParameterLine, SongLine, StateLine, StatusLine,
+    AbilitiesLine, Ack, Body, CountersLine, Detail, FieldLine, LayerStates, ParameterLine, Reading,
+    SongLine, StateLine, StatusLine,
 };
 use serde_json::{Value, json};
 
@@ -31,6 +32,11 @@ pub fn received(received: &Received) -> Value {
             Body::Text(line) => json!({ "type": "T", "text": line.as_str() }),
             Body::Parameter(line) => parameter(line),
             Body::Song(line) => song(line),
+            Body::Abilities(line) => abilities(line),
+            Body::Field(line) => field(line),
+            Body::Values(line) => {
+                json!({ "type": "V", "values": line.values().collect::<Vec<_>>() })
+            }
         },
     };
     with(head, body)
@@ -127,6 +133,34 @@ fn parameter(line: &ParameterLine) -> Value {
 fn song(line: &SongLine) -> Value {
     let notes: Vec<_> = line.notes().map(|note| (note.hz, note.ticks)).collect();
     json!({ "type": "S", "notes": notes })
+}
+
+fn abilities(line: &AbilitiesLine) -> Value {
+    let modes = Mode::ALL.iter().filter(|mode| line.has_mode(**mode));
+    let measured = Reading::ALL
+        .iter()
+        .filter(|reading| line.measures(**reading));
+    json!({
+        "type": "I",
+        "robot_id": line.robot_id,
+        "level": line.level,
+        "capacity": line.capacity,
+        "modes": modes.map(|mode| char::from(mode.letter())).collect::<String>(),
+        "measured": measured.map(|reading| char::from(reading.letter())).collect::<String>(),
+        "rate_bytes_per_s": line.rate_bytes_per_s,
+        "fields": line.fields,
+    })
+}
+
+fn field(line: &FieldLine) -> Value {
+    json!({
+        "type": "F",
+        "place": line.place,
+        "count": line.count,
+        "name": line.name.as_str(),
+        "decimals": line.decimals,
+        "unit": line.unit.as_str(),
+    })
 }
 
 /// An acknowledgement.

@@ -3,6 +3,7 @@
 //!
 //! New vectors go into a new file: a module that makes them, a row in [`FILES`], and a row in SPEC.md section 15.
 
+mod abilities;
 pub(crate) mod conversation;
 mod describe;
 pub(crate) mod judge;
@@ -12,6 +13,7 @@ mod parameters_and_songs;
 mod samples;
 mod sessions;
 mod streams;
+pub(crate) mod transcript;
 mod uplink;
 
 use serde_json::Value;
@@ -21,7 +23,7 @@ use serde_json::Value;
 pub type File = (&'static str, fn() -> Vec<Value>, Option<u32>);
 
 /// All files.
-pub const FILES: [File; 12] = [
+pub const FILES: [File; 18] = [
     ("lines", lines::lines, Some(0x04_f606)),
     ("streams", streams::streams, Some(0x4e_ae2f)),
     ("checksums", streams::checksums, Some(0x63_11c8)),
@@ -34,6 +36,12 @@ pub const FILES: [File; 12] = [
     ("frames-3", sessions::frames, None),
     ("conversation-2", conversation::sessions, None),
     ("lines-4", levels::lines, None),
+    ("lines-5", abilities::lines, None),
+    ("level-1", || transcript::level(1), None),
+    ("level-2", || transcript::level(2), None),
+    ("level-3", || transcript::level(3), None),
+    ("level-4", || transcript::level(4), None),
+    ("level-5", || transcript::level(5), None),
 ];
 
 #[allow(dead_code, reason = "the test that uses this file does not write")]

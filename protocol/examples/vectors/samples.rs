@@ -3,8 +3,9 @@
 use groundwave_protocol::crc;
 use groundwave_protocol::status_codes::{Infrared, Layer, LayerMask, LayerState};
 use groundwave_protocol::telemetry::{
-    Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, LayerStates, Line, ListPlace, Note,
-    Outcome, ParameterLine, ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
+    AbilitiesLine, Ack, AckLine, Body, CountersLine, Detail, FieldLine, FirmwareVersion,
+    LayerStates, Line, ListPlace, Note, Outcome, ParameterLine, ParameterName, Printable, SongLine,
+    StateLine, StatusLine, TextLine, ValuesLine,
 };
 
 pub const ACK: Ack = Ack {
@@ -139,6 +140,32 @@ pub fn parameter() -> ParameterLine {
 pub fn song() -> SongLine {
     let notes = [(523, 4), (659, 4), (784, 4), (1047, 8), (0, 2), (523, 16)];
     SongLine::new(notes.map(|(hz, ticks)| Note { hz, ticks }))
+}
+
+pub fn abilities() -> AbilitiesLine {
+    AbilitiesLine {
+        robot_id: 7,
+        level: 3,
+        capacity: 40,
+        modes: 0b1011,
+        measured: 0b0101,
+        rate_bytes_per_s: 240,
+        fields: 2,
+    }
+}
+
+pub fn field() -> FieldLine {
+    FieldLine {
+        place: 1,
+        count: 2,
+        name: ParameterName::new("motor-current"),
+        decimals: 2,
+        unit: Printable::new("A"),
+    }
+}
+
+pub fn values() -> ValuesLine {
+    ValuesLine::new([Some(125), Some(-7)])
 }
 
 /// Overwrites columns of a line and computes its checksum anew.

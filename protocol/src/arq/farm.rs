@@ -62,6 +62,13 @@ impl Farm {
         }
     }
 
+    /// The same robot with lists of at most this many waypoints; more than [`crate::WAYPOINTS_MAX`] are never kept.
+    #[must_use]
+    pub const fn with_capacity(mut self, capacity: u16) -> Self {
+        self.lists.limit(capacity);
+        self
+    }
+
     /// The key that frames of the open session are checked with; `None` when none is open.
     #[must_use]
     pub fn key(&self) -> Option<Key> {

@@ -12,12 +12,13 @@ mod turn;
 
 pub use interface::{Config, Duplex, FopEvent, Task};
 
+use super::US_PER_BYTE;
 use super::pacer::Pacer;
 use super::quality::Quality;
 use super::status::{CommandStatus, Failure};
 use super::transfer::Transfer;
 use crate::command::{Command, Key, Order, RECEIPT_MAX};
-use crate::telemetry::{Ack, Detail};
+use crate::telemetry::{AbilitiesLine, Ack, Detail, Outcome};
 use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX, Waypoint};
 use turn::{Carrier, Turn};
 
@@ -116,12 +117,15 @@ const STOP_PERIOD_US: u64 = 300_000;
 const SEQUENCE_LAST: u8 = 63;
 const TAG_LAST: u8 = 15;
 
+/// Levels from which a robot keeps lists, and obeys hand drive (SPEC.md section 1).
+const LISTS_LEVEL: u8 = 3;
+const DRIVE_LEVEL: u8 = 4;
+
 /// Digest mismatches of one list after which it fails.
 const MISMATCHES_MAX: u8 = 3;
-const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
 
-/// Time from the latch of an acknowledgement to the end of its line: its 5 characters, CRC, CR LF.
-const LATCH_TO_END_US: u64 = 11 * US_PER_BYTE;
+/// Bytes from the latch of an acknowledgement to the end of its line: its 5 characters, CRC, CR LF.
+const LATCH_TO_END_BYTES: u64 = 11;
 
 /// The Frame Operation Procedure.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -132,6 +136,10 @@ pub struct Fop {
     /// Era of the session in the latest acknowledgement; `None` until a line in this life of the robot has shown it.
     era: Option<u16>,
     latest_line: u8,
+    /// What the robot can do, from its latest line I.
+    abilities: Option<AbilitiesLine>,
+    /// Bytes a second of the link.
+    link_bytes_per_s: u32,
     heard_us: u64,
     downlink: Quality,
     duplex: Duplex,
@@ -179,6 +187,8 @@ impl Fop {
             latest_ack: None,
             era: None,
             latest_line: 0,
+            abilities: None,
+            link_bytes_per_s: BYTES_PER_S,
             heard_us: 0,
             downlink: Quality::default(),
             duplex: config.duplex,
@@ -224,6 +234,37 @@ impl Fop {
     #[must_use]
     pub const fn duplex(&self) -> Duplex {
         self.duplex
+    }
+
+    /// Sets the rate of the link, bytes a second. Frames follow the robot's own rate where that is lower.
+    pub fn set_rate(&mut self, bytes_per_s: u32) {
+        self.link_bytes_per_s = bytes_per_s;
+        self.follow_rate();
+    }
+
+    /// A duration that is meant for 2400 baud or more: longer at lower rates.
+    fn stretched(&self, us: u64) -> u64 {
+        us * self.pacer.us_per_byte().max(US_PER_BYTE) / US_PER_BYTE
+    }
+
+    fn silence_us(&self) -> u64 {
+        self.stretched(self.config.silence_us)
+    }
+
+    fn give_up_us(&self) -> u64 {
+        self.stretched(self.config.give_up_us)
+    }
+
+    fn follow_rate(&mut self) {
+        let own = self.abilities.map(|robot| robot.rate_bytes_per_s);
+        let rate = own.map_or(self.link_bytes_per_s, |own| own.min(self.link_bytes_per_s));
+        self.pacer.set_rate(rate);
+    }
+
+    /// What the robot can do, by its latest line I; `None` before one, and for robots that can do everything.
+    #[must_use]
+    pub const fn abilities(&self) -> Option<&AbilitiesLine> {
+        self.abilities.as_ref()
     }
 
     fn is_half_duplex(&self) -> bool {
@@ -281,8 +322,11 @@ impl Fop {
     }
 
     /// Drives by hand until `until_us`, then sends one frame to stand still. Call it again while the operator holds
-    /// the key.
+    /// the key. Without effect on a robot below level 4.
     pub fn drive(&mut self, now_us: u64, velocity_in_s: i8, rotation_in_s: i8, until_us: u64) {
+        if !self.can_be_driven() {
+            return;
+        }
         let changed = self
             .drive
             .is_none_or(|d| (d.velocity_in_s, d.rotation_in_s) != (velocity_in_s, rotation_in_s));
@@ -293,6 +337,13 @@ impl Fop {
             until_us,
             next_us: if changed { now_us } else { next_us },
         });
+    }
+
+    /// Whether the robot obeys hand drive, as far as known.
+    #[must_use]
+    pub fn can_be_driven(&self) -> bool {
+        self.abilities
+            .is_none_or(|robot| robot.level >= DRIVE_LEVEL)
     }
 
     /// A receipt that no other station makes, and this one not for seconds.
@@ -321,26 +372,58 @@ impl Fop {
         self.lose_session(Failure::CannotHear);
     }
 
+    /// The end of a task that the robot cannot carry out, by its line I.
+    fn beyond(&self) -> Option<CommandStatus> {
+        let robot = self.abilities.as_ref()?;
+        let (level, capacity) = (robot.level, robot.capacity);
+        Some(match self.work.as_ref()? {
+            Work::List(_) if level < LISTS_LEVEL || capacity == 0 => {
+                CommandStatus::Failed(Failure::BeyondLevel)
+            }
+            Work::List(list) if list.count() > capacity => {
+                CommandStatus::Failed(Failure::BeyondCapacity)
+            }
+            Work::Order(order) if order.level() > level => {
+                CommandStatus::Failed(Failure::BeyondLevel)
+            }
+            Work::Order(Order::Mode(mode)) if !robot.has_mode(*mode) => {
+                CommandStatus::Refused(Outcome::NotFitted)
+            }
+            _ => return None,
+        })
+    }
+
+    /// Ends a task that the robot cannot carry out, unless its command is under way.
+    fn refuse_beyond(&mut self) {
+        if self.outstanding.is_none()
+            && let Some(end) = self.beyond()
+        {
+            self.work = None;
+            self.push(FopEvent::Task(end));
+        }
+    }
+
     /// Handles timers that are due.
     pub fn handle_timeout(&mut self, now_us: u64) {
         if self.is_unheard() {
             self.refuse_unheard();
         }
+        self.refuse_beyond();
         if self
             .stopping
-            .is_some_and(|s| now_us >= s.since_us + self.config.give_up_us)
+            .is_some_and(|s| now_us >= s.since_us + self.give_up_us())
         {
             self.stopping = None;
             self.push(FopEvent::Stop(CommandStatus::Failed(Failure::TimedOut)));
         }
-        if self.work.is_some() && now_us >= self.progress_us + self.config.give_up_us {
+        if self.work.is_some() && now_us >= self.progress_us + self.give_up_us() {
             self.fail(Failure::TimedOut);
         }
         if self.drive.is_some_and(|d| now_us >= d.until_us) && !self.is_open() {
             self.drive = None;
         }
         for sent_us in self.waiting().into_iter().flatten() {
-            if now_us >= sent_us.max(self.heard_us) + self.config.silence_us {
+            if now_us >= sent_us.max(self.heard_us) + self.silence_us() {
                 self.resend();
                 break;
             }
@@ -378,11 +461,14 @@ impl Fop {
         {
             return Some(0);
         }
+        if self.outstanding.is_none() && self.beyond().is_some() {
+            return Some(0);
+        }
         let silence = self
             .waiting()
             .into_iter()
             .flatten()
-            .map(|sent_us| sent_us.max(self.heard_us) + self.config.silence_us)
+            .map(|sent_us| sent_us.max(self.heard_us) + self.silence_us())
             .min();
         let give_up = [
             self.work.as_ref().map(|_| self.progress_us),
@@ -392,7 +478,7 @@ impl Fop {
             .into_iter()
             .flatten()
             .min()
-            .map(|us| us + self.config.give_up_us);
+            .map(|us| us + self.give_up_us());
         let may_speak = !self.is_half_duplex() || self.turn.is_some();
         let drive = self.drive.map(|d| {
             if self.is_open() && may_speak {
@@ -452,4 +538,39 @@ fn can_be_sent(task: Task<'_>) -> bool {
 
 const fn next_tag(tag: u8) -> u8 {
     tag % 31 + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decoder::Decoder;
+    use crate::telemetry::{Body, Line};
+
+    /// The byte time after a line I with this rate, and how long a task may make no progress.
+    fn pace(link_bytes_per_s: u32, own_bytes_per_s: u32) -> (u64, u64) {
+        let mut fop = Fop::new(Config::new(1));
+        fop.set_rate(link_bytes_per_s);
+        let line = Line {
+            sequence: 0,
+            body: Body::Abilities(AbilitiesLine {
+                rate_bytes_per_s: own_bytes_per_s,
+                ..AbilitiesLine::FULL
+            }),
+            ack: Ack::default(),
+        };
+        for received in Decoder::default().lines(&line.encode()) {
+            fop.handle_received(0, &received);
+        }
+        (fop.pacer.us_per_byte(), fop.give_up_us())
+    }
+
+    #[test]
+    fn the_slower_of_link_and_robot_sets_the_pace() {
+        assert_eq!(pace(240, 99_999), (4166, 15_000_000));
+        assert_eq!(pace(11_520, 11_520), (86, 15_000_000));
+        assert_eq!(pace(11_520, 240), (4166, 15_000_000));
+        let (us_per_byte, give_up_us) = pace(11_520, 120);
+        assert_eq!(us_per_byte, 8333);
+        assert!((30_000_000..30_010_000).contains(&give_up_us));
+    }
 }

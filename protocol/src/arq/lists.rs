@@ -19,6 +19,8 @@ pub struct Lists {
     active_bank: u8,
     active_count: u16,
     active_digest: u32,
+    /// Most waypoints of a list.
+    capacity: u16,
     staged: Staged,
 }
 
@@ -66,6 +68,7 @@ impl Default for Lists {
             active_bank: 0,
             active_count: 0,
             active_digest: digest([].iter()),
+            capacity: WAYPOINTS_MAX as u16,
             staged: Staged::none(0),
         }
     }
@@ -91,6 +94,10 @@ impl Lists {
             .unwrap_or_default()
     }
 
+    pub(super) const fn limit(&mut self, capacity: u16) {
+        self.capacity = capacity;
+    }
+
     /// Drops the staged list and its tag, as a session ends.
     pub(super) fn abandon(&mut self) {
         self.staged = Staged::none(0);
@@ -112,6 +119,9 @@ impl Lists {
         }
         let first = usize::from(slots.first_block) * BLOCK_WAYPOINTS;
         let waypoints = slots.waypoints();
+        if first + waypoints.len() > usize::from(self.capacity) {
+            return;
+        }
         let bank = self.banks.get_mut(usize::from(1 - self.active_bank));
         let Some(room) = bank.and_then(|bank| bank.get_mut(first..first + waypoints.len())) else {
             return;
@@ -125,7 +135,7 @@ impl Lists {
     /// Makes the staged list the active one if it is complete and matches. A count of 0 clears both lists, under any
     /// tag.
     pub(super) fn activate(&mut self, tag: u8, count: u16, wanted: u32) -> Outcome {
-        if usize::from(count) > WAYPOINTS_MAX {
+        if count > self.capacity.min(WAYPOINTS_MAX as u16) {
             return Outcome::BadValue;
         }
         if count > 0 {

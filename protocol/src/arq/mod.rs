@@ -15,6 +15,9 @@ pub use status::{CommandStatus, Failure};
 
 use crate::command::ERA_MAX;
 
+/// Time of a byte at 2400 baud.
+const US_PER_BYTE: u64 = 1_000_000 / crate::BYTES_PER_S as u64;
+
 /// The last session number of an era. Numbers count from 1; 0 comes before the first session of a life.
 const SESSION_LAST: u8 = 7;
 

@@ -106,13 +106,17 @@ pub enum Failure {
     ReceiveOnly,
     /// The robot says that it cannot hear.
     CannotHear,
+    /// The robot reports a level that lacks the command.
+    BeyondLevel,
+    /// The list has more waypoints than the robot keeps, by its own report.
+    BeyondCapacity,
     /// The robot has command strings, and none for this command.
     NotConfigured,
 }
 
 impl Failure {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::TimedOut,
         Self::RobotRestarted,
         Self::TakenOver,
@@ -120,6 +124,8 @@ impl Failure {
         Self::Cancelled,
         Self::ReceiveOnly,
         Self::CannotHear,
+        Self::BeyondLevel,
+        Self::BeyondCapacity,
         Self::NotConfigured,
     ];
 
@@ -134,6 +140,8 @@ impl Failure {
             Self::Cancelled => "cancelled",
             Self::ReceiveOnly => "receive-only",
             Self::CannotHear => "cannot-hear",
+            Self::BeyondLevel => "beyond-level",
+            Self::BeyondCapacity => "beyond-capacity",
             Self::NotConfigured => "not-configured",
         }
     }
@@ -158,6 +166,8 @@ impl fmt::Display for Failure {
                 "not sent: the robot has no such command string, or not with these arguments"
             }
             Self::CannotHear => "the robot reports that it cannot hear: it has no receiver",
+            Self::BeyondLevel => "not sent: the robot reports a level without this command",
+            Self::BeyondCapacity => "not sent: the robot reports that it keeps fewer waypoints",
         })
     }
 }

@@ -194,6 +194,20 @@ impl Order {
         }
     }
 
+    /// The lowest level (SPEC.md section 1) whose robots take it.
+    #[must_use]
+    pub const fn level(&self) -> u8 {
+        match self {
+            Self::Mode(_) | Self::Layers { .. } | Self::Unknown => 2,
+            Self::Activate { .. } => 3,
+            Self::Pose { .. } | Self::Scan | Self::Failsafe(_) => 4,
+            Self::SetParameter { .. }
+            | Self::ReadParameter { .. }
+            | Self::ReadParameters { .. }
+            | Self::KeepParameters => 5,
+        }
+    }
+
     /// Reads any content as an order: an unreadable one must be refused in the acknowledgement.
     fn parse(input: &[u8]) -> Parsed<'_, Self> {
         map(rest, |content| {

@@ -6,10 +6,12 @@
 //!        type  sequence   the line's own  acknowledgement   CRC-24    CR LF
 //! ```
 
+mod abilities;
 mod ack;
 mod columns;
 mod counters;
 mod fields;
+mod own_fields;
 mod parameter;
 mod printable;
 mod song;
@@ -19,8 +21,10 @@ mod status;
 mod testing;
 mod text;
 
+pub use abilities::{AbilitiesLine, FIELDS_MAX, LEVEL_MAX, Reading};
 pub use ack::{ACK_LINE_BYTES, Ack, AckLine, Detail, Outcome, WINDOW_BLOCKS};
 pub use counters::{CountersLine, FirmwareVersion, HOLDERS};
+pub use own_fields::{DECIMALS_MAX, FieldLine, ValuesLine};
 pub use parameter::{ParameterLine, ParameterName};
 pub use printable::Printable;
 pub use song::{Note, SONG_NOTES, SongLine};
@@ -56,6 +60,12 @@ status_codes! {
         Parameter = b'P',
         /// A song.
         Song = b'S',
+        /// Abilities of the robot.
+        Abilities = b'I',
+        /// A field of the robot's own.
+        Field = b'F',
+        /// Values of the robot's own fields.
+        Values = b'V',
     }
 }
 
@@ -74,6 +84,12 @@ pub enum Body {
     Parameter(ParameterLine),
     /// Line S.
     Song(SongLine),
+    /// Line I.
+    Abilities(AbilitiesLine),
+    /// Line F.
+    Field(FieldLine),
+    /// Line V.
+    Values(ValuesLine),
 }
 
 /// One 80-byte line.
@@ -105,6 +121,9 @@ impl Body {
             Self::Text(_) => LineType::Text,
             Self::Parameter(_) => LineType::Parameter,
             Self::Song(_) => LineType::Song,
+            Self::Abilities(_) => LineType::Abilities,
+            Self::Field(_) => LineType::Field,
+            Self::Values(_) => LineType::Values,
         }
     }
 
@@ -116,6 +135,9 @@ impl Body {
             LineType::Text => TextLine::read(line).map(Self::Text),
             LineType::Parameter => ParameterLine::read(line).map(Self::Parameter),
             LineType::Song => SongLine::read(line).map(Self::Song),
+            LineType::Abilities => AbilitiesLine::read(line).map(Self::Abilities),
+            LineType::Field => FieldLine::read(line).map(Self::Field),
+            LineType::Values => ValuesLine::read(line).map(Self::Values),
         }
     }
 
@@ -130,6 +152,9 @@ impl Body {
             Self::Text(line) => line.write(&mut columns),
             Self::Parameter(line) => line.write(&mut columns),
             Self::Song(line) => line.write(&mut columns),
+            Self::Abilities(line) => line.write(&mut columns),
+            Self::Field(line) => line.write(&mut columns),
+            Self::Values(line) => line.write(&mut columns),
         }
         columns.letter(1, self.line_type().letter());
         columns.digits(2, 2, u32::from(sequence % SEQUENCE_MODULUS));

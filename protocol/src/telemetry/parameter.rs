@@ -37,7 +37,7 @@ pub struct ParameterLine {
 
 /// A parameter's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct ParameterName(Printable<NAME_BYTES>);
+pub struct ParameterName(pub(super) Printable<NAME_BYTES>);
 
 impl ParameterName {
     /// Cuts `name` to [`NAME_BYTES`] and puts a hyphen for each invalid byte; an empty name becomes one hyphen.
@@ -62,6 +62,10 @@ impl ParameterName {
     pub fn as_str(&self) -> &str {
         self.0.as_str()
     }
+
+    pub(super) fn write(&self, columns: &mut Columns, column: usize) {
+        self.0.write(columns, column);
+    }
 }
 
 impl ParameterLine {
@@ -70,7 +74,7 @@ impl ParameterLine {
         columns.digits(5, 2, u32::from(place));
         columns.letter(7, b'/');
         columns.digits(8, 2, u32::from(self.count.max(place)));
-        self.name.0.write(columns, 11);
+        self.name.write(columns, 11);
         columns.signed(30, 6, self.value);
         columns.signed(37, 6, self.kept);
         columns.signed(44, 6, self.least);

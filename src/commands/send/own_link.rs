@@ -56,11 +56,12 @@ impl Opened {
     pub(in super::super) fn start(self, baud: u32, radio: Radio) -> (Driver, Embedded) {
         let (inputs, from_link) = tokio::sync::mpsc::channel(64);
         let no_sink = Box::new(|_, _: &[u8]| ());
+        let port_baud = self.spec.baud(baud);
         let link = Link::start(self.spec, baud, self.connection, no_sink, inputs);
         let unrecorded = Box::new(|_, _: &[u8]| ());
         let started = Instant::now();
         let driver = Driver::new(self.name, link, from_link, radio, started, unrecorded);
-        (driver, self.simulator)
+        (driver.at_baud(port_baud), self.simulator)
     }
 }
 

@@ -319,7 +319,7 @@ fn below_dv(limits: &Limits, limit_dv: u16) -> Bounds {
 
 fn battery(inputs: &Inputs<'_>, letters: &[Power]) -> Sight {
     let power = inputs.robot.state.map(|state| state.value.power);
-    match (power, inputs.robot.status) {
+    match (power, inputs.robot.battery()) {
         (Some(Power::Charging | Power::Docked), _) => Sight::No,
         (Some(power), _) if letters.contains(&power) => Sight::Certain,
         (_, Some(status)) => Sight::Is(f64::from(status.value.battery_dv) / 10.0),

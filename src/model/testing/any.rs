@@ -10,8 +10,9 @@ use groundwave_protocol::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerMask, LayerState, Link, Mode, Power,
 };
 use groundwave_protocol::telemetry::{
-    Ack, AckLine, Body, HOLDERS, LayerStates, Line, LineType, ListPlace, Note, Outcome,
-    ParameterLine, ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
+    AbilitiesLine, Ack, AckLine, Body, FIELDS_MAX, FieldLine, HOLDERS, LayerStates, Line, LineType,
+    ListPlace, Note, Outcome, ParameterLine, ParameterName, Printable, SongLine, StateLine,
+    StatusLine, TextLine, ValuesLine,
 };
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -136,6 +137,35 @@ fn any_body_of(line_type: LineType) -> BoxedStrategy<Body> {
         LineType::Song => prop::collection::vec(any::<(u16, u8)>(), 0..30)
             .prop_map(|notes| notes.into_iter().map(|(hz, ticks)| Note { hz, ticks }))
             .prop_map(|notes| Body::Song(SongLine::new(notes)))
+            .boxed(),
+        LineType::Abilities => any::<(u8, u16, u16, u8, u32, u8)>()
+            .prop_map(
+                |(level, capacity, modes, measured, rate_bytes_per_s, fields)| {
+                    Body::Abilities(AbilitiesLine {
+                        robot_id: 7,
+                        level,
+                        capacity,
+                        modes,
+                        measured,
+                        rate_bytes_per_s,
+                        fields,
+                    })
+                },
+            )
+            .boxed(),
+        LineType::Field => any::<(u8, u8, String, u8, String)>()
+            .prop_map(|(place, count, name, decimals, unit)| {
+                Body::Field(FieldLine {
+                    place: place.clamp(1, FIELDS_MAX),
+                    count,
+                    name: ParameterName::new(&name),
+                    decimals,
+                    unit: Printable::new(&unit),
+                })
+            })
+            .boxed(),
+        LineType::Values => any::<[Option<i32>; 10]>()
+            .prop_map(|values| Body::Values(ValuesLine::new(values)))
             .boxed(),
     }
 }

@@ -1,6 +1,9 @@
 //! A robot with lines of its own.
 
 use groundwave_lines::{Profile, Recognizer};
+use groundwave_protocol::telemetry::{
+    AbilitiesLine, Body, FieldLine, ParameterName, Printable, ValuesLine,
+};
 
 use super::*;
 use crate::event::Moment;
@@ -99,4 +102,48 @@ fn roles_draw_the_map() {
     let both = screen(&scene, 120, 40);
     row(&both, "who holds the motors");
     row(&both, "F9 fields");
+}
+
+/// A robot of level 3 without battery, wheel and sonar readings, and with a field of its own.
+#[test]
+fn line_i_hides_the_readings_that_the_robot_lacks() {
+    let mut scene = flight(Config::default());
+    assert!(screen(&scene, 120, 40).contains(" V"));
+    scene.hear_line(Body::Abilities(AbilitiesLine {
+        robot_id: 7,
+        level: 3,
+        capacity: 40,
+        measured: 0,
+        fields: 1,
+        ..AbilitiesLine::FULL
+    }));
+    scene.hear_line(Body::Field(FieldLine {
+        place: 1,
+        count: 1,
+        name: ParameterName::new("motor-current"),
+        decimals: 2,
+        unit: Printable::new("A"),
+    }));
+    scene.hear_line(Body::Values(ValuesLine::new([Some(125)])));
+    scene.hear();
+    scene.press(&[KeyCode::F(2)]);
+    let sensors = screen(&scene, 200, 60);
+    for absent in ["sonar ", "battery ", " of +"] {
+        assert!(!sensors.contains(absent), "{absent}\n{sensors}");
+    }
+    row(&sensors, "requested");
+    scene.press(&[KeyCode::F(9)]);
+    row(&screen(&scene, 120, 40), "motor-current    1.25 A");
+}
+
+#[test]
+fn a_battery_of_zero_volts_is_none() {
+    let mut scene = flight(Config::default());
+    scene.status.battery_dv = 0;
+    for _ in 0..60 {
+        scene.hear();
+        scene.hear_status();
+    }
+    let text = screen(&scene, 200, 60);
+    assert!(!text.contains("0.0 V"), "{text}");
 }

@@ -1,11 +1,11 @@
 //! Handling of lines from the robot.
 
-use super::super::{SESSION_LAST, session_after};
+use super::super::{SESSION_LAST, US_PER_BYTE, session_after};
 use super::turn::{PATIENCE_BYTES, Turn};
 use super::{
-    CommandStatus, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_US, LONG_LINES,
+    CommandStatus, Duplex, FORGET_BYTES, Fop, FopEvent, LATCH_TO_END_BYTES, LONG_LINES,
     LONG_LINES_IN_A_ROW, MISMATCHES_MAX, RECEIPT_COUNT_BITS, RECEIPT_COUNT_MAX, STOP_BLIND_US,
-    Session, US_PER_BYTE, Work, next_tag,
+    Session, Work, next_tag,
 };
 use crate::LINE_BYTES;
 use crate::command::Order;
@@ -54,7 +54,8 @@ impl Fop {
                 }
             }
         }
-        let latched_us = arrived_us.saturating_sub(LATCH_TO_END_US + self.config.latency_us);
+        let latched_us = arrived_us
+            .saturating_sub(LATCH_TO_END_BYTES * self.pacer.us_per_byte() + self.config.latency_us);
         self.handle_ack(arrived_us, *received.ack(), latched_us);
     }
 
@@ -82,7 +83,13 @@ impl Fop {
         };
         if self.latest_ack.is_some() {
             let elapsed_us = arrived_us.saturating_sub(self.heard_us);
-            let all = (elapsed_us / US_PER_BYTE).saturating_sub(self.paused_bytes);
+            // A faster robot pauses between its lines: their numbers tell of loss.
+            let all = if self.pacer.us_per_byte() < US_PER_BYTE {
+                let ahead = received.sequence() + SEQUENCE_MODULUS - self.latest_line;
+                u64::from(ahead % SEQUENCE_MODULUS).max(1) * intact as u64
+            } else {
+                (elapsed_us / self.pacer.us_per_byte()).saturating_sub(self.paused_bytes)
+            };
             let all = all.min(FORGET_BYTES);
             self.downlink.judge(intact as u32, all as u32);
         }
@@ -98,7 +105,12 @@ impl Fop {
                     self.note_failsafe(failsafe);
                 }
             }
-            Body::Status(_) | Body::Text(_) | Body::Parameter(_) | Body::Song(_) => {}
+            Body::Abilities(abilities) => {
+                self.abilities = Some(*abilities);
+                self.follow_rate();
+                self.refuse_beyond();
+            }
+            _ => {}
         }
     }
 
@@ -114,8 +126,10 @@ impl Fop {
         let Some(robot_id) = received.robot_id() else {
             return true;
         };
-        if self.config.robot_id.is_none() && !self.is_open() {
+        if self.config.robot_id.is_none() && !self.is_open() && self.robot_id != Some(robot_id) {
             self.robot_id = Some(robot_id);
+            self.abilities = None;
+            self.follow_rate();
         }
         self.robot_id == Some(robot_id)
     }

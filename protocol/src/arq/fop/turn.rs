@@ -1,6 +1,6 @@
-//! When a half-duplex robot listens.
+//! When a half-duplex robot listens. The durations are those of 2400 baud at every rate.
 
-use super::US_PER_BYTE;
+use super::super::US_PER_BYTE;
 
 /// Byte times after which a robot that receives nothing in its turn to listen sends again.
 pub(super) const PATIENCE_BYTES: u64 = 16;
