@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use groundwave_lines::{Content, OwnLine};
 use groundwave_captures::own_lines::ToldFields;
+use groundwave_lines::{Content, OwnLine};
 use groundwave_protocol::life::Life;
 use groundwave_protocol::status_codes::{Link as Letter, Mode};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
