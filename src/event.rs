@@ -11,8 +11,8 @@ use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line};
 
 pub use groundwave_captures::event::{
-    CommandId, CommandStatus, Failure, Landmark, Level, LineRate, LinkEvent, Mark, Moment, Notice,
-    NoticeCode, OutageCause, Reception, Remark, Truth,
+    AlarmEvent, AlarmStatus, CommandId, CommandStatus, Failure, Landmark, Level, LineRate,
+    LinkEvent, Mark, Moment, Notice, NoticeCode, OutageCause, Reception, Remark, Truth,
 };
 
 use crate::figures::{Listed, Overlaid};
@@ -90,6 +90,8 @@ pub enum Event {
     Overlaid(Result<Arc<Overlaid>, String>),
     /// The operator set or cleared a mark.
     Mark(Mark),
+    /// Something happened to an alarm.
+    Alarm(AlarmEvent),
     /// The true state of a simulated robot's world, which is only shown.
     Truth(Truth),
     /// A line for the log.
@@ -159,6 +161,8 @@ pub enum Effect {
     DriveEnd,
     /// Cancel the waiting commands and the one under way.
     CancelCommands,
+    /// Tell that the operator acknowledged or shelved an alarm; it comes back as [`Event::Alarm`].
+    Alarm(AlarmEvent),
     /// Begin a recording that includes the remembered observations, or end the one under way.
     ToggleRecording,
     /// Save a remark in the label beside a capture.

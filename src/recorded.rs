@@ -21,6 +21,7 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
         )),
         Event::Mark(mark) => Some((*mark).into()),
         Event::Suspended(duration) => Some(StationEvent::suspended(*duration)),
+        Event::Alarm(alarm) => Some(alarm.into()),
         _ => None,
     }
 }
@@ -33,6 +34,7 @@ pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
         StationEventKind::Link(link) => link.event().map(Event::Link),
         // The station classifies the bytes again.
         StationEventKind::Reception(_) => None,
+        StationEventKind::Alarm(alarm) => alarm.event().map(Event::Alarm),
         StationEventKind::Mark(mark) => Some(Event::Mark(Mark::from(*mark))),
         StationEventKind::Suspension(it) => {
             Some(Event::Suspended(Moment::from_nanos(it.duration_ns)))
@@ -96,7 +98,7 @@ mod tests {
     use groundwave_protocol::telemetry::Outcome;
 
     use super::*;
-    use crate::event::{Failure, Level, LinkEvent};
+    use crate::event::{AlarmEvent, AlarmStatus, Failure, Level, LinkEvent};
     use crate::request::testing::samples;
 
     fn assert_comes_back(event: &Event) {
@@ -143,6 +145,25 @@ mod tests {
             assert_comes_back(&Event::Mark(Mark { ago, is_set }));
         }
         assert_comes_back(&Event::Suspended(Duration::from_millis(61_250)));
+        for (status, value) in [
+            (AlarmStatus::Begun, Some(11.5)),
+            (AlarmStatus::Ended, None),
+            (AlarmStatus::Acknowledged, None),
+            (AlarmStatus::Shelved, None),
+            (AlarmStatus::Unshelved, None),
+        ] {
+            assert_comes_back(&Event::Alarm(AlarmEvent {
+                code: "battery_low".to_owned(),
+                name: "battery low".to_owned(),
+                level: Level::Alarm,
+                status,
+                ago: Duration::from_millis(5250),
+                value,
+                limit: value,
+                unit: "V".to_owned(),
+                shelved_for: (status == AlarmStatus::Shelved).then_some(Duration::from_mins(10)),
+            }));
+        }
         for link in [
             LinkEvent::Lost {
                 reason: "unplugged".to_owned(),

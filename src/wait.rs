@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
 
-use groundwave_captures::messages::{Telemetry, Value};
+use groundwave_captures::messages::{Field, Telemetry, Value};
 use groundwave_captures::when::span;
 use groundwave_protocol::decoder::Received;
 
@@ -187,6 +187,29 @@ impl Condition {
     }
 }
 
+/// The field of the robot's lines with a name, which may leave its unit out.
+pub(crate) fn field_named(name: &str) -> Option<&'static Field> {
+    Telemetry::FIELDS.iter().find(|field| {
+        let unit = field.name.strip_prefix(name);
+        let unit = unit.and_then(|end| end.strip_prefix('_'));
+        field.name == name || unit.is_some_and(|unit| UNITS.contains(&unit))
+    })
+}
+
+/// A value of a field in the words of recordings: two modes have others in commands.
+pub(crate) fn recorded_word<'a>(field: &str, value: &'a str) -> &'a str {
+    match (field, value) {
+        ("mode", "home") => "go_home",
+        ("mode", "dock") => "forage",
+        _ => value,
+    }
+}
+
+/// Checks that a field can be compared with a value.
+pub(crate) fn check_comparison(name: &str, relation: &str, value: &str) -> Result<(), String> {
+    compare(name, relation, value).map(|_| ())
+}
+
 fn compare(name: &str, relation: &str, value: &str) -> Result<Term, String> {
     let accepted = match relation {
         "=" | "==" => EQUAL,
@@ -201,26 +224,14 @@ fn compare(name: &str, relation: &str, value: &str) -> Result<Term, String> {
             ));
         }
     };
-    let field = Telemetry::FIELDS.iter().find(|field| {
-        let unit = field
-            .name
-            .strip_prefix(name)
-            .and_then(|end| end.strip_prefix('_'));
-        field.name == name || unit.is_some_and(|unit| UNITS.contains(&unit))
-    });
-    let Some(field) = field else {
+    let Some(field) = field_named(name) else {
         let known = Telemetry::FIELDS.iter().map(|field| field.name);
         let question = suggest::question_or(name, known, FORMS);
         return Err(format!(
             "the robot's lines have no field `{name}`{question}"
         ));
     };
-    // Two modes have other words in commands than in recordings.
-    let value = match (field.name, value) {
-        ("mode", "home") => "go_home",
-        ("mode", "dock") => "forage",
-        _ => value,
-    };
+    let value = recorded_word(field.name, value);
     let than = match value.parse() {
         Ok(number) if field.words.is_empty() && field.kind != "string" => Than::Number(number),
         _ if field.words.is_empty() && field.kind != "string" => {

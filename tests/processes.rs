@@ -341,6 +341,30 @@ fn headless_watch_speaks_json() {
     watch.wait().unwrap();
 }
 
+/// The command gets each event of an alarm, and its failure is told.
+#[cfg(unix)]
+#[test]
+fn the_alarm_hook_gets_each_event() {
+    let folder = scratch("alarm-hook");
+    let (config, told) = (folder.join("config.toml"), folder.join("told.json"));
+    let text = format!(
+        "[limits]\nbattery_low_dv = 250\nbattery_for_s = 0\n[alarms]\nrun = \"cat >> {} && false\"\n",
+        told.display()
+    );
+    fs::write(&config, text).unwrap();
+    let sim = Sim::start(&[]);
+    let config = config.to_str().unwrap();
+    let mut watch = Telling::start(&["--config", config, "watch", &sim.path, "--headless"]);
+    watch.wait_for("the failure", |event| event["code"] == "alarm-hook");
+    let told = fs::read_to_string(&told).unwrap();
+    let event: serde_json::Value = serde_json::from_str(told.lines().next().unwrap()).unwrap();
+    assert_eq!(event["code"], "battery_low", "{event}");
+    assert_eq!(event["status"], "begun");
+    assert_eq!(event["limit"], 25.0);
+    assert_eq!(event["link"], *sim.path);
+    assert!(event["time"].as_str().unwrap().ends_with('Z'), "{event}");
+}
+
 #[test]
 fn headless_watch_tells_alarms() {
     let config = scratch("headless-alarms").join("config.toml");
@@ -354,13 +378,13 @@ fn headless_watch_tells_alarms() {
     let mut watch = Telling::start(&["--config", config, "watch", &sim.path, "--headless"]);
     let low = watch.wait_for("the low battery", |event| event["code"] == "battery_low");
     assert_eq!(low["event"], "alarm");
-    assert_eq!(low["status"], "raised");
+    assert_eq!(low["status"], "begun");
     assert_eq!(low["severity"], "alarm");
     assert_eq!((&low["limit"], &low["unit"]), (&25.0.into(), &"V".into()));
     assert!(low["value"].as_f64().unwrap() < 25.0, "{low}");
     sim.end();
     let lost = watch.wait_for("the lost link", |event| event["code"] == "link_lost");
-    assert_eq!(lost["status"], "raised");
+    assert_eq!(lost["status"], "begun");
     assert_eq!(lost["value"], serde_json::Value::Null);
 }
 

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 pub use groundwave_protocol::arq::{CommandStatus, Failure};
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 /// The true state of a simulated robot's world, in the robot's frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -103,6 +104,8 @@ coded! {
         Missing = "missing",
         /// A part of a capture cannot be read.
         Damaged = "damaged",
+        /// The hook of the alarms failed, or an event was not passed to it.
+        AlarmHook = "alarm-hook",
         /// Something in the configuration needs attention.
         Configuration = "configuration",
         /// A code of a newer version.
@@ -125,6 +128,86 @@ coded! {
         Rebooted = "rebooted",
         /// Only the robot's clock shows it: the capture's times do not.
         Gap = "gap",
+    }
+}
+
+coded! {
+    /// What happened to an alarm.
+    AlarmStatus {
+        /// Its cause has lasted long enough.
+        Begun = "begun",
+        /// Its cause is over.
+        Ended = "ended",
+        /// The operator has seen it.
+        Acknowledged = "acknowledged",
+        /// The operator does not want to hear of it for a time.
+        Shelved = "shelved",
+        /// That time is over, or the operator ended it.
+        Unshelved = "unshelved",
+    }
+}
+
+/// Something that happened to an alarm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AlarmEvent {
+    /// Stable code of the alarm.
+    pub code: String,
+    /// Its name, for people.
+    pub name: String,
+    /// How much it matters.
+    pub level: Level,
+    /// What happened.
+    pub status: AlarmStatus,
+    /// Time from the beginning of its cause to this event; zero if it is not active.
+    pub ago: Moment,
+    /// The latest figure.
+    pub value: Option<f64>,
+    /// The limit of that figure.
+    pub limit: Option<f64>,
+    /// Unit of both.
+    pub unit: String,
+    /// Time for which it is shelved.
+    pub shelved_for: Option<Moment>,
+}
+
+impl AlarmEvent {
+    /// The event for other programs; figure, limit and time only if it has them.
+    #[must_use]
+    pub fn to_json(&self) -> Value {
+        let mut value = json!({
+            "event": "alarm",
+            "code": self.code,
+            "severity": self.level.code(),
+            "status": self.status.code(),
+        });
+        if let (Some(figure), Some(limit)) = (self.value, self.limit) {
+            value["value"] = json!(figure);
+            value["limit"] = json!(limit);
+            value["unit"] = json!(self.unit);
+        }
+        if let Some(time) = self.shelved_for {
+            value["shelved_s"] = json!(time.as_secs_f64());
+        }
+        value
+    }
+}
+
+/// `battery low: begun, 11.5 V (limit 11.6 V)`.
+impl fmt::Display for AlarmEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.name, self.status.code())?;
+        if let Some(time) = self.shelved_for {
+            write!(f, " for {} s", time.as_secs())?;
+        }
+        if let (Some(value), Some(limit)) = (self.value, self.limit) {
+            let unit = &self.unit;
+            let space = if unit.is_empty() { "" } else { " " };
+            write!(
+                f,
+                ", {value:.1}{space}{unit} (limit {limit:.1}{space}{unit})"
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -1,6 +1,8 @@
 //! Events that are not in the radio's bytes, as a protobuf message.
 
-use crate::event::{CommandStatus, Level, LinkEvent, Mark, Moment, NoticeCode, Reception};
+use crate::event::{
+    AlarmEvent, AlarmStatus, CommandStatus, Level, LinkEvent, Mark, Moment, NoticeCode, Reception,
+};
 use crate::uplink_event::UplinkEvent;
 
 /// An event of the station, recorded on `/station`; `/uplink` and `/log` are derived from it and the bytes. Programs
@@ -8,7 +10,7 @@ use crate::uplink_event::UplinkEvent;
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct StationEvent {
     /// The event; `None` for one of a newer version.
-    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5, 6")]
+    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5, 6, 7")]
     pub kind: Option<StationEventKind>,
 }
 
@@ -33,6 +35,41 @@ pub enum StationEventKind {
     /// The station was suspended until now.
     #[prost(message, tag = 6)]
     Suspension(SuspensionMessage),
+    /// Something happened to an alarm.
+    #[prost(message, tag = 7)]
+    Alarm(AlarmMessage),
+}
+
+/// An [`AlarmEvent`].
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct AlarmMessage {
+    /// Stable code of the alarm.
+    #[prost(string, tag = 1)]
+    pub code: String,
+    /// Its name, for people.
+    #[prost(string, tag = 2)]
+    pub name: String,
+    /// A code of [`Level`].
+    #[prost(string, tag = 3)]
+    pub severity: String,
+    /// A code of [`AlarmStatus`].
+    #[prost(string, tag = 4)]
+    pub status: String,
+    /// Time from the beginning of its cause to this message, nanoseconds.
+    #[prost(uint64, tag = 5)]
+    pub ago_ns: u64,
+    /// The latest figure.
+    #[prost(double, optional, tag = 6)]
+    pub value: Option<f64>,
+    /// The limit of that figure.
+    #[prost(double, optional, tag = 7)]
+    pub limit: Option<f64>,
+    /// Unit of both.
+    #[prost(string, tag = 8)]
+    pub unit: String,
+    /// Time for which it is shelved, nanoseconds.
+    #[prost(uint64, optional, tag = 9)]
+    pub shelved_ns: Option<u64>,
 }
 
 /// A [`LinkEvent`].
@@ -112,6 +149,46 @@ impl NoticeMessage {
     }
 }
 
+impl AlarmMessage {
+    /// The event; `None` for a status of a newer version.
+    #[must_use]
+    pub fn event(&self) -> Option<AlarmEvent> {
+        Some(AlarmEvent {
+            code: self.code.clone(),
+            name: self.name.clone(),
+            level: Level::from_code(&self.severity).unwrap_or(Level::Info),
+            status: AlarmStatus::from_code(&self.status)?,
+            ago: Moment::from_nanos(self.ago_ns),
+            value: self.value,
+            limit: self.limit,
+            unit: self.unit.clone(),
+            shelved_for: self.shelved_ns.map(Moment::from_nanos),
+        })
+    }
+}
+
+impl From<&AlarmEvent> for StationEvent {
+    fn from(event: &AlarmEvent) -> Self {
+        StationEventKind::Alarm(AlarmMessage {
+            code: event.code.clone(),
+            name: event.name.clone(),
+            severity: event.level.code().to_owned(),
+            status: event.status.code().to_owned(),
+            ago_ns: nanoseconds(event.ago),
+            value: event.value,
+            limit: event.limit,
+            unit: event.unit.clone(),
+            shelved_ns: event.shelved_for.map(nanoseconds),
+        })
+        .into()
+    }
+}
+
+/// A duration as it is recorded.
+fn nanoseconds(duration: Moment) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}
+
 impl From<StationEventKind> for StationEvent {
     fn from(kind: StationEventKind) -> Self {
         Self { kind: Some(kind) }
@@ -149,7 +226,7 @@ impl From<Reception> for StationEvent {
 impl From<Mark> for StationEvent {
     fn from(mark: Mark) -> Self {
         StationEventKind::Mark(MarkMessage {
-            ago_ns: u64::try_from(mark.ago.as_nanos()).unwrap_or(u64::MAX),
+            ago_ns: nanoseconds(mark.ago),
             is_set: mark.is_set,
         })
         .into()
@@ -189,6 +266,7 @@ impl StationEvent {
                 Reception::from_code(code) != Some(Reception::Lines)
             }
             Some(StationEventKind::Notice(notice)) => notice.level() > Level::Info,
+            Some(StationEventKind::Alarm(_)) => true,
             Some(StationEventKind::Mark(_) | StationEventKind::Suspension(_)) | None => false,
         }
     }
@@ -203,7 +281,7 @@ impl StationEvent {
     #[must_use]
     pub fn suspended(duration: Moment) -> Self {
         StationEventKind::Suspension(SuspensionMessage {
-            duration_ns: u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX),
+            duration_ns: nanoseconds(duration),
         })
         .into()
     }

@@ -45,6 +45,7 @@ pub(super) fn appearance(config: &config::Config, theme: Option<Theme>) -> Confi
         mouse: dashboard.mouse != Some(false),
         own_commands: config.own.commands.keys().cloned().collect(),
         limits: config.limits.clone(),
+        alarms: config.alarms.clone(),
         keys: config.keys.clone(),
         ..Config::default()
     }

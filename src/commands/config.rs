@@ -19,8 +19,9 @@ use serde::Deserialize;
 use super::{Exit, Fault};
 use crate::capture::{Rotation, Session, files, text_file};
 use crate::hint;
-use crate::model::Limits;
+use crate::io::alarm_hook::AlarmHook;
 use crate::model::keys::Keymap;
+use crate::model::{AlarmSetting, Limits};
 use crate::radio::RadioKind;
 use crate::runtime::REMEMBERED;
 use crate::share::Address;
@@ -40,6 +41,10 @@ pub struct Config {
     pub dashboard: Dashboard,
     /// Limits of the alarms.
     pub limits: Limits,
+    /// Alarms, and changes to the built-in ones.
+    pub alarms: Vec<AlarmSetting>,
+    /// The command of the shell that gets each event of an alarm.
+    pub alarm_hook: Option<String>,
     /// The actions of the keys.
     pub keys: Keymap,
     /// Links by name.
@@ -170,6 +175,18 @@ impl Config {
         let robots = self.robots.values();
         let names: BTreeSet<_> = robots.flat_map(|robot| robot.commands.keys()).collect();
         names.into_iter().cloned().collect()
+    }
+
+    /// Starts the operator's command for alarms, if there is one.
+    pub(super) fn start_alarm_hook(&self) -> Result<Option<AlarmHook>, Fault> {
+        let hook = self.alarm_hook.as_deref().map(AlarmHook::start);
+        hook.transpose().map_err(|error| {
+            let reason = hint::words(&error);
+            Fault::new(
+                Exit::Failed,
+                format!("cannot start the alarm hook: {reason}"),
+            )
+        })
     }
 }
 

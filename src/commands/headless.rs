@@ -14,11 +14,11 @@ use tokio::sync::{mpsc, oneshot};
 use super::{Exit, Fault, out, say};
 use crate::capture::decode;
 use crate::event::{
-    CommandId, CommandStatus, Event, Level, LinkEvent, Mark, Moment, Notice, NoticeCode,
+    AlarmStatus, CommandId, CommandStatus, Event, Level, LinkEvent, Mark, Moment, Notice,
+    NoticeCode,
 };
 use crate::io::signals::{Signal, Signals, stop_myself};
-use crate::model::alarms::AlarmChange;
-use crate::model::{Config, Facts, Limits};
+use crate::model::{Config, Facts};
 use crate::runtime::{Driver, Keeper};
 use crate::share::StatusJson;
 
@@ -46,8 +46,8 @@ pub(super) async fn run(
     waits: bool,
 ) -> Result<(), Fault> {
     let mut signals = Signals::listen().map_err(|error| failed("listen for signals", &error))?;
-    let facts = Facts::new(Arc::new(config));
-    let mut printer = Printer::start(facts).map_err(|error| failed("start a thread", &error))?;
+    let mut facts = Facts::new(Arc::new(config));
+    let mut printer = Printer::start().map_err(|error| failed("start a thread", &error))?;
     let mut look = tokio::time::interval(CHECK_EVERY);
     let begin = tokio::time::Instant::now() + STATISTICS_EVERY;
     let mut statistics = tokio::time::interval_at(begin, STATISTICS_EVERY);
@@ -80,7 +80,7 @@ pub(super) async fn run(
                     let notice = Notice::new(NoticeCode::Recording, level, text);
                     printer.print(driver.now(), &Event::Notice(notice))?;
                 }
-                printer.watch_alarms(driver.now(), &Event::Recording(recording));
+                watch_alarms(&mut facts, &mut driver, &Event::Recording(recording));
             }
             () = room(&printer.lines), if waits && !has_room => {}
             () = driver.step(), if has_room || !waits => {}
@@ -91,7 +91,7 @@ pub(super) async fn run(
                 printer.print_statistics(&driver)?;
             }
             printer.print(driver.now(), &event)?;
-            printer.watch_alarms(driver.now(), &event);
+            watch_alarms(&mut facts, &mut driver, &event);
             if has_ended {
                 let leave = async {
                     while signals.next().await == Signal::Suspend {
@@ -101,6 +101,15 @@ pub(super) async fn run(
                 return printer.finish(leave).await;
             }
         }
+    }
+}
+
+/// Tells the alarms that an event, or the time that passed, raises or ends.
+pub(super) fn watch_alarms(facts: &mut Facts, driver: &mut Driver, event: &Event) {
+    let now = driver.now();
+    facts.update(now, event);
+    for alarm in facts.alarm_events(now) {
+        driver.tell(Event::Alarm(alarm));
     }
 }
 
@@ -116,8 +125,6 @@ fn failed(what: &str, error: &dyn std::fmt::Display) -> Fault {
 
 /// Prints lines on a thread, so that an unread standard output stalls nothing else.
 struct Printer {
-    /// For the alarms.
-    facts: Facts,
     lines: mpsc::Sender<Vec<u8>>,
     /// The end of the thread: no more lines, or an error of standard output.
     ended: oneshot::Receiver<io::Result<()>>,
@@ -129,7 +136,7 @@ struct Printer {
 }
 
 impl Printer {
-    fn start(facts: Facts) -> io::Result<Self> {
+    fn start() -> io::Result<Self> {
         let (lines, mut queue) = mpsc::channel::<Vec<u8>>(LINES_MAX);
         let (end, ended) = oneshot::channel();
         let printed = Arc::<AtomicUsize>::default();
@@ -148,7 +155,6 @@ impl Printer {
             // The session may have ended.
             .spawn(move || drop(end.send(print())))?;
         Ok(Self {
-            facts,
             lines,
             ended,
             taken: 0,
@@ -168,15 +174,6 @@ impl Printer {
             self.queue(text);
         }
         Ok(())
-    }
-
-    /// Prints the alarms that an event, or the time that passed, raises or ends.
-    fn watch_alarms(&mut self, at: Moment, event: &Event) {
-        self.facts.update(at, event);
-        for change in std::mem::take(&mut self.facts.alarm_changes) {
-            let value = alarm_json(at, &change, &self.facts.config().limits);
-            self.queue(format!("{value}\n").into_bytes());
-        }
     }
 
     fn print_statistics(&mut self, driver: &Driver) -> Result<(), Fault> {
@@ -290,6 +287,13 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
             }
             value
         }
+        Event::Alarm(alarm) => {
+            let mut value = alarm.to_json();
+            if matches!(alarm.status, AlarmStatus::Begun | AlarmStatus::Ended) {
+                value["begin_s"] = seconds(at.saturating_sub(alarm.ago));
+            }
+            value
+        }
         Event::Command { id, status } => command_json(*id, status),
         Event::Notice(Notice { code, level, text }) => {
             json!({ "event": "notice", "code": code.code(), "level": level.code(), "text": text })
@@ -298,25 +302,6 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
     };
     value["at_s"] = seconds(at);
     Some(value)
-}
-
-/// An alarm that was raised or ended; figure and limit only if it has them.
-fn alarm_json(at: Moment, change: &AlarmChange, limits: &Limits) -> Value {
-    let rule = change.rule;
-    let mut value = json!({
-        "event": "alarm",
-        "code": rule.code,
-        "severity": rule.level.code(),
-        "status": if change.is_active { "raised" } else { "ended" },
-        "begin_s": seconds(change.began_at),
-        "at_s": seconds(at),
-    });
-    if let Some(figure) = change.value {
-        value["value"] = json!(figure);
-        value["limit"] = json!(rule.bounds(limits).raise);
-        value["unit"] = json!(rule.unit);
-    }
-    value
 }
 
 /// A line of the robot's own with its values by name.

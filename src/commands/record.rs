@@ -3,17 +3,21 @@
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use groundwave_protocol::decoder::Counters;
 
+use super::appearance::appearance;
 use super::cli::Record;
 use super::config::Config;
+use super::headless::watch_alarms;
 use super::{Exit, Fault, block_on, recording, say, say_progress, sharing, simulated};
 use crate::capture::words::lost_words;
 use crate::event::{Event, LinkEvent};
 use crate::io::link::{Connection, Link};
 use crate::io::signals::{Signal, Signals, stop_myself};
+use crate::model::Facts;
 use crate::radio::Radio;
 use crate::runtime::{Driver, KeepOptions, Keeper};
 
@@ -84,10 +88,11 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             .advising(port_baud)
             .reading(config.own.recognizer()?, BTreeMap::new())
             .telling(keeper.event_sink())
+            .hooked(config.start_alarm_hook()?)
             .shared(share)
             .watched(foxglove);
         let _finish = keeper.finish_on_drop();
-        let result = until_done(options, driver, &keeper).await;
+        let result = Box::pin(until_done(options, driver, &keeper, config)).await;
         let mcap = keeper.status().mcap.map(PathBuf::from);
         let written = recording::finish(&keeper).await;
         say_notices(&keeper, options.quiet);
@@ -120,7 +125,9 @@ async fn until_done(
     options: &Record,
     mut driver: Driver,
     keeper: &Keeper,
+    config: &Config,
 ) -> Result<Counters, Fault> {
+    let mut facts = Facts::new(Arc::new(appearance(config, None)));
     let mut signals = Signals::listen()
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
     let shows_progress = !options.quiet && io::stderr().is_terminal();
@@ -138,6 +145,7 @@ async fn until_done(
             _ = report.tick() => {
                 say_notices(keeper, options.quiet);
                 let status = keeper.status();
+                watch_alarms(&mut facts, &mut driver, &Event::Recording(status.clone()));
                 if let Some(problem) = status.problem {
                     return Err(Fault::new(Exit::Failed, problem));
                 }
@@ -154,6 +162,7 @@ async fn until_done(
         }
         let mut ended = false;
         while let Some(event) = driver.poll_event() {
+            watch_alarms(&mut facts, &mut driver, &event);
             match event {
                 Event::Link(LinkEvent::Ended) => ended = true,
                 Event::Link(LinkEvent::Lost { reason }) if !options.quiet => {

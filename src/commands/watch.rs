@@ -222,6 +222,7 @@ impl Plan {
             self.config.own.commands.clone(),
         )
         .telling(keeper.event_sink())
+        .hooked(self.config.start_alarm_hook()?)
         .shared(share)
         .simulating(self.truth.clone())
         .watched(foxglove);

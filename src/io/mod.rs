@@ -1,5 +1,6 @@
 //! The operating system: ports, sockets, signals, the terminal, and text files. Recordings belong to [`crate::capture`].
 
+pub mod alarm_hook;
 pub mod files;
 pub mod foxglove;
 pub mod link;

@@ -1,15 +1,28 @@
 //! Alarms: raised when a rule has matched for long enough, kept until the operator acknowledges them.
 
+mod attended;
+mod own;
 mod rules;
 
+use std::sync::Arc;
+
+use groundwave_captures::messages::Telemetry;
+use groundwave_lines::OwnLine;
+use groundwave_protocol::decoder::Received;
+
 use super::age;
-use crate::event::Moment;
+use super::config::Config;
+use crate::event::{AlarmEvent, AlarmStatus, Moment};
+pub(crate) use attended::Attended;
+use own::FieldLimit;
+pub(crate) use own::code;
+pub use own::{AlarmSetting, Operand, Severity};
 #[cfg(test)]
 pub(crate) use rules::DISK_IS_SILENT;
 pub(super) use rules::Inputs;
 pub use rules::Limits;
-pub(crate) use rules::{PRESSED_S, RULES, Rule, Source};
-use rules::{RULES_COUNT, SECONDS, Sight};
+use rules::{Look, Sight};
+pub(crate) use rules::{PRESSED_S, Rule, Source, rules};
 
 /// An alarm that was raised and is active, or not acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,24 +40,20 @@ pub(crate) struct Raised {
     pub(crate) times: u32,
 }
 
-/// What the operator has acknowledged: alarms raised until a moment.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Acknowledged {
-    until: Option<Moment>,
-    /// How often each rule had been raised then.
-    times: [u32; RULES_COUNT],
-}
-
-impl Acknowledged {
-    /// Everything raised until `now`.
-    pub(super) fn until(now: Moment, alarms: &Alarms) -> Self {
-        let mut times = [0; RULES_COUNT];
-        for (times, standing) in times.iter_mut().zip(&alarms.standings) {
-            *times = standing.episode.map_or(0, |episode| episode.times);
-        }
-        let until = Some(now);
-        Self { until, times }
-    }
+/// A rule as it stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    /// Its place in the table.
+    pub(crate) index: usize,
+    pub(crate) rule: &'a Rule,
+    /// Whether its cause is known at all.
+    pub(crate) is_known: bool,
+    /// The latest figure.
+    pub(crate) value: Option<f64>,
+    /// Its alarm, unless it is acknowledged and over.
+    pub(crate) raised: Option<Raised>,
+    /// The moment until which it does not call.
+    pub(crate) shelved_until: Option<Moment>,
 }
 
 /// The latest time that one rule was raised.
@@ -61,9 +70,9 @@ struct Episode {
 }
 
 /// An alarm that was raised or ended.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct AlarmChange {
-    pub(crate) rule: &'static Rule,
+    pub(crate) rule: Rule,
     /// Raised, or else ended.
     pub(crate) is_active: bool,
     /// When its cause began.
@@ -72,9 +81,27 @@ pub(crate) struct AlarmChange {
     pub(crate) value: Option<f64>,
 }
 
+impl AlarmChange {
+    /// The event that tells it.
+    pub(super) fn event(&self, now: Moment) -> AlarmEvent {
+        AlarmEvent {
+            ago: now.saturating_sub(self.began_at),
+            value: self.value,
+            limit: self.value.map(|_| self.rule.bounds.raise),
+            ..self.rule.event(if self.is_active {
+                AlarmStatus::Begun
+            } else {
+                AlarmStatus::Ended
+            })
+        }
+    }
+}
+
 /// The state of one rule.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct Standing {
+    /// The latest value of the field.
+    reading: Option<Operand>,
     /// Since when the limit is passed, while that is too short to raise the alarm.
     pending_since: Option<Moment>,
     episode: Option<Episode>,
@@ -83,27 +110,62 @@ struct Standing {
 }
 
 /// All alarms.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Alarms {
-    standings: [Standing; RULES_COUNT],
+    rules: Arc<[Rule]>,
+    standings: Vec<Standing>,
+    has_fields: bool,
 }
 
 impl Alarms {
+    pub(super) fn new(config: &Config) -> Self {
+        let rules = rules(&config.limits, &config.alarms);
+        Self {
+            standings: vec![Standing::default(); rules.len()],
+            has_fields: rules.iter().any(|rule| matches!(rule.look, Look::Field(_))),
+            rules,
+        }
+    }
+
+    /// Takes the fields of a line of Groundwave's protocol.
+    pub(super) fn take_line(&mut self, received: impl FnOnce() -> Received) {
+        if !self.has_fields {
+            return;
+        }
+        let telemetry = Telemetry::from(&received());
+        self.take_fields(|limit| limit.in_line(&telemetry));
+    }
+
+    /// Takes the values of a line of the robot's own.
+    pub(super) fn take_own_line(&mut self, line: &OwnLine) {
+        self.take_fields(|limit| limit.in_own_line(line));
+    }
+
+    fn take_fields(&mut self, value: impl Fn(&FieldLimit) -> Option<Operand>) {
+        for (rule, standing) in self.rules.iter().zip(&mut self.standings) {
+            if let Look::Field(limit) = &rule.look
+                && let Some(value) = value(limit)
+            {
+                standing.reading = Some(value);
+            }
+        }
+    }
+
     /// Checks every rule; returns the alarms that were raised or ended now.
-    pub(super) fn watch(&mut self, inputs: &Inputs<'_>, limits: &Limits) -> Vec<AlarmChange> {
+    pub(super) fn watch(&mut self, inputs: &Inputs<'_>) -> Vec<AlarmChange> {
         let mut changes = Vec::new();
-        for (rule, standing) in RULES.iter().zip(&mut self.standings) {
+        for (rule, standing) in self.rules.iter().zip(&mut self.standings) {
             let was_up = standing.is_up();
-            standing.look(rule, inputs, limits);
+            standing.look(rule, inputs);
             let Some(episode) = standing.episode else {
                 continue;
             };
             if was_up != standing.is_up() {
                 changes.push(AlarmChange {
-                    rule,
+                    rule: rule.clone(),
                     is_active: !was_up,
                     began_at: episode.began_at,
-                    value: standing.value.filter(|_| !rule.unit.is_empty()),
+                    value: standing.value.filter(|_| rule.is_measured()),
                 });
             }
         }
@@ -111,56 +173,69 @@ impl Alarms {
     }
 
     /// When the next pending alarm is raised.
-    pub(super) fn next_due(&self, limits: &Limits) -> Option<Moment> {
-        let due = RULES.iter().zip(&self.standings).map(|(rule, standing)| {
-            standing
-                .pending_since
-                .map(|since| since + rule.bounds(limits).persists)
+    pub(super) fn next_due(&self) -> Option<Moment> {
+        let due = self.rules.iter().zip(&self.standings);
+        let due = due.map(|(rule, standing)| {
+            let since = standing.pending_since?;
+            Some(since + rule.bounds.persists)
         });
         due.flatten().min()
     }
 
-    /// When the age of an unacknowledged alarm changes on the screen.
-    pub(super) fn next_tick(&self, seen: &Acknowledged, now: Moment) -> Option<Moment> {
+    /// When the age of an unacknowledged alarm, or the time left of a shelved one, changes on the screen.
+    pub(super) fn next_tick(&self, seen: &Attended, now: Moment) -> Option<Moment> {
         let calling = self.calling(seen);
         let ages = calling
             .iter()
             .map(|(_, raised)| age::next_change(raised.at, now));
-        ages.min()
+        let shelved = seen.next_expiry().map(|_| now + Moment::from_secs(1));
+        ages.chain(shelved).min()
     }
 
-    /// Every rule with its latest figure and its alarm, the worst rule first. Acknowledged alarms that are over are
-    /// left out.
-    pub(crate) fn all(
-        &self,
-        seen: &Acknowledged,
-    ) -> impl Iterator<Item = (&'static Rule, Option<f64>, Option<Raised>)> {
-        let standings = self.standings.iter().zip(&seen.times);
-        RULES
-            .iter()
-            .zip(standings)
-            .map(|(rule, (standing, times))| {
-                let raised = standing.episode.and_then(|episode| {
-                    let is_acknowledged = seen.until.is_some_and(|at| episode.raised_at <= at);
-                    let is_shown = !is_acknowledged || episode.over_at.is_none();
-                    is_shown.then(|| Raised {
-                        at: episode.began_at,
-                        over_at: episode.over_at,
-                        is_acknowledged,
-                        worst: episode.worst,
-                        latest: episode.latest,
-                        times: episode.times.saturating_sub(*times).max(1),
-                    })
-                });
-                (rule, standing.value, raised)
-            })
+    /// The place of an alarm by its code.
+    pub(super) fn find(&self, code: &str) -> Option<usize> {
+        self.rules.iter().position(|rule| rule.code == code)
     }
 
-    /// Unacknowledged alarms: active before over, the worst first.
-    pub(crate) fn calling(&self, seen: &Acknowledged) -> Vec<(&'static Rule, Raised)> {
-        let mut calling: Vec<_> = self
-            .all(seen)
-            .filter_map(|(rule, _, raised)| Some((rule, raised?)))
+    /// Every alarm, the worst first.
+    pub(crate) fn rules(&self) -> &[Rule] {
+        &self.rules
+    }
+
+    /// Every rule as it stands, the worst first.
+    pub(crate) fn all(&self, seen: &Attended) -> impl Iterator<Item = Shown<'_>> {
+        let standings = (0..).zip(self.rules.iter().zip(&self.standings));
+        standings.map(|(index, (rule, standing))| {
+            let attention = seen.of(index);
+            let raised = standing.episode.and_then(|episode| {
+                let acknowledged_at = attention.acknowledged_at;
+                let is_acknowledged = acknowledged_at.is_some_and(|at| episode.raised_at <= at);
+                let is_shown = !is_acknowledged || episode.over_at.is_none();
+                is_shown.then(|| Raised {
+                    at: episode.began_at,
+                    over_at: episode.over_at,
+                    is_acknowledged,
+                    worst: episode.worst,
+                    latest: episode.latest,
+                    times: episode.times.saturating_sub(attention.times).max(1),
+                })
+            });
+            Shown {
+                index,
+                rule,
+                is_known: standing.reading.is_some() || matches!(rule.look, Look::BuiltIn(_)),
+                value: standing.value,
+                raised,
+                shelved_until: attention.shelved_until,
+            }
+        })
+    }
+
+    /// Unacknowledged alarms that are not shelved: active before over, the worst first.
+    pub(crate) fn calling(&self, seen: &Attended) -> Vec<(&Rule, Raised)> {
+        let calling = self.all(seen).filter(|shown| shown.shelved_until.is_none());
+        let mut calling: Vec<_> = calling
+            .filter_map(|shown| Some((shown.rule, shown.raised?)))
             .filter(|(_, raised)| !raised.is_acknowledged)
             .collect();
         calling.sort_by_key(|(_, raised)| raised.over_at.is_some());
@@ -175,9 +250,12 @@ impl Standing {
     }
 
     /// Checks the rule.
-    fn look(&mut self, rule: &Rule, inputs: &Inputs<'_>, limits: &Limits) {
-        let bounds = rule.bounds(limits);
-        let sight = (rule.look)(inputs);
+    fn look(&mut self, rule: &Rule, inputs: &Inputs<'_>) {
+        let bounds = rule.bounds;
+        let sight = match &rule.look {
+            Look::BuiltIn(look) => look(inputs),
+            Look::Field(limit) => limit.look(self.reading.as_ref()),
+        };
         if let Sight::Is(value) = sight {
             self.value = Some(value);
         }
@@ -202,7 +280,7 @@ impl Standing {
             return;
         }
         if is_up {
-            self.note_worst(bounds.is_high_bad());
+            self.note_worst(bounds.is_high_bad);
             return;
         }
         let since = *self.pending_since.get_or_insert(inputs.now);
@@ -212,7 +290,7 @@ impl Standing {
         self.pending_since = None;
         let began = match sight {
             // The figure is the age of the cause.
-            Sight::Is(s) if rule.unit == SECONDS => {
+            Sight::Is(s) if rule.is_age() => {
                 inputs.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)))
             }
             _ => since,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::Limits;
+use super::alarms::{AlarmSetting, Limits};
 use super::keys::Keymap;
 
 /// Settings of the dashboard, fixed for a session.
@@ -30,6 +30,8 @@ pub struct Config {
     pub own_commands: Vec<String>,
     /// Limits of the alarms.
     pub limits: Limits,
+    /// Alarms of the configuration, and changes to the built-in ones.
+    pub alarms: Vec<AlarmSetting>,
     /// Time since 1970 at the start of the session; `None` shows no clock.
     pub unix: Option<Duration>,
 }

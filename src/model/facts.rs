@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use groundwave_captures::own_lines::ToldFields;
 use groundwave_lines::{Content, OwnLine};
+use groundwave_protocol::decoder::Received;
 use groundwave_protocol::life::Life;
 use groundwave_protocol::status_codes::{Link as Letter, Mode};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
@@ -21,7 +22,9 @@ use super::plots::Plots;
 use super::robot::{Robot, STATE_STALE};
 use super::tally::Counted;
 use super::{age, failsafe, why, words};
-use crate::event::{CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Recording};
+use crate::event::{
+    AlarmEvent, AlarmStatus, CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Recording,
+};
 use crate::playback::Tally;
 use crate::request::Request;
 
@@ -64,6 +67,7 @@ impl Facts {
     #[must_use]
     pub fn new(config: Arc<Config>) -> Self {
         Self {
+            alarms: Alarms::new(&config),
             config,
             link: Link::default(),
             robot: Robot::default(),
@@ -71,7 +75,6 @@ impl Facts {
             chart: Chart::default(),
             ledger: Ledger::default(),
             log: Log::default(),
-            alarms: Alarms::default(),
             alarm_changes: Vec::new(),
             plots: Plots::default(),
             fields: Fields::default(),
@@ -107,9 +110,13 @@ impl Facts {
         match event {
             Event::Line { line, raw } => {
                 self.link.take_line(now, raw);
+                self.alarms.take_line(|| Received::Line(**line, *raw));
                 self.take_line(now, line);
             }
-            Event::Own(line) => self.take_own_line(now, line),
+            Event::Own(line) => {
+                self.alarms.take_own_line(line);
+                self.take_own_line(now, line);
+            }
             Event::Ack(line) => {
                 self.chart.take_sequence(now, line.sequence);
                 self.counted.take_ack(line.ack);
@@ -146,6 +153,7 @@ impl Facts {
                 let text = format!("suspended for {:.1} s", duration.as_secs_f64());
                 self.log.add(now, Level::Warning, Subject::Station, text);
             }
+            Event::Alarm(alarm) => is_shown = self.take_alarm(now, alarm),
             Event::Truth(truth) => self.chart.take_truth(truth.clone()),
             Event::Notice(notice) => {
                 let text = notice.text.as_str();
@@ -185,7 +193,7 @@ impl Facts {
     /// When to send [`Event::Tick`] at the latest: the next pending alarm is due.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        let alarm = self.alarms.next_due(&self.config.limits);
+        let alarm = self.alarms.next_due();
         alarm.filter(|_| !self.link.is_frozen())
     }
 
@@ -223,18 +231,39 @@ impl Facts {
             motors: &self.motors,
             recording: &self.recording,
         };
-        self.alarm_changes = self.alarms.watch(&inputs, &self.config.limits);
+        self.alarm_changes = self.alarms.watch(&inputs);
         for AlarmChange { rule, value, .. } in
             self.alarm_changes.iter().filter(|change| change.is_active)
         {
             self.calls = true;
             // Alarms of the highest level are counted by the log.
             self.counted.tally.alarms += u64::from(rule.level != Level::Alarm);
-            if let Some(text) = rule.log_text(*value, &self.config) {
+            if let Some(text) = rule.log_text(*value, &self.config.keys) {
                 self.log.add(now, rule.level, Subject::Alarm, text);
             }
         }
         !self.alarm_changes.is_empty()
+    }
+
+    /// Alarms that the latest event raised or ended.
+    pub fn alarm_events(&self, now: Moment) -> impl Iterator<Item = AlarmEvent> {
+        self.alarm_changes
+            .iter()
+            .map(move |change| change.event(now))
+    }
+
+    /// Logs what the operator did about an alarm; returns whether there was something to log.
+    fn take_alarm(&mut self, now: Moment, alarm: &AlarmEvent) -> bool {
+        let name = &alarm.name;
+        let text = match (alarm.status, alarm.shelved_for) {
+            (AlarmStatus::Begun | AlarmStatus::Ended, _) => return false,
+            (AlarmStatus::Shelved, Some(time)) => {
+                format!("{name}: shelved for {}", age::words(time))
+            }
+            (status, _) => format!("{name}: {}", status.code()),
+        };
+        self.log.add(now, Level::Info, Subject::Alarm, text);
+        true
     }
 
     fn take_line(&mut self, now: Moment, line: &Line) {

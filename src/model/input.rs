@@ -6,7 +6,6 @@ use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
-use super::alarms::Acknowledged;
 use super::draft::Edit;
 use super::keys::{Action, Context};
 use super::news::Passing;
@@ -180,12 +179,9 @@ impl Ui {
             Action::Enlarge => self.enlarge_next(),
             Action::TurnPage(pages) => self.turn_page(pages),
             Action::NextPlotWindow => self.next_plot_window(),
-            Action::AcknowledgeAlarms => {
-                if facts.alarms.calling(&self.acknowledged).is_empty() {
-                    self.warn("no alarm to acknowledge");
-                }
-                self.acknowledged = Acknowledged::until(now, &facts.alarms);
-            }
+            Action::AcknowledgeAlarms => return self.acknowledge_all(facts, now),
+            Action::AcknowledgeAlarm => return self.acknowledge_one(facts, now),
+            Action::ShelveAlarm => return self.shelve_one(facts, now),
             Action::ToggleBell => {
                 self.bell = !self.bell;
                 let words = if self.bell {
@@ -260,6 +256,9 @@ impl Ui {
 
     fn act_on_map(&mut self, facts: &Facts, action: Action) {
         if self.chooses_fields() && self.act_on_fields(facts, action) {
+            return;
+        }
+        if self.chooses_alarms() && self.act_on_alarms(facts, action) {
             return;
         }
         let robot = facts.chart.pose();

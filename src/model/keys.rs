@@ -190,6 +190,8 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "", &[bare(KeyCode::PageDown), plain(']')], Action::TurnPage(1), "", ""),
     row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", "longer"),
     row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "acknowledge alarms", "ack"),
+    row(Dashboard, "E", &[plain('E')], Action::AcknowledgeAlarm, "acknowledge one alarm", "ack one"),
+    row(Dashboard, "Z", &[plain('Z')], Action::ShelveAlarm, "shelve an alarm for a time", "shelve"),
     row(Dashboard, "b", &[plain('b')], Action::ToggleBell, "bell for alarms: on, or off", "bell"),
     row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", "trace"),
     row(Dashboard, "/", &[plain('/')], Action::AskSearch, "search the log", "search"),

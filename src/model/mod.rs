@@ -5,6 +5,7 @@
 
 pub(crate) mod age;
 pub(crate) mod alarms;
+mod attend;
 pub(crate) mod bounds;
 pub(crate) mod chart;
 mod config;
@@ -51,7 +52,7 @@ mod tests;
 use std::sync::Arc;
 
 use crate::event::{Effect, Event, Moment};
-pub use alarms::Limits;
+pub use alarms::{AlarmSetting, Limits, Operand, Severity};
 pub use config::{Colors, Config, MapLines, Marker};
 pub(crate) use copied::printable;
 pub use facts::{Change, Facts};
@@ -140,7 +141,7 @@ impl Shown<'_> {
             return None;
         }
         let link = &self.facts.link;
-        let alarms = self.facts.alarms.next_tick(&self.ui.acknowledged, now);
+        let alarms = self.facts.alarms.next_tick(&self.ui.attended, now);
         let minute = self.ui.next_minute(now);
         let moving = alarms.into_iter().chain(minute);
         link.next_tick(now)

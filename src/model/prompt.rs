@@ -43,7 +43,9 @@ impl Ui {
             return vec![effect];
         }
         let words: Vec<&str> = text.split_whitespace().collect();
+        let attended = self.attend(facts, now, &words);
         let asked = match remark_from_words(&words) {
+            _ if attended.is_some() => attended.transpose(),
             Some(Ok(remark)) => return self.label(facts, remark, entry),
             Some(Err(error)) => Err(error),
             None => self.ask_for_runs(facts, text),

@@ -81,7 +81,7 @@ impl Scene {
     /// Unacknowledged alarms.
     pub(crate) fn calling(&self) -> usize {
         let Model { facts, ui } = &self.model;
-        facts.alarms.calling(&ui.acknowledged).len()
+        facts.alarms.calling(&ui.attended).len()
     }
 
     pub(crate) fn wait_ms(&mut self, ms: u64) {

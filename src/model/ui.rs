@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::alarms::Acknowledged;
+use super::alarms::Attended;
 use super::config::Config;
 use super::drive::Stick;
 use super::editor::Editor;
@@ -92,7 +92,12 @@ pub struct Ui {
     pub(super) size: (u16, u16),
     /// Where the screen stands in time, unless it shows now.
     pub(crate) playback: Option<Playback>,
-    pub(crate) acknowledged: Acknowledged,
+    /// What the operator did about alarms.
+    pub(crate) attended: Attended,
+    /// The alarm that the key shelved last.
+    pub(super) last_shelved: Option<usize>,
+    /// The chosen alarm, by its place in the table.
+    pub(crate) alarm: usize,
     /// Shown until the next key while the screen shows another moment.
     pub(crate) aside: Option<String>,
     /// Feedback to the last key, and its moment.
@@ -125,7 +130,9 @@ impl Ui {
             plot_window: 0,
             size: (0, 0),
             playback: None,
-            acknowledged: Acknowledged::default(),
+            attended: Attended::default(),
+            last_shelved: None,
+            alarm: 0,
             aside: None,
             passing: None,
             tour: Tour::default(),
@@ -144,6 +151,7 @@ impl Ui {
         change: Change,
     ) -> Vec<Effect> {
         let mut effects = self.expire(now);
+        effects.extend(self.unshelve_expired(now, facts));
         let mut changed = true;
         match event {
             Event::Key(key) => effects.extend(self.take_key(facts, now, key)),
@@ -169,7 +177,7 @@ impl Ui {
         changed |= self.advance_tour(&effects);
         self.leave_empty_panel(facts);
         effects.append(&mut self.notices);
-        if change.calls && self.bell {
+        if change.calls && self.bell && !self.is_shelved_alone(facts) {
             effects.push(Effect::Ring);
         }
         if changed || change.is_shown || !effects.is_empty() {
@@ -203,13 +211,14 @@ impl Ui {
         self.config.mouse
     }
 
-    /// When to send [`Event::Tick`] at the latest: a lease on the motors ends then.
+    /// When to send [`Event::Tick`] at the latest: a lease on the motors, or the time of a shelved alarm, ends then.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        match &self.overlay {
+        let lease = match &self.overlay {
             Overlay::Drive(stick) => stick.next_expiry(),
             _ => None,
-        }
+        };
+        lease.into_iter().chain(self.attended.next_expiry()).min()
     }
 
     /// The time of day, since midnight UTC; `None` where no clock is shown.

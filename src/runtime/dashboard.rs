@@ -249,6 +249,11 @@ impl Running {
             Effect::Send(_) | Effect::Drive { .. } | Effect::DriveEnd | Effect::CancelCommands => {
                 self.send(effect);
             }
+            Effect::Alarm(alarm) => match self.source.driver() {
+                Some(driver) => driver.tell(Event::Alarm(alarm)),
+                // A replay has its own events.
+                None => return Ok(false),
+            },
             Effect::Playback(control) => {
                 let events = self.source.handle(control);
                 self.refresh();

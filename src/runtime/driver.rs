@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::hash::{BuildHasher, RandomState};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use groundwave_lines::{OwnCommand, Recognizer};
 use tokio::sync::mpsc::Receiver;
@@ -11,9 +11,11 @@ use tokio::time::{Instant as TokioInstant, sleep_until};
 use super::advice::advice;
 use super::live::{self, Live};
 use super::share_server::{ShareServer, Wanted};
+use crate::capture::name::utc;
 use crate::event::{
     CommandId, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Reception, Truth,
 };
+use crate::io::alarm_hook::AlarmHook;
 use crate::io::foxglove::{Call, Foxglove};
 use crate::io::link::{Link, LinkInput};
 use crate::io::share::{FromClient, Share};
@@ -74,6 +76,7 @@ pub struct Driver {
     stepped_at: Option<Moment>,
     share: Option<ShareServer>,
     live: Option<Live>,
+    alarm_hook: Option<AlarmHook>,
     advising: Option<Advising>,
     /// Events besides the station's own.
     events: VecDeque<Event>,
@@ -109,6 +112,7 @@ impl Driver {
             stepped_at: None,
             share: None,
             live: None,
+            alarm_hook: None,
             advising: None,
             events: truth.into_iter().collect(),
         }
@@ -174,6 +178,13 @@ impl Driver {
         self
     }
 
+    /// Passes every event of an alarm to the operator's command.
+    #[must_use]
+    pub fn hooked(mut self, hook: Option<AlarmHook>) -> Self {
+        self.alarm_hook = hook;
+        self
+    }
+
     /// Serves live tools.
     #[must_use]
     pub fn watched(mut self, server: Option<Foxglove>) -> Self {
@@ -235,6 +246,7 @@ impl Driver {
             }
             input = next_client(self.share.as_mut()) => self.handle_client(input),
             call = next_call(self.live.as_mut()) => self.handle_call(call),
+            problem = next_problem(self.alarm_hook.as_mut()) => self.tell_hook(problem),
             () = sleep_to(deadline) => {}
         }
         let now = self.now();
@@ -401,6 +413,25 @@ impl Driver {
         }
     }
 
+    /// Tells an event besides the station's own, as [`Self::poll_event`] returns them.
+    pub fn tell(&mut self, event: Event) {
+        if let (Event::Alarm(alarm), Some(hook)) = (&event, &self.alarm_hook) {
+            let mut value = alarm.to_json();
+            value["name"] = alarm.name.as_str().into();
+            value["link"] = self.name.as_str().into();
+            value["time"] = utc(SystemTime::now()).into();
+            if let Err(problem) = hook.pass(value.to_string()) {
+                self.tell_hook(problem);
+            }
+        }
+        self.events.push_back(event);
+    }
+
+    fn tell_hook(&mut self, problem: String) {
+        let notice = Notice::new(NoticeCode::AlarmHook, Level::Warning, problem);
+        self.events.push_back(Event::Notice(notice));
+    }
+
     /// Queues a command; its statuses come as events.
     pub fn request(&mut self, request: Request) -> CommandId {
         let id = self.start(self.now(), request, None);
@@ -494,6 +525,13 @@ fn truth_of(share: &Welcome) -> Option<Event> {
 async fn next_client(server: Option<&mut ShareServer>) -> FromClient {
     match server {
         Some(server) => server.next().await,
+        None => std::future::pending().await,
+    }
+}
+
+async fn next_problem(hook: Option<&mut AlarmHook>) -> String {
+    match hook {
+        Some(hook) => hook.next_problem().await,
         None => std::future::pending().await,
     }
 }

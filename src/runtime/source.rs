@@ -131,7 +131,14 @@ impl Source {
     /// Takes an event of a live session; returns what it changed on the screen. A capture has its own events.
     pub(super) fn take(&mut self, event: &Event) -> Change {
         match self {
-            Self::Live(live) => live.player.take(live.driver.now(), event),
+            Self::Live(live) => {
+                let now = live.driver.now();
+                let change = live.player.take(now, event);
+                for alarm in live.player.present().alarm_events(now) {
+                    live.driver.tell(Event::Alarm(alarm));
+                }
+                change
+            }
             Self::Capture(_) => Change::default(),
         }
     }

@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 use super::text::{First, wrap};
 use super::{Screen, put};
 use crate::event::{Level, Moment};
-use crate::model::alarms::{Raised, Rule, Source};
+use crate::model::alarms::{Raised, Rule, Shown, Source};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::{Panel, age};
 
@@ -22,8 +22,8 @@ const ACKNOWLEDGE: &str = "<acknowledge-alarms>: acknowledge";
 
 impl Screen<'_> {
     /// The unacknowledged alarms as of now, even while the screen shows the past of a live session.
-    pub(super) fn calling(&self) -> Vec<(&'static Rule, Raised)> {
-        self.present.alarms.calling(&self.ui.acknowledged)
+    pub(super) fn calling(&self) -> Vec<(&Rule, Raised)> {
+        self.present.alarms.calling(&self.ui.attended)
     }
 
     /// Draws the worst unacknowledged alarm and the number of others.
@@ -43,7 +43,9 @@ impl Screen<'_> {
         let words = self.alarm_words(rule, raised, now);
         let text = match raised.over_at {
             Some(_) => format!("{glyph} {when}{words}"),
-            None => format!("{glyph} {when}{words}. {}", self.hint_of(rule)),
+            None => format!("{glyph} {when}{words}. {}", self.hint_of(rule))
+                .trim_end()
+                .to_owned(),
         };
         let line = Line::styled(text, style);
         let line = self.with_right(line, right, usize::from(area.width));
@@ -55,34 +57,59 @@ impl Screen<'_> {
         let width = usize::from(area.width);
         let room = width.saturating_sub(INDENT);
         let mut lines = Vec::new();
-        let raised = self.facts.alarms.all(&self.ui.acknowledged);
-        for (rule, raised) in raised.filter_map(|(rule, _, raised)| Some((rule, raised?))) {
-            let (glyph, style) = self.alarm_mark(rule, &raised);
-            for (n, row) in (0..).zip(wrap(&self.alarm_words(rule, &raised, self.now), room, room))
-            {
-                let glyph = if n == 0 { glyph } else { " " };
-                lines.push(Line::styled(format!("{glyph} {row}"), style));
+        for shown in self.ui.listed(self.facts) {
+            let first = lines.len();
+            if let Some(raised) = shown.raised {
+                lines.extend(self.raised_lines(&shown, &raised, room));
+            } else {
+                let text = format!(
+                    "{} {:<NAME_COLUMNS$}{}",
+                    theme.glyphs.dot,
+                    shown.rule.name,
+                    self.standing(&shown)
+                );
+                lines.push(self.cut(Line::styled(text, theme.dim), width));
             }
-            let hint = wrap(&self.hint_of(rule), room, room).into_iter();
-            lines.extend(hint.map(|row| Line::styled(format!("{:INDENT$}{row}", ""), theme.plain)));
-        }
-        let quiet = self.facts.alarms.all(&self.ui.acknowledged);
-        for (rule, value, _) in quiet.filter(|(_, _, raised)| raised.is_none()) {
-            let text = format!(
-                "{} {:<NAME_COLUMNS$}{}",
-                theme.glyphs.dot,
-                rule.name,
-                self.standing(rule, value)
-            );
-            lines.push(self.cut(Line::styled(text, theme.dim), width));
+            let is_chosen = self.ui.chosen_alarm() == Some(shown.index);
+            if let Some(line) = lines.get_mut(first).filter(|_| is_chosen) {
+                *line = std::mem::take(line).patch_style(theme.lit);
+            }
         }
         let note = Span::styled(self.alarm_note(), theme.dim);
         let title = (Panel::Alarms, "alarms");
         self.pages(buffer, area, title, Some(note), &lines, First::Top);
     }
 
+    /// A raised alarm, with what to do about it.
+    fn raised_lines(&self, shown: &Shown<'_>, raised: &Raised, room: usize) -> Vec<Line<'static>> {
+        let (glyph, style) = match shown.shelved_until {
+            Some(_) => (self.theme.glyphs.off, self.theme.dim),
+            None => self.alarm_mark(shown.rule, raised),
+        };
+        let mut words = self.alarm_words(shown.rule, raised, self.now);
+        if let Some(left) = self.shelf_words(shown) {
+            words += ", ";
+            words += &left;
+        }
+        let rows = wrap(&words, room, room).into_iter();
+        let rows = (0..).zip(rows).map(|(n, row)| {
+            let glyph = if n == 0 { glyph } else { " " };
+            Line::styled(format!("{glyph} {row}"), style)
+        });
+        let hint = wrap(&self.hint_of(shown.rule), room, room).into_iter();
+        let plain = self.theme.plain;
+        let hint = hint.map(|row| Line::styled(format!("{:INDENT$}{row}", ""), plain));
+        rows.chain(hint).collect()
+    }
+
+    /// How long an alarm is shelved.
+    fn shelf_words(&self, shown: &Shown<'_>) -> Option<String> {
+        let left = shown.shelved_until?.saturating_sub(self.now);
+        Some(format!("shelved, {} left", age::words(left)))
+    }
+
     fn alarm_note(&self) -> String {
-        let calling = self.facts.alarms.calling(&self.ui.acknowledged).len();
+        let calling = self.facts.alarms.calling(&self.ui.attended).len();
         match calling {
             0 => String::new(),
             n => self.told(&format!("{n} new, {ACKNOWLEDGE}")),
@@ -115,8 +142,8 @@ impl Screen<'_> {
         let figure = match raised.worst.filter(|_| rule.has_figure()) {
             Some(worst) => {
                 let words = figure_words(rule, raised, worst);
-                if rule.is_beyond(worst, &self.ui.config.limits) {
-                    format!(" {words} ({})", self.limit_words(rule))
+                if rule.bounds.reaches(worst) {
+                    format!(" {words} ({})", limit_words(rule))
                 } else {
                     format!(" {words}")
                 }
@@ -141,7 +168,8 @@ impl Screen<'_> {
     }
 
     /// The value of a rule without an alarm, marked if stale.
-    fn standing(&self, rule: &Rule, value: Option<f64>) -> String {
+    fn standing(&self, shown: &Shown<'_>) -> String {
+        let Shown { rule, value, .. } = *shown;
         let robot = &self.facts.robot;
         let known = match rule.source {
             Source::State => robot.state.map(|line| (line.age(self.now), STATE_STALE)),
@@ -150,24 +178,28 @@ impl Screen<'_> {
                 let age = self.facts.link.newest_age(self.now);
                 age.map(|age| (age, STATE_STALE))
             }
+            Source::Field if !shown.is_known => None,
             // A rule with a unit needs a measurement first.
-            Source::Station if value.is_none() && !rule.unit.is_empty() => None,
-            Source::Station => Some((Moment::ZERO, STATE_STALE)),
+            Source::Station if value.is_none() && rule.is_measured() => None,
+            Source::Station | Source::Field => Some((Moment::ZERO, STATE_STALE)),
         };
+        let shelved = self.shelf_words(shown);
         let Some((age, stale_after)) = known else {
-            return "unknown".to_owned();
+            return shelved.unwrap_or_else(|| "unknown".to_owned());
         };
         let old = self.old_mark(age, stale_after);
-        match value.filter(|_| rule.has_figure()) {
-            Some(value) => format!("{old}{} ({})", rule.figure(value), self.limit_words(rule)),
-            None => format!("{old}quiet"),
+        match (shelved, value.filter(|_| rule.has_figure())) {
+            (Some(shelved), _) => shelved,
+            (None, Some(value)) => {
+                format!("{old}{} ({})", rule.figure(value), limit_words(rule))
+            }
+            (None, None) => format!("{old}quiet"),
         }
     }
+}
 
-    fn limit_words(&self, rule: &Rule) -> String {
-        let bounds = rule.bounds(&self.ui.config.limits);
-        format!("limit {}", rule.figure(bounds.raise))
-    }
+fn limit_words(rule: &Rule) -> String {
+    format!("limit {}", rule.figure(rule.bounds.raise))
 }
 
 /// The latest figure and the worst one, each labelled.

@@ -113,11 +113,10 @@ impl Screen<'_> {
             None => "none in this session".to_owned(),
         };
         facts.push(("command", command, theme.plain));
-        let raised = self.facts.alarms.all(&self.ui.acknowledged);
-        let raised = raised.filter_map(|(rule, _, raised)| {
-            raised
-                .filter(|raised| raised.over_at.is_none())
-                .map(|_| rule.name)
+        let raised = self.facts.alarms.all(&self.ui.attended);
+        let raised = raised.filter_map(|shown| {
+            let raised = shown.raised?;
+            raised.over_at.is_none().then_some(&*shown.rule.name)
         });
         let alarms = or_none(&raised.collect::<Vec<_>>());
         facts.push(("alarms", alarms, theme.plain));

@@ -16,26 +16,34 @@ pub(super) struct EventRecord(Map<String, Value>);
 
 impl EventRecord {
     /// Names of the fields, in the order of a table.
-    pub(super) const FIELDS: [&str; 14] = [
-        // `command`, `mark`, `outage` or `own`.
+    pub(super) const FIELDS: [&str; 19] = [
+        // `command`, `mark`, `outage`, `alarm` or `own`.
         "event",
         // Number of the command.
         "command_id",
-        // Status of the command; `set` or `cleared` of a mark.
+        // Status of the command or the alarm; `set` or `cleared` of a mark.
         "status",
         // The command in words, when it is queued.
         "command",
-        // Why a command was refused or failed; cause of an outage.
+        // Why a command was refused or failed; cause of an outage; the alarm.
         "code",
         // The client that gave the command.
         "by",
-        // The moment of a mark; begin of an outage.
+        // The moment of a mark; begin of an outage or an alarm.
         "begin_s",
         // End of an outage; empty if it lasts at the end of the capture.
         "end_s",
         // Lines lost in an outage, at least and at most.
         "lines_lost",
         "lines_lost_max",
+        // `warning` or `alarm`.
+        "severity",
+        // Figure of an alarm, its limit and the unit of both.
+        "figure",
+        "limit",
+        "unit",
+        // Time for which an alarm is shelved.
+        "shelved_s",
         // A line of the robot's own as it came.
         "own",
         // Its values by the name of their field; JSON only.
@@ -60,6 +68,17 @@ impl EventRecord {
                 "event": "mark",
                 "status": if mark.is_set { "set" } else { "cleared" },
                 "begin_s": milliseconds(at.saturating_sub(Duration::from_nanos(mark.ago_ns))),
+            }),
+            StationEventKind::Alarm(alarm) => json!({
+                "event": "alarm",
+                "status": alarm.status,
+                "code": alarm.code,
+                "begin_s": milliseconds(at.saturating_sub(Duration::from_nanos(alarm.ago_ns))),
+                "severity": alarm.severity,
+                "figure": alarm.value,
+                "limit": alarm.limit,
+                "unit": Some(&alarm.unit).filter(|unit| !unit.is_empty()),
+                "shelved_s": alarm.shelved_ns.map(|ns| milliseconds(Duration::from_nanos(ns))),
             }),
             _ => return None,
         };

@@ -17,7 +17,9 @@ use super::log_messages::{LogMessages, is_contact};
 use super::path::Path;
 use super::scene::Scene;
 use super::{Topic, TopicMessage};
-use crate::event::{CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Moment, Reception};
+use crate::event::{
+    AlarmStatus, CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Moment, Reception,
+};
 use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
 use crate::outages::{Outage, Outages};
 use crate::own_lines::{ToldFields, Values, intact};
@@ -367,6 +369,17 @@ impl Deriver {
                 let text = format!("the station was suspended for {duration_s:.1} s");
                 ("station", Level::Warning, text)
             }
+            Some(StationEventKind::Alarm(alarm)) => match alarm.event() {
+                Some(alarm) => {
+                    let level = match (alarm.status, alarm.level) {
+                        (AlarmStatus::Begun, NoticeLevel::Alarm) => Level::Error,
+                        (AlarmStatus::Begun, NoticeLevel::Warning) => Level::Warning,
+                        _ => Level::Info,
+                    };
+                    ("alarm", level, alarm.to_string())
+                }
+                None => return Ok(()),
+            },
             None => return Ok(()),
         };
         self.encoder.log(self.now_ns, level, name, &text);

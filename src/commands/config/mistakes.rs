@@ -66,6 +66,11 @@ impl<'a> Mistakes<'a> {
         self.paths.iter().any(is_in)
     }
 
+    /// Number of mistakes so far.
+    pub(super) const fn count(&self) -> usize {
+        self.found.len()
+    }
+
     /// The mistakes in the order of the text.
     pub(super) fn into_sorted(mut self) -> Vec<Mistake> {
         self.found.sort();

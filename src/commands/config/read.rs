@@ -11,8 +11,8 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use super::mistakes::{Mistake, Mistakes};
 use super::{Config, Dashboard, Link, OwnRobot, Recording, Robot};
 use crate::io::ports;
-use crate::model::Limits;
 use crate::model::keys::{Keymap, Rebinding};
+use crate::model::{AlarmSetting, Limits};
 use crate::share::Address;
 use crate::suggest;
 
@@ -28,7 +28,15 @@ struct Sections {
     dashboard: Dashboard,
     recording: Recording,
     limits: Limits,
+    alarms: Hook,
     keys: Keys,
+}
+
+/// `[alarms]`
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Hook {
+    run: Option<String>,
 }
 
 /// The keys for one action.
@@ -88,7 +96,8 @@ fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
         }
     }
     inherit_limits(&mut document);
-    let sections: Sections = deserialize(document, &[], mistakes);
+    let alarms = alarms(&mut document, mistakes);
+    let mut sections: Sections = deserialize(document, &[], mistakes);
     let mut links: BTreeMap<String, Link> = deserialize(profiles, &["link"], mistakes);
     check_link(&sections.link, &["link"], &spans, mistakes);
     links.retain(|name, link| {
@@ -104,13 +113,22 @@ fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
         }
         has_port
     });
-    check_limits(&sections.limits, &["limits"], &spans, mistakes);
     let mut robots = sections.robot;
+    let before = sections.limits.clone();
+    for alarm in &alarms {
+        alarm.adjust(&mut sections.limits, &before);
+        for robot in robots.values_mut() {
+            alarm.adjust(&mut robot.limits, &before);
+        }
+    }
+    check_limits(&sections.limits, &["limits"], &spans, mistakes);
     robots.retain(|name, robot| check_robot(name, robot, &links, &spans, mistakes));
     Config {
         link: sections.link,
         dashboard: sections.dashboard,
         limits: sections.limits,
+        alarms,
+        alarm_hook: sections.alarms.run,
         keys: keymap(sections.keys, mistakes),
         links,
         robots,
@@ -141,6 +159,43 @@ fn split_tables<'t>(section: &mut DeTable<'t>) -> DeTable<'t> {
         .partition(|(_, value)| value.get_ref().is_table());
     *section = own;
     tables
+}
+
+/// Takes the tables of `[[alarm]]` out of the document; those with a mistake are left out.
+fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmSetting> {
+    let Some((_, value)) = document.remove_entry("alarm") else {
+        return Vec::new();
+    };
+    let at = value.span();
+    let DeValue::Array(tables) = value.into_inner() else {
+        mistakes.add(
+            &at,
+            "alarms are a list: write [[alarm]]; the hook is `run` in [alarms]",
+        );
+        return Vec::new();
+    };
+    let mut alarms = Vec::<AlarmSetting>::new();
+    for table in tables {
+        let at = table.span();
+        let DeValue::Table(table) = table.into_inner() else {
+            mistakes.add(&at, "write each alarm as a table: [[alarm]]");
+            continue;
+        };
+        let before = mistakes.count();
+        let alarm: AlarmSetting = deserialize(table, &["alarm"], mistakes);
+        if mistakes.count() > before {
+            continue;
+        }
+        let is_twice = alarms.iter().any(|other| other.code() == alarm.code());
+        match alarm.check() {
+            _ if is_twice => {
+                mistakes.add(&at, format!("alarm `{}` is there twice", alarm.name));
+            }
+            Ok(()) => alarms.push(alarm),
+            Err(error) => mistakes.add(&at, error),
+        }
+    }
+    alarms
 }
 
 /// Gives each robot the entries of `[limits]` that its own limits leave out.

@@ -23,9 +23,21 @@ fn every_section_is_optional_and_read() {
     assert_ne!(config.keys, Keymap::default());
 }
 
+/// Checks that each text has one mistake, with these words.
+fn assert_mistakes(cases: &[(&str, &str)]) {
+    for (text, named) in cases {
+        let mistakes = parse(text).expect_err(text);
+        let [error] = &mistakes[..] else {
+            panic!("{text}: {mistakes:?}");
+        };
+        let error = error.to_string();
+        assert!(error.contains(named), "{text}: {error}");
+    }
+}
+
 #[test]
 fn mistakes_have_line_and_column() {
-    for (text, named) in [
+    assert_mistakes(&[
         (
             "[link]\nradoi = \"half\"\n",
             "2:1: unknown key `radoi` in [link]; did you mean `radio`?",
@@ -112,14 +124,49 @@ fn mistakes_have_line_and_column() {
             "[keys.dirve]\nstop = \"x\"\n",
             "2:1: there are no keys called `dirve`; did you mean `drive`?",
         ),
-    ] {
-        let mistakes = parse(text).expect_err(text);
-        let [error] = &mistakes[..] else {
-            panic!("{text}: {mistakes:?}");
-        };
-        let error = error.to_string();
-        assert!(error.contains(named), "{text}: {error}");
-    }
+    ]);
+}
+
+#[test]
+fn mistakes_in_alarms_are_named() {
+    assert_mistakes(&[
+        (
+            "[alarm]\nrun = \"x\"\n",
+            "1:1: alarms are a list: write [[alarm]]",
+        ),
+        (
+            "[[alarm]]\nfield = \"x_in\"\n",
+            "1:1: [[alarm]] needs a name",
+        ),
+        (
+            "[[alarm]]\nname = \"a\"\nfield = \"x_in\"\nabov = 3\n",
+            "4:1: unknown key `abov` in [alarm]; did you mean `above`?",
+        ),
+        (
+            "[[alarm]]\nname = \"a\"\nfield = \"batery_v\"\nbelow = 3\n",
+            "alarm `a`: unknown field `batery_v`; did you mean `battery_v`?",
+        ),
+        (
+            "[[alarm]]\nname = \"a\"\nfield = \"mode\"\nequals = \"prowel\"\n",
+            "alarm `a`: mode is never `prowel`; did you mean `prowl`?",
+        ),
+        (
+            "[[alarm]]\nname = \"a\"\nfield = \"x_in\"\n",
+            "alarm `a` needs one limit: above, below or equals",
+        ),
+        (
+            "[[alarm]]\nname = \"batery low\"\nbelow = 12\n",
+            "no built-in alarm is named `batery low`; did you mean `battery_low`?",
+        ),
+        (
+            "[[alarm]]\nname = \"failsafe\"\nbelow = 12\n",
+            "the built-in alarm `failsafe` has no such limit",
+        ),
+        (
+            "[[alarm]]\nname = \"stalled\"\nenabled = false\n[[alarm]]\nname = \"stalled\"\n",
+            "4:1: alarm `stalled` is there twice",
+        ),
+    ]);
 }
 
 #[test]
@@ -218,4 +265,15 @@ fn lines_and_commands_of_a_robot_are_read_and_checked() {
         let told = mistakes[0].to_string();
         assert!(told.starts_with(place) && told.contains(expected), "{told}");
     }
+}
+
+#[test]
+fn an_alarm_of_a_built_in_name_changes_its_limits_also_of_robots() {
+    let text = "[[alarm]]\nname = \"battery low\"\nbelow = 12\nfor_s = 9\n[robot.a]\nlink = \"sim\"\n\
+                [robot.b]\nlink = \"sim\"\nlimits = { battery_low_dv = 130 }\n";
+    let config = parse(text).expect("it is right");
+    let limits = |limits: &Limits| (limits.battery_low_dv, limits.battery_for_s);
+    assert_eq!(limits(&config.limits), (120, 9));
+    assert_eq!(limits(&config.robots["a"].limits), (120, 9));
+    assert_eq!(limits(&config.robots["b"].limits), (130, 9));
 }

@@ -1,11 +1,16 @@
 //! Every alarm in one table, with its limits.
 
+use std::borrow::Cow;
+use std::cmp::Reverse;
+use std::sync::Arc;
+
 use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Link as LinkLetter, Power};
 use groundwave_protocol::telemetry::StateLine;
 use serde::Deserialize;
 
-use crate::event::{Level, Moment, Recording};
-use crate::model::Config;
+use super::own::{AlarmSetting, FieldLimit};
+use crate::event::{AlarmEvent, AlarmStatus, Level, Moment, Recording};
+use crate::model::keys::Keymap;
 use crate::model::link::{Connection, Link};
 use crate::model::motors::Motors;
 use crate::model::robot::{Robot, is_held, touches};
@@ -91,7 +96,11 @@ pub(crate) struct Bounds {
     /// The figure that raises the alarm.
     pub(crate) raise: f64,
     /// The figure that clears it; below `raise` if high figures are bad, else above.
-    clear: f64,
+    pub(super) clear: f64,
+    /// Whether high figures are bad.
+    pub(super) is_high_bad: bool,
+    /// Whether the limit itself raises the alarm.
+    pub(super) is_inclusive: bool,
     /// Time beyond the limit before the alarm is raised.
     pub(super) persists: Moment,
 }
@@ -107,25 +116,49 @@ pub(crate) enum Source {
     Lines,
     /// This station.
     Station,
+    /// A field of the robot's lines.
+    Field,
 }
 
-/// One row of the table.
-#[derive(Debug)]
+/// One row of the table of built-in alarms.
+struct BuiltIn {
+    code: &'static str,
+    level: Level,
+    name: &'static str,
+    hint: &'static str,
+    unit: &'static str,
+    logged_here: bool,
+    source: Source,
+    look: fn(&Inputs<'_>) -> Sight,
+    bounds: fn(&Limits) -> Bounds,
+}
+
+/// An alarm with its limit.
+#[derive(Clone, Debug)]
 pub(crate) struct Rule {
     /// Its name in JSON.
-    pub(crate) code: &'static str,
+    pub(crate) code: Cow<'static, str>,
     pub(crate) level: Level,
-    pub(crate) name: &'static str,
-    /// What to do about it, for [`Keymap::told`](crate::model::keys::Keymap::told).
-    pub(crate) hint: &'static str,
+    pub(crate) name: Cow<'static, str>,
+    /// What to do about it, for [`Keymap::told`](crate::model::keys::Keymap::told); may be empty.
+    pub(crate) hint: Cow<'static, str>,
     /// Unit of the figure; empty where there is none.
     pub(crate) unit: &'static str,
     /// Whether raising it adds the log line; otherwise another event does.
     logged_here: bool,
     /// Where its figure comes from.
     pub(crate) source: Source,
-    pub(super) look: fn(&Inputs<'_>) -> Sight,
-    bounds: fn(&Limits) -> Bounds,
+    pub(super) look: Look,
+    pub(crate) bounds: Bounds,
+}
+
+/// How a rule is checked.
+#[derive(Clone, Debug)]
+pub(super) enum Look {
+    /// By a built-in function.
+    BuiltIn(fn(&Inputs<'_>) -> Sight),
+    /// By the latest value of a field.
+    Field(FieldLimit),
 }
 
 /// Unit of a figure that is an age.
@@ -134,11 +167,9 @@ pub(super) const SECONDS: &str = "s";
 /// Time that the bumper is pressed before it counts as jammed, s.
 pub(crate) const PRESSED_S: u16 = 5;
 
-pub(super) const RULES_COUNT: usize = 11;
-
-/// Every alarm, the worst first.
-pub(crate) const RULES: [Rule; RULES_COUNT] = [
-    Rule {
+/// The built-in alarms, the worst first.
+const BUILT_IN: [BuiltIn; 11] = [
+    BuiltIn {
         code: "battery_critical",
         level: Level::Alarm,
         name: "battery critical",
@@ -149,7 +180,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         look: |inputs| battery(inputs, &[Power::Critical]),
         bounds: |limits| below_dv(limits, limits.battery_critical_dv),
     },
-    Rule {
+    BuiltIn {
         code: "fallen_or_lifted",
         level: Level::Alarm,
         name: "fallen or lifted",
@@ -160,7 +191,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         look: |inputs| state_is(inputs, |state| state.cliff == Cliff::Several),
         bounds: |limits| lasting(limits.fallen_s),
     },
-    Rule {
+    BuiltIn {
         code: "failsafe",
         level: Level::Alarm,
         name: "failsafe",
@@ -175,7 +206,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         },
         bounds: |_| lasting(0),
     },
-    Rule {
+    BuiltIn {
         code: "link_lost",
         level: Level::Alarm,
         name: "link lost",
@@ -189,7 +220,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         },
         bounds: |_| lasting(0),
     },
-    Rule {
+    BuiltIn {
         code: "robot_silent",
         level: Level::Alarm,
         name: "robot silent",
@@ -203,11 +234,13 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
             Bounds {
                 raise,
                 clear: raise - 0.5,
+                is_high_bad: true,
+                is_inclusive: true,
                 persists: Moment::ZERO,
             }
         },
     },
-    Rule {
+    BuiltIn {
         code: "recording_failed",
         level: Level::Alarm,
         name: "recording failed",
@@ -221,7 +254,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         },
         bounds: |_| lasting(0),
     },
-    Rule {
+    BuiltIn {
         code: "battery_low",
         level: Level::Alarm,
         name: "battery low",
@@ -232,7 +265,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         look: |inputs| battery(inputs, &[Power::Low, Power::Critical]),
         bounds: |limits| below_dv(limits, limits.battery_low_dv),
     },
-    Rule {
+    BuiltIn {
         code: "stalled",
         level: Level::Alarm,
         name: "stalled",
@@ -247,7 +280,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         },
         bounds: |limits| lasting(limits.stalled_s),
     },
-    Rule {
+    BuiltIn {
         code: "bumper_jammed",
         level: Level::Warning,
         name: "bumper jammed",
@@ -261,7 +294,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         },
         bounds: |_| lasting(PRESSED_S),
     },
-    Rule {
+    BuiltIn {
         code: "layers_thrash",
         level: Level::Warning,
         name: "layers thrash",
@@ -278,7 +311,7 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
         },
         bounds: |limits| lasting(limits.thrash_s),
     },
-    Rule {
+    BuiltIn {
         code: "lines_not_intact",
         level: Level::Warning,
         name: "lines not intact",
@@ -295,6 +328,8 @@ pub(crate) const RULES: [Rule; RULES_COUNT] = [
             Bounds {
                 raise,
                 clear: raise / 2.0,
+                is_high_bad: true,
+                is_inclusive: true,
                 persists: Moment::from_secs(limits.loss_for_s.into()),
             }
         },
@@ -305,6 +340,8 @@ fn lasting(s: u16) -> Bounds {
     Bounds {
         raise: 1.0,
         clear: 0.0,
+        is_high_bad: true,
+        is_inclusive: true,
         persists: Moment::from_secs(s.into()),
     }
 }
@@ -313,6 +350,8 @@ fn below_dv(limits: &Limits, limit_dv: u16) -> Bounds {
     Bounds {
         raise: f64::from(limit_dv) / 10.0,
         clear: f64::from(limit_dv.saturating_add(limits.battery_hysteresis_dv.max(1))) / 10.0,
+        is_high_bad: false,
+        is_inclusive: true,
         persists: Moment::from_secs(limits.battery_for_s.into()),
     }
 }
@@ -343,22 +382,19 @@ fn silence(inputs: &Inputs<'_>) -> Sight {
 }
 
 impl Bounds {
-    pub(super) fn is_high_bad(self) -> bool {
-        self.raise > self.clear
-    }
-
-    /// Whether a figure reaches the limit.
-    pub(super) fn reaches(self, value: f64) -> bool {
-        if self.is_high_bad() {
-            value >= self.raise
-        } else {
-            value <= self.raise
+    /// Whether a figure is beyond the limit.
+    pub(crate) fn reaches(self, value: f64) -> bool {
+        match (self.is_high_bad, self.is_inclusive) {
+            (true, true) => value >= self.raise,
+            (true, false) => value > self.raise,
+            (false, true) => value <= self.raise,
+            (false, false) => value < self.raise,
         }
     }
 
     /// Whether a figure is clear of the limit.
     pub(super) fn is_clear(self, value: f64) -> bool {
-        if self.is_high_bad() {
+        if self.is_high_bad {
             value <= self.clear
         } else {
             value >= self.clear
@@ -366,50 +402,122 @@ impl Bounds {
     }
 }
 
+/// The built-in alarms and those of the configuration, the worst first.
+pub(crate) fn rules(limits: &Limits, settings: &[AlarmSetting]) -> Arc<[Rule]> {
+    let setting = |code: &str| settings.iter().find(|setting| setting.code() == code);
+    let built_in = BUILT_IN.iter().filter_map(|row| {
+        let setting = setting(row.code);
+        let hint = setting.and_then(|setting| setting.hint.clone());
+        setting.is_none_or(|setting| setting.enabled).then(|| Rule {
+            code: row.code.into(),
+            level: setting.and_then(AlarmSetting::level).unwrap_or(row.level),
+            name: row.name.into(),
+            hint: hint.map_or(row.hint.into(), Cow::Owned),
+            unit: row.unit,
+            logged_here: row.logged_here,
+            source: row.source,
+            look: Look::BuiltIn(row.look),
+            bounds: (row.bounds)(limits),
+        })
+    });
+    let own = settings.iter().filter(|setting| setting.enabled);
+    let own = own.filter_map(|setting| {
+        Some(Rule {
+            code: setting.code().into(),
+            level: setting.level().unwrap_or(Level::Alarm),
+            name: setting.name.clone().into(),
+            hint: setting.hint.clone().unwrap_or_default().into(),
+            unit: setting.unit(),
+            logged_here: true,
+            source: Source::Field,
+            look: Look::Field(setting.limit()?),
+            bounds: setting.bounds(),
+        })
+    });
+    let mut rules: Vec<Rule> = built_in.chain(own).collect();
+    rules.sort_by_key(|rule| Reverse(rule.level));
+    rules.into()
+}
+
+/// Whether a built-in alarm has this code.
+pub(super) fn is_built_in(code: &str) -> bool {
+    BUILT_IN.iter().any(|row| row.code == code)
+}
+
+/// Codes of the built-in alarms.
+pub(super) fn built_in_codes() -> impl Iterator<Item = &'static str> {
+    BUILT_IN.iter().map(|row| row.code)
+}
+
 impl Rule {
-    pub(crate) fn bounds(&self, limits: &Limits) -> Bounds {
-        (self.bounds)(limits)
+    /// An event of it without figures.
+    pub(in crate::model) fn event(&self, status: AlarmStatus) -> AlarmEvent {
+        AlarmEvent {
+            code: self.code.clone().into_owned(),
+            name: self.name.clone().into_owned(),
+            level: self.level,
+            status,
+            ago: Moment::ZERO,
+            value: None,
+            limit: None,
+            unit: if self.is_measured() { self.unit } else { "" }.to_owned(),
+            shelved_for: None,
+        }
     }
 
-    /// Whether a figure reaches the limit.
-    pub(crate) fn is_beyond(&self, value: f64, limits: &Limits) -> bool {
-        self.bounds(limits).reaches(value)
+    /// Whether its figure is the age of its cause.
+    pub(super) fn is_age(&self) -> bool {
+        self.unit == SECONDS && matches!(self.look, Look::BuiltIn(_))
+    }
+
+    /// Whether it has a figure, which may be its age.
+    pub(crate) fn is_measured(&self) -> bool {
+        match &self.look {
+            Look::BuiltIn(_) => !self.unit.is_empty(),
+            Look::Field(limit) => limit.equals.is_none(),
+        }
     }
 
     /// Whether it has a figure besides its age.
     pub(crate) fn has_figure(&self) -> bool {
-        !matches!(self.unit, "" | SECONDS)
+        self.is_measured() && !self.is_age()
     }
 
     /// A figure of this rule in words.
     pub(crate) fn figure(&self, value: f64) -> String {
-        match self.unit {
-            "V" => format!("{value:.1} V"),
-            unit => format!("{value:.0} {unit}"),
+        match (&self.look, self.unit) {
+            (_, "V") => format!("{value:.1} V"),
+            (Look::BuiltIn(_), unit) => format!("{value:.0} {unit}"),
+            (Look::Field(_), unit) => {
+                let tenths = (value * 10.0).round() / 10.0;
+                format!("{tenths} {unit}").trim_end().to_owned()
+            }
         }
     }
-}
 
-impl Rule {
     /// The hint for a recording as it is.
-    pub(crate) fn hint_of(&self, recording: &Recording) -> &'static str {
+    pub(crate) fn hint_of(&self, recording: &Recording) -> &str {
         if self.hint == MAKE_ROOM && recording.is_disk_silent {
             DISK_IS_SILENT
         } else {
-            self.hint
+            &self.hint
         }
     }
 
     /// The log line when it is raised; `None` when another event adds one.
-    pub(in crate::model) fn log_text(&self, value: Option<f64>, config: &Config) -> Option<String> {
+    pub(in crate::model) fn log_text(&self, value: Option<f64>, keys: &Keymap) -> Option<String> {
         let figures = match value {
             Some(value) if self.has_figure() => {
-                let limit = self.figure(self.bounds(&config.limits).raise);
+                let limit = self.figure(self.bounds.raise);
                 format!(" {} (limit {limit})", self.figure(value))
             }
             _ => String::new(),
         };
+        let hint = match &*self.hint {
+            "" => String::new(),
+            hint => format!(": {}", keys.told(hint)),
+        };
         self.logged_here
-            .then(|| format!("{}{figures}: {}", self.name, config.keys.told(self.hint)))
+            .then(|| format!("{}{figures}{hint}", self.name))
     }
 }

@@ -40,6 +40,8 @@ pub(crate) enum Action {
     TurnPage(i32),
     NextPlotWindow,
     AcknowledgeAlarms,
+    AcknowledgeAlarm,
+    ShelveAlarm,
     ToggleBell,
     Trace,
     NextValue(i8),
@@ -122,6 +124,8 @@ impl Action {
             | Self::TurnPage(_)
             | Self::NextPlotWindow
             | Self::AcknowledgeAlarms
+            | Self::AcknowledgeAlarm
+            | Self::ShelveAlarm
             | Self::ToggleBell
             | Self::Trace
             | Self::Why
@@ -172,7 +176,13 @@ impl Action {
                 | (Panel::Commands, Self::CancelCommands | Self::AskCommand)
                 | (Panel::Log, Self::AskJump { .. } | Self::AskSearch)
                 | (Panel::Link, Self::ToggleRecording)
-                | (Panel::Alarms, Self::AcknowledgeAlarms | Self::ToggleBell)
+                | (
+                    Panel::Alarms,
+                    Self::AcknowledgeAlarms
+                        | Self::AcknowledgeAlarm
+                        | Self::ShelveAlarm
+                        | Self::ToggleBell
+                )
         )
     }
 

@@ -1,17 +1,21 @@
 //! Alarms: when they are raised, how long they last, and when they end.
 
 use super::*;
-use crate::event::{Level, LinkEvent, Recording};
-use crate::model::Limits;
+use crate::event::{AlarmStatus, Level, LinkEvent, Recording};
+use crate::model::{AlarmSetting, Limits, Operand, Severity};
 use groundwave_protocol::status_codes::{Cliff, Link, Power};
 use groundwave_protocol::telemetry::Body;
 
 /// Names of the raised alarms; whether each is active, and acknowledged.
-fn raised(scene: &Scene) -> Vec<(&'static str, bool, bool)> {
-    let all = scene.model.facts.alarms.all(&scene.model.ui.acknowledged);
-    all.filter_map(|(rule, _, raised)| {
-        let raised = raised?;
-        Some((rule.name, raised.over_at.is_none(), raised.is_acknowledged))
+fn raised(scene: &Scene) -> Vec<(&str, bool, bool)> {
+    let all = scene.model.facts.alarms.all(&scene.model.ui.attended);
+    all.filter_map(|shown| {
+        let raised = shown.raised?;
+        Some((
+            &*shown.rule.name,
+            raised.over_at.is_none(),
+            raised.is_acknowledged,
+        ))
     })
     .collect()
 }
@@ -54,22 +58,22 @@ fn a_battery_is_low_when_it_has_been_for_a_while_and_until_it_is_well_above() {
 #[test]
 fn the_facts_tell_once_that_an_alarm_is_raised_and_ended() {
     let mut scene = scene();
-    let mut told: Vec<Vec<(&str, bool)>> = Vec::new();
+    let mut told: Vec<Vec<(String, bool)>> = Vec::new();
     for power in [Power::Ok, Power::Low, Power::Low, Power::Charging] {
         scene.state.power = power;
         scene.hear_line(Body::State(scene.state));
         let changes = scene.model.facts.alarm_changes.iter();
         told.push(
             changes
-                .map(|change| (change.rule.code, change.is_active))
+                .map(|change| (change.rule.code.to_string(), change.is_active))
                 .collect(),
         );
     }
     let expected = [
         vec![],
-        vec![("battery_low", true)],
+        vec![("battery_low".to_owned(), true)],
         vec![],
-        vec![("battery_low", false)],
+        vec![("battery_low".to_owned(), false)],
     ];
     assert_eq!(told, expected);
 }
@@ -209,4 +213,186 @@ fn nothing_is_raised_after_the_session() {
     scene.wait_ms(60_000);
     scene.event(Event::Tick);
     assert_eq!(raised(&scene), []);
+}
+
+/// An alarm of the configuration.
+fn setting(name: &str, field: &str) -> AlarmSetting {
+    AlarmSetting {
+        name: name.to_owned(),
+        field: Some(field.to_owned()),
+        ..AlarmSetting::default()
+    }
+}
+
+/// Types a command.
+fn say(scene: &mut Scene, command: &str) -> Vec<Effect> {
+    scene.type_text(command);
+    scene.press(&[KeyCode::Enter])
+}
+
+fn scene_with(alarms: Vec<AlarmSetting>) -> Scene {
+    Scene::new(Config {
+        alarms,
+        ..Config::default()
+    })
+}
+
+#[test]
+fn a_limit_on_any_field_raises_an_alarm_after_its_time_and_ends_it_at_its_clear() {
+    let mut scene = scene_with(vec![AlarmSetting {
+        below: Some(12.0),
+        clear: Some(12.5),
+        for_s: Some(3.0),
+        severity: Some(Severity::Warning),
+        ..setting("Weak battery", "battery")
+    }]);
+    let volts = |scene: &mut Scene, dv| {
+        scene.status.battery_dv = dv;
+        scene.hear_status();
+    };
+    volts(&mut scene, 120);
+    scene.wait_ms(4000);
+    volts(&mut scene, 120);
+    assert_eq!(raised(&scene), [], "the limit itself is well");
+    volts(&mut scene, 119);
+    assert_eq!(raised(&scene), [], "too short");
+    scene.wait_ms(3000);
+    scene.status.battery_dv = 118;
+    scene.hear_line(Body::Status(scene.status));
+    assert_eq!(raised(&scene), [("Weak battery", true, false)]);
+    let events: Vec<_> = scene.model.facts.alarm_events(scene.now).collect();
+    assert_eq!(events.len(), 1);
+    assert_eq!(events[0].code, "weak_battery");
+    assert_eq!(events[0].level, Level::Warning);
+    assert_eq!(events[0].status, AlarmStatus::Begun);
+    assert_eq!((events[0].value, events[0].limit), (Some(11.8), Some(12.0)));
+    assert_eq!(events[0].unit, "V");
+    volts(&mut scene, 124);
+    assert_eq!(raised(&scene), [("Weak battery", true, false)]);
+    volts(&mut scene, 125);
+    assert_eq!(raised(&scene), [("Weak battery", false, false)]);
+}
+
+#[test]
+fn a_field_may_equal_a_word_or_a_number() {
+    for (field, equals) in [
+        ("mode", Operand::Word("home".to_owned())),
+        ("mode", Operand::Word("go_home".to_owned())),
+    ] {
+        let mut scene = scene_with(vec![AlarmSetting {
+            equals: Some(equals),
+            ..setting("homeward", field)
+        }]);
+        scene.hear();
+        assert_eq!(raised(&scene), []);
+        scene.state.mode = Mode::GoHome;
+        scene.hear();
+        assert_eq!(raised(&scene), [("homeward", true, false)]);
+        scene.state.mode = Mode::Prowl;
+        scene.hear();
+        assert_eq!(raised(&scene), [("homeward", false, false)]);
+    }
+}
+
+#[test]
+fn built_in_alarms_are_changed_or_switched_off_by_name() {
+    let mut scene = scene_with(vec![
+        AlarmSetting {
+            name: "battery low".to_owned(),
+            severity: Some(Severity::Warning),
+            hint: Some("have a look".to_owned()),
+            ..AlarmSetting::default()
+        },
+        AlarmSetting {
+            name: "battery_critical".to_owned(),
+            enabled: false,
+            ..AlarmSetting::default()
+        },
+    ]);
+    scene.state.power = Power::Critical;
+    scene.hear();
+    assert_eq!(raised(&scene), [("battery low", true, false)]);
+    let rules = scene.model.facts.alarms.rules();
+    let low = rules.iter().find(|rule| rule.code == "battery_low");
+    let low = low.expect("it is there");
+    assert_eq!((low.level, &*low.hint), (Level::Warning, "have a look"));
+    assert_eq!(rules.len(), 10);
+}
+
+#[test]
+fn alarms_are_acknowledged_one_by_one() {
+    let mut scene = scene();
+    scene.state.power = Power::Critical;
+    scene.hear();
+    let effects = scene.type_text("E");
+    assert_eq!(
+        raised(&scene),
+        [
+            ("battery critical", true, true),
+            ("battery low", true, false)
+        ]
+    );
+    let Some(Effect::Alarm(event)) = effects.first() else {
+        panic!("{effects:?}");
+    };
+    assert_eq!(event.code, "battery_critical");
+    assert_eq!(event.status, AlarmStatus::Acknowledged);
+    say(&mut scene, ":acknowledge battery low");
+    assert_eq!(scene.calling(), 0);
+    let effects = scene.type_text("E");
+    assert!(
+        effects
+            .iter()
+            .all(|effect| matches!(effect, Effect::Notice(_)))
+    );
+}
+
+#[test]
+fn a_shelved_alarm_calls_again_when_its_time_is_over() {
+    let mut scene = scene();
+    scene.type_text("b");
+    let effects = say(&mut scene, ":shelve battery_low 30s");
+    assert!(
+        matches!(&effects[..], [Effect::Alarm(event)]
+            if event.status == AlarmStatus::Shelved && event.shelved_for == Some(Moment::from_secs(30))),
+        "{effects:?}"
+    );
+    scene.state.power = Power::Low;
+    scene.hear();
+    assert_eq!(raised(&scene), [("battery low", true, false)]);
+    assert_eq!(scene.calling(), 0);
+    let shelf_ends = scene.now + Moment::from_secs(29);
+    while scene.now < shelf_ends {
+        scene.hear();
+        assert_eq!(scene.calling(), 0);
+    }
+    scene.now = scene.model.poll_timeout().expect("it comes back");
+    let effects = scene.event(Event::Tick);
+    assert!(
+        effects
+            .iter()
+            .any(|effect| matches!(effect, Effect::Alarm(event)
+            if event.status == AlarmStatus::Unshelved && event.code == "battery_low")),
+        "{effects:?}"
+    );
+    assert_eq!(scene.calling(), 1);
+    // The key shelves it for 10 minutes, an hour, eight hours, and no longer.
+    let mut times = Vec::new();
+    for _ in 0..4 {
+        let effects = scene.type_text("Z");
+        let [Effect::Alarm(event)] = &effects[..] else {
+            panic!("{effects:?}");
+        };
+        times.push(event.shelved_for.map(|time| time.as_secs()));
+    }
+    assert_eq!(times, [Some(600), Some(3600), Some(28_800), None]);
+    say(&mut scene, ":shelve robot silent 1h");
+    scene.wait_ms(60_000);
+    let effects = scene.event(Event::Tick);
+    assert!(
+        raised(&scene).contains(&("robot silent", true, false)),
+        "{:?}",
+        raised(&scene)
+    );
+    assert_eq!(rings(&effects), 0);
 }

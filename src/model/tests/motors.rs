@@ -160,8 +160,8 @@ fn nothing_in_the_way_needs_free_switches_turning_wheels_and_every_layer() {
         scene.hear();
     }
     let facts = &scene.model.facts;
-    let calling = facts.alarms.calling(&scene.model.ui.acknowledged);
-    let calling: Vec<_> = calling.iter().map(|(rule, ..)| rule.name).collect();
+    let calling = facts.alarms.calling(&scene.model.ui.attended);
+    let calling: Vec<_> = calling.iter().map(|(rule, ..)| &*rule.name).collect();
     assert_eq!(calling, ["stalled", "bumper jammed"]);
 }
 

@@ -83,6 +83,7 @@ fn reword(topic: &str, data: &[u8], texts: &mut Vec<String>) -> Option<Vec<u8>> 
                     link.text.iter_mut().chain(&mut link.name).for_each(change);
                 }
                 StationEventKind::Notice(notice) => change(&mut notice.text),
+                StationEventKind::Alarm(alarm) => change(&mut alarm.name),
                 StationEventKind::Command(_)
                 | StationEventKind::Reception(_)
                 | StationEventKind::Mark(_)

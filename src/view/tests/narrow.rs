@@ -138,7 +138,7 @@ fn the_footer_names_the_keys_of_the_chosen_panel() {
     for (key, named) in [
         (4, "Space STOP  T longer  m modes"),
         (5, "Space STOP  : command  m modes"),
-        (8, "Space STOP  A ack  b bell  m modes"),
+        (8, "Space STOP  A ack  E ack one  Z shelve  b bell  m modes"),
     ] {
         scene.press(&[KeyCode::F(key)]);
         assert!(footer(&scene).starts_with(named), "{}", footer(&scene));
@@ -308,7 +308,7 @@ fn every_key_is_in_the_help_however_small_the_screen() {
     for keys in ["?", "e?"] {
         let mut scene = flight(Config::default());
         scene.type_text(keys);
-        for _ in 0..3 {
+        for _ in 0..4 {
             told += &screen(&scene, 80, 24);
             scene.press(&[KeyCode::PageDown]);
         }

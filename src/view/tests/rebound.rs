@@ -9,7 +9,7 @@ use super::every::{SIZES, STATES, State, typed};
 use super::time::{flight_at, playback};
 use super::*;
 use crate::figures::Listed;
-use crate::model::alarms::RULES;
+use crate::model::alarms::rules;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::request::dashboard_listing;
 
@@ -271,7 +271,8 @@ fn texts_name_the_chosen_keys() {
 #[test]
 fn remedies_and_commands_name_existing_keys() {
     let labels = labels_of_the_table();
-    let hints = RULES.iter().map(|rule| rule.hint);
+    let rules = rules(&crate::model::Limits::default(), &[]);
+    let hints = rules.iter().map(|rule| &*rule.hint);
     let hints = hints.chain([crate::model::alarms::DISK_IS_SILENT]);
     let listing = dashboard_listing().map(|(_, does)| does);
     for text in hints.chain(listing) {

@@ -1,0 +1,202 @@
+//! The operator's answers to alarms: acknowledge or shelve, one or all, by key or command.
+
+use std::time::Duration;
+
+use groundwave_captures::when::span;
+
+use super::alarms::{Shown, code};
+use super::keys::Action;
+use super::news::Passing;
+use super::{Facts, Panel, Ui, age};
+use crate::event::{AlarmEvent, AlarmStatus, Effect, Moment};
+use crate::suggest;
+
+/// Times for which the key shelves an alarm, one after the other.
+const SHELF_TIMES: [Duration; 3] = [
+    Duration::from_mins(10),
+    Duration::from_hours(1),
+    Duration::from_hours(8),
+];
+
+/// Longest time on the shelf.
+const SHELF_MAX: Duration = Duration::from_hours(24);
+
+impl Ui {
+    /// Whether the arrows choose an alarm.
+    pub(super) fn chooses_alarms(&self) -> bool {
+        self.panel == Panel::Alarms && self.map.cursor.is_none()
+    }
+
+    /// Chooses an alarm in its panel; returns whether it did.
+    pub(super) fn act_on_alarms(&mut self, facts: &Facts, action: Action) -> bool {
+        let Action::MoveCursor { north, .. } = action else {
+            return false;
+        };
+        let listed: Vec<usize> = self.listed(facts).iter().map(|shown| shown.index).collect();
+        let last = listed.len().saturating_sub(1);
+        let at = listed.iter().position(|&index| index == self.alarm);
+        let at = at.unwrap_or(0).saturating_add_signed((-north).into());
+        self.alarm = listed.get(at.min(last)).copied().unwrap_or(0);
+        true
+    }
+
+    /// The chosen alarm, while the arrows choose one.
+    pub(crate) fn chosen_alarm(&self) -> Option<usize> {
+        self.chooses_alarms().then_some(self.alarm)
+    }
+
+    /// Every alarm as its panel lists it: the raised ones first.
+    pub(crate) fn listed<'a>(&self, facts: &'a Facts) -> Vec<Shown<'a>> {
+        let mut listed: Vec<_> = facts.alarms.all(&self.attended).collect();
+        listed.sort_by_key(|shown| shown.raised.is_none());
+        listed
+    }
+
+    /// The alarm that a key concerns: the chosen one in its panel, else the one under the status line.
+    fn concerned(&self, facts: &Facts) -> Option<usize> {
+        if self.chooses_alarms() {
+            return Some(self.alarm);
+        }
+        let calling = facts.alarms.calling(&self.attended);
+        let (rule, _) = calling.first()?;
+        facts.alarms.find(&rule.code)
+    }
+
+    pub(super) fn acknowledge_all(&mut self, facts: &Facts, now: Moment) -> Vec<Effect> {
+        let calling = facts
+            .alarms
+            .all(&self.attended)
+            .filter(|shown| shown.raised.is_some_and(|raised| !raised.is_acknowledged));
+        let calling: Vec<usize> = calling.map(|shown| shown.index).collect();
+        if calling.is_empty() {
+            self.warn("no alarm to acknowledge");
+        }
+        self.acknowledge(facts, now, &calling)
+    }
+
+    pub(super) fn acknowledge_one(&mut self, facts: &Facts, now: Moment) -> Vec<Effect> {
+        let concerned = self.concerned(facts).filter(|&index| {
+            let mut all = facts.alarms.all(&self.attended);
+            let raised = all.nth(index).and_then(|shown| shown.raised);
+            raised.is_some_and(|raised| !raised.is_acknowledged)
+        });
+        if concerned.is_none() {
+            self.warn("no alarm to acknowledge");
+        }
+        self.acknowledge(facts, now, concerned.as_slice())
+    }
+
+    fn acknowledge(&mut self, facts: &Facts, now: Moment, indices: &[usize]) -> Vec<Effect> {
+        for &index in indices {
+            self.attended.acknowledge(now, &facts.alarms, index);
+        }
+        let rules = indices
+            .iter()
+            .filter_map(|&index| facts.alarms.rules().get(index));
+        let events = rules.map(|rule| rule.event(AlarmStatus::Acknowledged));
+        events.map(Effect::Alarm).collect()
+    }
+
+    /// Shelves an alarm; longer at each press, until it is taken from the shelf.
+    pub(super) fn shelve_one(&mut self, facts: &Facts, now: Moment) -> Vec<Effect> {
+        let shelved = self.last_shelved.filter(|_| !self.chooses_alarms());
+        let Some(index) = self.concerned(facts).or(shelved) else {
+            self.warn("no alarm to shelve");
+            return Vec::new();
+        };
+        let left = facts.alarms.all(&self.attended).nth(index);
+        let left = left.and_then(|shown| shown.shelved_until);
+        let left = left.map_or(Duration::ZERO, |until| until.saturating_sub(now));
+        let time = SHELF_TIMES.into_iter().find(|time| left < *time);
+        self.shelve(facts, now, index, time)
+    }
+
+    /// Shelves an alarm for a time, or takes it from the shelf.
+    fn shelve(
+        &mut self,
+        facts: &Facts,
+        now: Moment,
+        index: usize,
+        time: Option<Duration>,
+    ) -> Vec<Effect> {
+        let Some(rule) = facts.alarms.rules().get(index) else {
+            return Vec::new();
+        };
+        self.last_shelved = time.map(|_| index);
+        self.attended
+            .shelve(&facts.alarms, index, time.map(|time| now + time));
+        let words = match time {
+            Some(time) => format!("{} shelved for {}", rule.name, age::words(time)),
+            None => format!("{} is no longer shelved", rule.name),
+        };
+        self.pass_on(now, Passing::Words(words));
+        let status = match time {
+            Some(_) => AlarmStatus::Shelved,
+            None => AlarmStatus::Unshelved,
+        };
+        vec![Effect::Alarm(AlarmEvent {
+            shelved_for: time,
+            ..rule.event(status)
+        })]
+    }
+
+    /// Takes alarms whose time is over from the shelf.
+    pub(super) fn unshelve_expired(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
+        let expired = self.attended.expire(now).into_iter();
+        let rules = expired.filter_map(|index| facts.alarms.rules().get(index));
+        let events = rules.map(|rule| rule.event(AlarmStatus::Unshelved));
+        events.map(Effect::Alarm).collect()
+    }
+
+    /// Whether every alarm that came with the latest event is shelved.
+    pub(super) fn is_shelved_alone(&self, facts: &Facts) -> bool {
+        let mut begun = facts.alarm_changes.iter().filter(|change| change.is_active);
+        let is_shelved = |code: &str| {
+            let mut all = facts.alarms.all(&self.attended);
+            all.any(|shown| shown.rule.code == code && shown.shelved_until.is_some())
+        };
+        facts.alarm_changes.iter().any(|change| change.is_active)
+            && begun.all(|change| is_shelved(&change.rule.code))
+    }
+
+    /// Carries out `acknowledge [NAME]`, `shelve NAME [TIME]` and `unshelve NAME`; `None` for other commands.
+    pub(super) fn attend(
+        &mut self,
+        facts: &Facts,
+        now: Moment,
+        words: &[&str],
+    ) -> Option<Result<Vec<Effect>, String>> {
+        let (verb, rest) = words.split_first()?;
+        let find = |words: &[&str]| {
+            let name = code(&words.join(" "));
+            facts.alarms.find(&name).ok_or_else(|| {
+                let codes = facts.alarms.rules().iter().map(|rule| &*rule.code);
+                let all = codes.clone().collect::<Vec<_>>().join(", ");
+                let question = suggest::question_or(&name, codes, format!("there are {all}"));
+                format!("no alarm is named `{}`{question}", words.join(" "))
+            })
+        };
+        Some(match (*verb, rest) {
+            ("acknowledge", [] | ["all"]) => Ok(self.acknowledge_all(facts, now)),
+            ("acknowledge", name) => find(name).map(|index| self.acknowledge(facts, now, &[index])),
+            ("unshelve" | "shelve", []) => Err(format!(
+                "`{verb}` needs the name of an alarm: {verb} battery_low"
+            )),
+            ("unshelve", name) => find(name).map(|index| self.shelve(facts, now, index, None)),
+            ("shelve", name) => {
+                let (time, name) = match name.split_last() {
+                    Some((last, name)) if !name.is_empty() && span(last).is_some() => {
+                        (span(last).unwrap_or(SHELF_TIMES[0]), name)
+                    }
+                    _ => (SHELF_TIMES[0], name),
+                };
+                if time.is_zero() || time > SHELF_MAX {
+                    Err("an alarm is shelved for at most 24h".to_owned())
+                } else {
+                    find(name).map(|index| self.shelve(facts, now, index, Some(time)))
+                }
+            }
+            _ => return None,
+        })
+    }
+}
