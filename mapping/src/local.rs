@@ -1,5 +1,7 @@
 //! The map of the floor that the robot has driven on last.
 
+use std::sync::Arc;
+
 use groundwave_protocol::status_codes::{Infrared, Layer, LayerState};
 use groundwave_protocol::telemetry::StateLine;
 
@@ -32,8 +34,8 @@ const TRACK_IN: f64 = 10.0;
 /// a local map. It is cheap to clone.
 #[derive(Clone, Debug, Default)]
 pub struct LocalMap {
-    /// The map that is shown, and the one that will follow it.
-    grids: [Grid; 2],
+    /// The map that is shown, and the one that will follow it; copies share them until the next reading.
+    grids: [Arc<Grid>; 2],
     /// Distance driven since the second map began; since the first one began while there is no second.
     path_in: f64,
     has_second: bool,
@@ -64,7 +66,7 @@ impl LocalMap {
         self.last = Some((pose, state.theta_deg));
         let second = self.has_second;
         for grid in self.grids.iter_mut().take(1 + usize::from(second)) {
-            learn(grid, pose, state);
+            learn(Arc::make_mut(grid), pose, state);
         }
     }
 
@@ -74,7 +76,7 @@ impl LocalMap {
             self.path_in = 0.0;
             if self.has_second {
                 self.grids.swap(0, 1);
-                self.grids[1] = Grid::default();
+                self.grids[1] = Arc::default();
             }
             self.has_second = true;
         }

@@ -69,13 +69,14 @@ pub(crate) fn update(grid: &mut Grid, pose: Pose, side: Side, range_in: f64) {
         let mut is_mirrored = false;
         for distance_in in Ray::steps((range_in - END_IN).min(FREE_MAX_IN)) {
             let cell = ray.cell(distance_in);
-            if grid.log_odds(cell) > WALL && distance_in < range_in - 2.0 * CELL_IN {
+            let free = FREE * weight * nearness(distance_in);
+            let before = grid.add(cell, free);
+            if before > WALL && distance_in < range_in - 2.0 * CELL_IN {
                 // The wall may have gone: a little evidence adds up.
-                grid.add(cell, FREE * weight * 0.3);
+                grid.add(cell, FREE * weight * 0.3 - free);
                 is_mirrored = true;
                 break;
             }
-            grid.add(cell, FREE * weight * nearness(distance_in));
         }
         if !is_mirrored && range_in <= END_MAX_IN {
             let strength = OCCUPIED * weight * nearness(range_in);
