@@ -1,6 +1,7 @@
 //! The map of the floor that the robot has driven on last.
 
-use std::sync::Arc;
+use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
 
 use groundwave_protocol::status_codes::{Infrared, Layer, LayerState};
 use groundwave_protocol::telemetry::StateLine;
@@ -9,9 +10,12 @@ use crate::grid::{CELL_IN, Grid};
 use crate::pose::Pose;
 use crate::sensors::{body, infrared, sonar};
 
-/// Distance after which the next map begins, inches; a map is given up after twice this distance. Wheels that
-/// differ by 0.4 % turn the odometer by 9 degrees over twice this distance.
-const WINDOW_IN: f64 = 200.0;
+/// Distance driven after which a reading is forgotten, inches. Wheels that differ by 0.4 % turn the odometer by 7 degrees
+/// over it.
+const WINDOW_IN: f64 = 300.0;
+
+/// Greatest number of readings, for a robot that turns on the spot.
+const READINGS_MAX: usize = 512;
 
 /// Movement after which readings are new: those of a robot that stands repeat themselves.
 const MOVED_IN: f64 = 1.5;
@@ -27,64 +31,65 @@ const OBSTACLE: f64 = 1.4;
 const ECHO_AGE_S: f64 = 0.14;
 const TRACK_IN: f64 = 10.0;
 
+/// A line A and the distance driven up to it.
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    state: StateLine,
+    path_in: f64,
+}
+
 /// An occupancy map around the robot, in the odometer's frame.
 ///
 /// Dead reckoning is good over a short distance, so readings that are close together in distance driven fit each other,
-/// and older ones do not. The map holds those of the last 200 to 400 inches: the rolling window that navigation stacks call
-/// a local map. It is cheap to clone.
+/// and older ones do not. The map holds those of the last 300 inches: the rolling window that navigation stacks call a
+/// local map. Taking a line is cheap; the map is made when it is looked at.
 #[derive(Clone, Debug, Default)]
 pub struct LocalMap {
-    /// The map that is shown, and the one that will follow it; copies share them until the next reading.
-    grids: [Arc<Grid>; 2],
-    /// Distance driven since the second map began; since the first one began while there is no second.
-    path_in: f64,
-    has_second: bool,
-    /// Pose of the last reading, and its heading in degrees.
-    last: Option<(Pose, u16)>,
+    readings: VecDeque<Reading>,
+    grid: OnceLock<Arc<Grid>>,
 }
 
 impl LocalMap {
     /// Takes a line A.
     pub fn take(&mut self, state: &StateLine) {
-        let pose = Pose {
-            x_in: f64::from(state.x_tenths_in) / 10.0,
-            y_in: f64::from(state.y_tenths_in) / 10.0,
-            theta_rad: f64::from(state.theta_deg).to_radians(),
-        };
-        if let Some((last, last_deg)) = self.last {
-            let moved_in = pose.distance_in(last);
+        let mut path_in = 0.0;
+        if let Some(last) = self.readings.back() {
+            let moved_in = pose_of(state).distance_in(pose_of(&last.state));
+            let turned_deg = (state.theta_deg + 360 - last.state.theta_deg) % 360;
             if moved_in > JUMP_IN {
-                *self = Self::default();
+                self.readings.clear();
+            } else if moved_in < MOVED_IN && turned_deg.min(360 - turned_deg) < TURNED_DEG {
+                return;
             } else {
-                let turned_deg = (state.theta_deg + 360 - last_deg) % 360;
-                if moved_in < MOVED_IN && turned_deg.min(360 - turned_deg) < TURNED_DEG {
-                    return;
-                }
-                self.drive(moved_in);
+                path_in = last.path_in + moved_in;
             }
         }
-        self.last = Some((pose, state.theta_deg));
-        let second = self.has_second;
-        for grid in self.grids.iter_mut().take(1 + usize::from(second)) {
-            learn(Arc::make_mut(grid), pose, state);
+        let state = *state;
+        self.readings.push_back(Reading { state, path_in });
+        while self.readings.len() > READINGS_MAX
+            || self
+                .readings
+                .front()
+                .is_some_and(|first| path_in - first.path_in > WINDOW_IN)
+        {
+            self.readings.pop_front();
         }
+        self.grid = OnceLock::new();
     }
 
-    fn drive(&mut self, moved_in: f64) {
-        self.path_in += moved_in;
-        if self.path_in > WINDOW_IN {
-            self.path_in = 0.0;
-            if self.has_second {
-                self.grids.swap(0, 1);
-                self.grids[1] = Arc::default();
+    fn grid(&self) -> &Grid {
+        self.grid.get_or_init(|| {
+            let mut grid = Grid::default();
+            for reading in &self.readings {
+                learn(&mut grid, &reading.state);
             }
-            self.has_second = true;
-        }
+            Arc::new(grid)
+        })
     }
 
     /// The lower left and upper right corners of the cells that hold an obstacle, inches.
     pub fn obstacles(&self) -> impl Iterator<Item = [(f64, f64); 2]> {
-        let cells = self.grids[0].cells();
+        let cells = self.grid().cells();
         let held = cells.filter(|(_, log_odds)| *log_odds > OBSTACLE);
         held.map(|((column, row), _)| {
             let (x_in, y_in) = (f64::from(column) * CELL_IN, f64::from(row) * CELL_IN);
@@ -93,8 +98,18 @@ impl LocalMap {
     }
 }
 
+/// The pose that a line reports.
+fn pose_of(state: &StateLine) -> Pose {
+    Pose {
+        x_in: f64::from(state.x_tenths_in) / 10.0,
+        y_in: f64::from(state.y_tenths_in) / 10.0,
+        theta_rad: f64::from(state.theta_deg).to_radians(),
+    }
+}
+
 /// Adds the readings of a line to a map.
-fn learn(grid: &mut Grid, pose: Pose, state: &StateLine) {
+fn learn(grid: &mut Grid, state: &StateLine) {
+    let pose = pose_of(state);
     let (left_in_s, right_in_s) = (
         f64::from(state.wheel_left_in_s),
         f64::from(state.wheel_right_in_s),
