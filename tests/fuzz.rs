@@ -1,20 +1,28 @@
-//! Fuzzing of input: route files, configurations, commands, the shared socket, answers of a station, worlds, captures and their labels.
+//! Fuzzing of input: route and parameter files, configurations, commands, the shared socket and its clients, answers of a station,
+//! lines of any robot, worlds, captures and their labels. Keys and scripts are fuzzed beside their code.
 //! `docs/fuzzing.md` describes longer runs.
 
 use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use groundwave::capture::cut::{Window, cut_mcap};
+use groundwave::capture::diagnosis::Diagnosis;
 use groundwave::capture::index::{self, SeekableReader, SeekableText};
 use groundwave::capture::runs::Label;
 use groundwave::capture::text::TextReader;
 use groundwave::capture::verify::verify_mcap;
 use groundwave::capture::{Capture, Piece};
 use groundwave::commands::config;
+use groundwave::event::CommandId;
+use groundwave::parameter_file::ParameterFile;
 use groundwave::request::Request;
 use groundwave::route;
-use groundwave::share::{ClientLine, Lines, StationLine, StatusJson};
+use groundwave::share::{
+    Broker, CallId, Calls, ClientId, ClientLine, Heard, Lines, Output, StationLine, StatusJson,
+};
+use groundwave_lines::{FIELDS_MAX, Recognizer, runs};
 use sr04_sim::World;
 
 const ITERATIONS: usize = 5000;
@@ -133,6 +141,128 @@ fn fuzz_world() {
                     Err(error) => assert!(error.to_string().starts_with("w.toml:"), "{error}"),
                 }
             }
+        });
+}
+
+/// Lines of any robot are the same however their bytes are split, and in bounded memory.
+#[test]
+fn fuzz_own_lines() {
+    const LINES: &str = "temp:21.5,volt:11.9\r\n>x:3:1.5\u{a7}m\n\n\nt,x\n1,2\n{\"a\":{\"b\":[1,2]}}\n$GPGGA,1,2*76\r\nready\n";
+    let read = |bytes: &[u8], chunk: usize| {
+        let mut own = Recognizer::default();
+        let chunks = bytes.chunks(chunk).flat_map(runs);
+        let lines: Vec<_> = chunks.filter_map(|run| own.take(run, false)).collect();
+        assert!(own.fields().count() <= FIELDS_MAX);
+        lines
+    };
+    bolero::check!()
+        .with_iterations(ITERATIONS)
+        .for_each(|bytes: &[u8]| {
+            for bytes in [bytes.to_vec(), edited(LINES, bytes)] {
+                let whole = read(&bytes, bytes.len().max(1));
+                // A number that is none differs from itself.
+                assert_eq!(format!("{whole:?}"), format!("{:?}", read(&bytes, 1)));
+                assert_eq!(format!("{whole:?}"), format!("{:?}", read(&bytes, 7)));
+            }
+        });
+}
+
+/// The mistakes found in any lines do not depend on how their bytes are split.
+#[test]
+fn fuzz_check() {
+    let lines = include_bytes!("../captures/house-clean.txt");
+    let found = |bytes: &[u8], chunk: usize| {
+        let mut diagnosis = Diagnosis::default();
+        bytes.chunks(chunk).for_each(|bytes| diagnosis.take(bytes));
+        (
+            diagnosis.findings(),
+            diagnosis.level(),
+            *diagnosis.counters(),
+        )
+    };
+    bolero::check!()
+        .with_iterations(ITERATIONS / 10)
+        .for_each(|bytes: &[u8]| {
+            let text = String::from_utf8_lossy(&lines[..1600]);
+            for bytes in [bytes.to_vec(), edited(&text, bytes)] {
+                let whole = found(&bytes, bytes.len().max(1));
+                assert_eq!(whole, found(&bytes, 1));
+                assert_eq!(whole, found(&bytes, 7));
+            }
+        });
+}
+
+/// A set of parameters is read, or refused with file and line.
+#[test]
+fn fuzz_parameter_file() {
+    const FILE: &str = "# calm\ntop-speed = 8\nprowl-speed = 6 # in/s\n";
+    bolero::check!()
+        .with_iterations(ITERATIONS)
+        .for_each(|bytes: &[u8]| {
+            for bytes in [bytes.to_vec(), edited(FILE, bytes)] {
+                let text = String::from_utf8_lossy(&bytes);
+                match ParameterFile::parse("p.txt", &text) {
+                    Ok(file) => assert!(!file.entries().is_empty()),
+                    Err(error) => assert!(error.to_string().starts_with("p.txt:"), "{error}"),
+                }
+            }
+        });
+}
+
+/// Clients may send any lines in any order: no more commands than they gave reach the station, and each client that is closed is
+/// not heard again. A call of a live tool starts or is answered.
+#[test]
+fn fuzz_clients() {
+    const LINES: [&[u8]; 6] = [
+        br#"{"groundwave":1,"pid":7,"raw":true}"#,
+        br#"{"id":1,"do":"stop"}"#,
+        br#"{"id":2,"do":"route 1,2 3,4","timeout_s":1}"#,
+        br#"{"cancel":2}"#,
+        br#"{"drive":[3,-3]}"#,
+        br#"{"do":"mode prowl"}"#,
+    ];
+    bolero::check!()
+        .with_iterations(ITERATIONS)
+        .for_each(|bytes: &[u8]| {
+            let mut broker = Broker::new("link".to_owned(), true);
+            let mut closed = Vec::new();
+            let (mut given, mut now) = (0, Duration::ZERO);
+            for step in bytes.chunks(3) {
+                let client = ClientId(u64::from(step[0] % 20));
+                let choice = usize::from(*step.get(1).unwrap_or(&0));
+                now += Duration::from_millis(u64::from(*step.get(2).unwrap_or(&0)) * 10);
+                let line = LINES.get(choice % 8).copied().unwrap_or(step);
+                match choice % 16 {
+                    15 => broker.handle_connected(client, "pid 1".to_owned()),
+                    14 => broker.handle_gone(client),
+                    13 => broker.handle_timeout(now, Heard::default()),
+                    _ => {
+                        let line = edited(
+                            &String::from_utf8_lossy(line),
+                            &bytes[..bytes.len().min(choice % 9)],
+                        );
+                        if let Some(asked) = broker.handle_line(client, Ok(&line)) {
+                            assert!(!closed.contains(&client), "{client:?}");
+                            given += 1;
+                            broker.handle_started(now, CommandId(given), &asked, Heard::default());
+                        }
+                    }
+                }
+                while let Some(output) = broker.poll_output() {
+                    match output {
+                        Output::Close(client) => closed.push(client),
+                        Output::GiveUp(id, _) => assert!((1..=given).contains(&id.0)),
+                        Output::Converse { client, .. } => assert!(!closed.contains(&client)),
+                        _ => {}
+                    }
+                }
+                if choice % 16 == 15 {
+                    closed.retain(|it| *it != client);
+                }
+            }
+            let mut calls = Calls::default();
+            calls.handle_call(now, CallId(1), bytes);
+            assert!(calls.poll_output().is_some());
         });
 }
 

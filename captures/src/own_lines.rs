@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use groundwave_lines::{Content, Field, Limits, OwnLine, Recognizer, Sample, Value};
+use groundwave_lines::{Content, Field, Limits, OwnLine, Recognizer, Sample, Value, runs};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::{Body, FIELDS_MAX};
 
@@ -123,7 +123,7 @@ pub(super) fn each_line<E>(
     bytes: &[u8],
     mut take: impl FnMut(Line, &Counters) -> Result<(), E>,
 ) -> Result<(), E> {
-    for run in bytes.split_inclusive(|byte| *byte == b'\n') {
+    for run in runs(bytes) {
         let before = intact(decoder.counters());
         let mut rest = run;
         while let Some(received) = decoder.next_own_line(&mut rest) {

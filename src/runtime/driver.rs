@@ -482,17 +482,17 @@ impl Driver {
             server.handle_event(event, heard);
             self.serve_share();
         }
-        let event = event.or_else(|| self.events.pop_front());
-        if let (Some(event), Some(told)) = (&event, &mut self.told) {
-            told(Instant::now(), event);
+        let event = event.or_else(|| self.events.pop_front())?;
+        if let Some(told) = &mut self.told {
+            told(Instant::now(), &event);
         }
         let now = self.now();
-        if let (Some(event), Some(live)) = (&event, &mut self.live) {
-            live.handle_event(now, event);
+        if let Some(live) = &mut self.live {
+            live.handle_event(now, &event);
             self.serve_live();
             self.flush();
         }
-        event
+        Some(event)
     }
 
     fn flush(&mut self) {

@@ -12,7 +12,7 @@ mod tuner;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use groundwave_lines::{Content, OwnCommand, Recognizer};
+use groundwave_lines::{Content, OwnCommand, Recognizer, runs};
 use groundwave_protocol::BYTES_PER_S;
 use groundwave_protocol::arq::{Config, Duplex, Fop};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
@@ -174,12 +174,12 @@ impl Station {
     /// Takes bytes from the radio. The events do not depend on how the bytes are split.
     pub fn handle_bytes(&mut self, now: Moment, bytes: &[u8]) {
         self.fop.handle_carrier(micros(now));
-        for run in bytes.split_inclusive(|byte| *byte == b'\n') {
+        for run in runs(bytes) {
             self.handle_run(now, run);
         }
     }
 
-    /// Takes bytes of which only the last may be a line feed.
+    /// Takes a line, or a part of one, and the empty lines after it.
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
         let mut bytes = run;
@@ -219,7 +219,11 @@ impl Station {
         };
         if ended(&counters) != ended(&self.reported_counters) {
             self.reported_counters = counters;
-            self.events.push_back(Event::Counters(counters));
+            // A flood of short lines is one event.
+            match self.events.back_mut() {
+                Some(Event::Counters(last)) => *last = counters,
+                _ => self.events.push_back(Event::Counters(counters)),
+            }
         }
         self.report_statistics(now);
     }
@@ -273,12 +277,12 @@ impl Station {
         let is_early = self
             .reported_statistics
             .is_some_and(|(at, _)| now < at + STATISTICS_REST);
+        if is_early {
+            return;
+        }
         let statistics = self.statistics(now);
-        if is_early
-            || self
-                .reported_statistics
-                .is_some_and(|(_, latest)| latest == statistics)
-        {
+        let latest = self.reported_statistics.map(|(_, latest)| latest);
+        if latest == Some(statistics) {
             return;
         }
         self.reported_statistics = Some((now, statistics));

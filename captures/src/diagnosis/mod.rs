@@ -10,6 +10,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 
+use groundwave_lines::runs;
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::{Body, Detail, Line, SEQUENCE_MODULUS};
@@ -53,11 +54,16 @@ pub struct Diagnosis {
 impl Diagnosis {
     /// Takes bytes of the robot.
     pub fn take(&mut self, bytes: &[u8]) {
-        for piece in bytes.split_inclusive(|&byte| byte == b'\n') {
+        for run in runs(bytes) {
+            let line_feed = run.iter().position(|&byte| byte == b'\n');
+            let (piece, empty) = run.split_at(line_feed.map_or(run.len(), |at| at + 1));
             self.piece.extend_from_slice(piece);
             let excess = self.piece.len().saturating_sub(PIECE_BYTES_MAX);
             self.piece.drain(..excess);
             self.take_piece(piece);
+            // Empty lines are no intact ones.
+            self.decoder.lines(empty).for_each(drop);
+            self.row += empty.split(|&byte| byte == b'\n').skip(1).count() as u64;
         }
     }
 

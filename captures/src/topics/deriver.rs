@@ -198,7 +198,17 @@ impl Deriver {
         while !bytes.is_empty() {
             let reach = bytes.len().min(LINE_BYTES - self.line_bytes);
             let line_feed = line_feed(&bytes[..reach]);
-            let run = line_feed.map_or(reach, |at| at + 1);
+            let run = match line_feed {
+                // Empty lines at once, as many as make a short line.
+                Some(0) if self.line_bytes == 0 && !self.is_continued => {
+                    let short = reach.min(ACK_LINE_BYTES - 1);
+                    let room = LINE_BYTES.saturating_sub(self.pending.len()).max(1);
+                    let empty = bytes[..short.min(room)].iter();
+                    empty.take_while(|&&byte| byte == b'\n').count()
+                }
+                Some(at) => at + 1,
+                None => reach,
+            };
             let (head, rest) = bytes.split_at(run);
             bytes = rest;
             let line_bytes = self.line_bytes + run;

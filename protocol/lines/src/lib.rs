@@ -21,12 +21,14 @@ mod field;
 mod forms;
 mod profile;
 mod recognizer;
+mod runs;
 
 pub use checksum::Checksum;
 pub use command::{CommandError, OwnCommand};
 pub use field::{Field, Limits, Role};
 pub use profile::{Form, Profile, ProfileError};
 pub use recognizer::{Content, OwnLine, Recognizer, Sample, Value};
+pub use runs::runs;
 
 /// Maximum bytes of a line; longer lines count as damaged.
 pub const LINE_BYTES_MAX: usize = 4096;

@@ -11,6 +11,7 @@ use crate::field::{Field, is_name};
 use crate::forms::csv::{Columns, Row};
 use crate::forms::{self, Cell, CellValue, Origin};
 use crate::profile::{Form, Profile, ProfileError};
+use crate::runs::line_bytes;
 use crate::{FIELDS_MAX, LINE_BYTES_MAX, TEXT_CHARS_MAX};
 
 /// Lines of text in a row, without a value, after which an unknown robot's text is shown.
@@ -164,7 +165,7 @@ impl Recognizer {
         }
     }
 
-    /// Takes bytes of which only the last may be a line feed, and whether an intact line of Groundwave ended with them. Returns
+    /// Takes one of the [`runs`](crate::runs()) of bytes, and whether an intact line of Groundwave ended with it. Returns
     /// the line that ended, unless it is Groundwave's, empty, a header, or of a robot whose form is not known yet.
     pub fn take(&mut self, run: &[u8], is_wire: bool) -> Option<OwnLine> {
         if is_wire {
@@ -178,7 +179,12 @@ impl Recognizer {
         if self.standing == Standing::Wire {
             return None;
         }
-        let Some((b'\n', end)) = run.split_last() else {
+        let is_empty = self.line.is_empty() && !self.is_too_long && run.starts_with(b"\n");
+        if is_empty {
+            (self.is_skipping, self.is_first) = (false, false);
+            return None;
+        }
+        let Some((b'\n', end)) = run[..line_bytes(run)].split_last() else {
             self.keep(run);
             return None;
         };

@@ -105,8 +105,20 @@ impl Script {
     }
 
     fn read_file(path: &Path, own: &[String]) -> Result<Self, Fault> {
-        let name = name_of(path);
-        let text = read_text(path)?;
+        Self::parse(
+            name_of(path),
+            &read_text(path)?,
+            is_standard_input(path),
+            own,
+        )
+    }
+
+    fn parse(
+        name: String,
+        text: &str,
+        is_standard_input: bool,
+        own: &[String],
+    ) -> Result<Self, Fault> {
         let mut steps = Vec::new();
         for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
             let wrong = |message| usage(format!("{name}:{number}: {message}"));
@@ -116,7 +128,7 @@ impl Script {
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
             let read = match words[..] {
                 [] => continue,
-                ["route", "-"] if is_standard_input(path) => Err(
+                ["route", "-"] if is_standard_input => Err(
                     "the script itself is read from standard input; name the route's file"
                         .to_owned(),
                 ),
@@ -253,4 +265,42 @@ pub(super) fn read_text(path: &Path) -> Result<String, Fault> {
         let why = hint::of_reading(&error);
         usage(format!("cannot read {}: {why}", name_of(path)))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A script is read to steps with their line numbers, or refused with the place of the mistake.
+    #[test]
+    fn fuzz_script() {
+        const LINES: &str =
+            "goto 12 -3\nwait until driven within 2m # note\nexpect battery > 11.5\nmode 'prowl'\n";
+        bolero::check!()
+            .with_iterations(5000)
+            .for_each(|bytes: &[u8]| {
+                let text = String::from_utf8_lossy(bytes);
+                let at = text.chars().count() % LINES.len();
+                for text in [&*text, &format!("{}{text}{}", &LINES[..at], &LINES[at..])] {
+                    // Routes are files.
+                    if text.contains("route") {
+                        continue;
+                    }
+                    let own = ["light".to_owned()];
+                    match Script::parse("s".to_owned(), text, false, &own) {
+                        Ok(script) => {
+                            let lines = text.lines().count();
+                            let is_in = |number: &Option<usize>| {
+                                number.is_some_and(|number| (1..=lines).contains(&number))
+                            };
+                            assert!(script.steps.iter().all(|step| match step {
+                                Step::Send(line) => is_in(&line.number),
+                                Step::Wait(_, number) => is_in(number),
+                            }));
+                        }
+                        Err(fault) => assert!(fault.to_string().starts_with("s:"), "{fault}"),
+                    }
+                }
+            });
+    }
 }

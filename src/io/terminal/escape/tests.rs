@@ -315,12 +315,30 @@ fn clicks_and_the_wheel_are_read() {
     assert_eq!(read_all("\x1b[<0;20;12m\x1b[<0;0;0M\x1b[<2;1;1M"), []);
 }
 
-proptest::proptest! {
-    #[test]
-    fn stop_counts_after_any_bytes(bytes: Vec<u8>) {
-        let mut terminal = Terminal::new();
-        terminal.reader.handle_bytes(terminal.now, &bytes);
-        let events = terminal.after(SEQUENCE_GAP, " ");
-        proptest::prop_assert!(events.ends_with(&key(' ')), "{:?}", events);
-    }
+/// Any bytes, together or one by one with silences between them, need bounded memory, and STOP counts after them.
+#[test]
+fn fuzz_keys() {
+    bolero::check!().for_each(|bytes: &[u8]| {
+        let (silence_ms, bytes) = bytes
+            .split_first()
+            .map_or((0, bytes), |(ms, rest)| (*ms, rest));
+        let bytes = [PASTE_BEGIN, b"\x1b]", b"\x1b[<0;"][usize::from(silence_ms) % 3]
+            .iter()
+            .chain(bytes);
+        let mut whole = Terminal::new();
+        let mut split = Terminal::new();
+        let bytes: Vec<u8> = bytes.copied().collect();
+        whole.reader.handle_bytes(whole.now, &bytes);
+        for byte in &bytes {
+            split.silent(MS * silence_ms.into());
+            split.reader.handle_bytes(split.now, &[*byte]);
+        }
+        for mut terminal in [whole, split] {
+            assert!(terminal.reader.held.len() <= SEQUENCE_MAX);
+            let paste = terminal.reader.paste.as_ref();
+            assert!(paste.is_none_or(|paste| paste.len() <= PASTE_MAX));
+            let events = terminal.after(SEQUENCE_GAP, " ");
+            assert!(events.ends_with(&key(' ')), "{events:?}");
+        }
+    });
 }
