@@ -20,6 +20,18 @@ const RULES: &[(&str, &[&str])] = &[
             "SystemTime",
         ],
     ),
+    (
+        "mapping/src",
+        &[
+            "sr04_sim",
+            "sr04_firmware",
+            "groundwave_captures",
+            "std::fs",
+            "std::io",
+            "Instant",
+            "SystemTime",
+        ],
+    ),
     ("firmware/src", &["sr04_sim", "groundwave", "std"]),
     ("firmware/sim/src", &["groundwave"]),
     ("src/event.rs", VOCABULARY),

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use groundwave_mapping::LocalMap;
 use groundwave_protocol::status_codes::{Bump, Drive, Infrared};
 use groundwave_protocol::telemetry::{SEQUENCE_MODULUS, StateLine};
 
@@ -11,16 +12,6 @@ use super::trail::Trail;
 use crate::event::{Moment, Truth};
 
 const MARKS_MAX: usize = 256;
-
-/// Most cells with an echo, and their size, inches.
-const ECHOES_MAX: usize = 1500;
-const ECHO_CELL_IN: f64 = 4.0;
-
-/// Greatest range of an echo that is shown, inches: far ones come from several reflections.
-const ECHO_RANGE_MAX_IN: u16 = 120;
-
-/// Direction of each sonar from straight ahead, degrees.
-const SONAR_DEG: f64 = 7.5;
 
 /// Radius of the robot, inches.
 pub(crate) const ROBOT_RADIUS_IN: f64 = 5.5;
@@ -84,8 +75,8 @@ pub(crate) struct Chart {
     pub(crate) trail: Trail,
     pub(crate) bumps: VecDeque<Mark>,
     pub(crate) infrareds: VecDeque<Mark>,
-    /// Cells of the floor in which the sonars heard an echo.
-    echoes: VecDeque<(i16, i16)>,
+    /// Obstacles that the sensors found around the robot.
+    pub(crate) obstacles: LocalMap,
     pub(crate) truth: Truth,
     pub(crate) bounds: Bounds,
     pose: Option<Reading<Pose>>,
@@ -133,38 +124,11 @@ impl Chart {
                 add_mark(&mut self.infrareds, x_in, y_in);
             }
         }
-        self.take_echoes(pose, state);
+        self.obstacles.take(state);
         let touching = touches(state.bump);
         let began = touching && !self.was_touching;
         self.was_touching = touching;
         began.then(|| self.take_bump(pose, bump_direction(state.bump)))
-    }
-
-    fn take_echoes(&mut self, pose: Pose, state: &StateLine) {
-        for (right_deg, range_in) in [
-            (-SONAR_DEG, state.sonar_left_in),
-            (SONAR_DEG, state.sonar_right_in),
-        ] {
-            let Some(range_in) = range_in.filter(|range_in| *range_in <= ECHO_RANGE_MAX_IN) else {
-                continue;
-            };
-            let (x_in, y_in) = pose.ahead(right_deg, f64::from(range_in) + ROBOT_RADIUS_IN);
-            let cell = |at: f64| (at / ECHO_CELL_IN).round() as i16;
-            let echo = (cell(x_in), cell(y_in));
-            if self.echoes.contains(&echo) {
-                continue;
-            }
-            if self.echoes.len() == ECHOES_MAX {
-                self.echoes.pop_front();
-            }
-            self.echoes.push_back(echo);
-        }
-    }
-
-    /// Where the sonars heard echoes, inches.
-    pub(crate) fn echoes(&self) -> impl Iterator<Item = (f64, f64)> {
-        let place = |cell: i16| f64::from(cell) * ECHO_CELL_IN;
-        self.echoes.iter().map(move |&(x, y)| (place(x), place(y)))
     }
 
     /// Takes a contact, in degrees to the right of straight ahead; returns its place.
@@ -197,7 +161,7 @@ impl Chart {
         self.trail = Trail::default();
         self.bumps.clear();
         self.infrareds.clear();
-        self.echoes.clear();
+        self.obstacles = LocalMap::default();
         self.pose = None;
         self.followed = None;
         self.was_touching = false;

@@ -103,10 +103,9 @@ impl Screen<'_> {
                 raster.line(dot(*from), dot(*to), 1, Ink::Wall);
             }
         }
-        if self.shows_echoes() {
-            for place in chart.echoes() {
-                let (x, y) = dot(place);
-                raster.dot(x, y, Ink::Sonar);
+        if self.shows_obstacles() {
+            for [from, to] in chart.obstacles.obstacles() {
+                raster.block(dot(from), dot(to), Ink::Sonar);
             }
         }
         for place in chart.trail.older() {
@@ -142,8 +141,8 @@ impl Screen<'_> {
         }
     }
 
-    /// Whether the echoes stand for walls that are not known.
-    fn shows_echoes(&self) -> bool {
+    /// Whether the obstacles that the sensors found stand for walls that are not known.
+    fn shows_obstacles(&self) -> bool {
         self.facts.chart.plan().is_none() || self.ui.map.truth_hidden
     }
 
@@ -312,10 +311,10 @@ impl Screen<'_> {
         if !chart.infrareds.is_empty() && self.ui.map.cursor.is_none() {
             notes.push(format!("{} infrared", glyphs.infrared));
         }
-        if !self.shows_echoes() {
+        if !self.shows_obstacles() {
             notes.push("walls: simulator's truth".to_owned());
-        } else if chart.echoes().next().is_some() {
-            notes.push("dots: sonar echoes".to_owned());
+        } else if chart.obstacles.obstacles().next().is_some() {
+            notes.push("walls: measured".to_owned());
         }
         if let Some(ghost) = self.ghost() {
             let words = format!(

@@ -15,13 +15,15 @@ pub(crate) const WINDOWS: &str = "x86_64-pc-windows-gnu";
 const MACOS: &str = "aarch64-apple-darwin";
 
 /// The packages whose tests run on the other machine, with their integration tests.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 12] = [
     "-p",
     "groundwave-protocol",
     "-p",
     "groundwave-lines",
     "-p",
     "groundwave-captures",
+    "-p",
+    "groundwave-mapping",
     "-p",
     "sr04-firmware",
     "-p",

@@ -160,25 +160,30 @@ fn one_key_follows_and_shows_everything_and_ends_a_look_elsewhere() {
 }
 
 #[test]
-fn echoes_are_kept_once_for_each_cell_of_the_floor() {
+fn obstacles_stand_at_the_echoes_until_the_robot_has_driven_on() {
     let mut scene = scene();
     scene.state.sonar_left_in = Some(40);
-    scene.state.sonar_right_in = Some(200);
-    scene.hear();
-    let echoes = |scene: &Scene| scene.model.facts.chart.echoes().collect::<Vec<_>>();
-    let first = echoes(&scene);
-    let [.., (x_in, y_in)] = first[..] else {
-        panic!("an echo");
-    };
-    assert!(
-        (x_in + 6.0).abs() <= 2.0 && (y_in - 45.0).abs() <= 2.0,
-        "{first:?}"
-    );
-    scene.hear();
-    assert_eq!(echoes(&scene), first);
-    for n in 0..3000 {
-        scene.state.x_tenths_in = n * 50;
+    scene.state.sonar_right_in = None;
+    for step in 0..4 {
+        scene.state.y_tenths_in = step * 20;
+        scene.state.sonar_left_in = Some(40 - step as u16 * 2);
         scene.hear();
     }
-    assert_eq!(echoes(&scene).len(), 1500);
+    let obstacles = |scene: &Scene| -> Vec<[(f64, f64); 2]> {
+        scene.model.facts.chart.obstacles.obstacles().collect()
+    };
+    // The left sonar is at (-1.5, 5) and looks 7.5 degrees to the left of north.
+    let (x_in, y_in) = (-6.7, 44.7);
+    let found = obstacles(&scene);
+    let is_there = found.iter().any(|[from, to]| {
+        (from.0..=to.0).contains(&x_in) && (from.1 - 3.0..=to.1 + 3.0).contains(&y_in)
+    });
+    assert!(is_there, "{found:?}");
+    scene.state.sonar_left_in = None;
+    for step in 0..300 {
+        scene.state.y_tenths_in = 60 - step * 20;
+        scene.hear();
+    }
+    let left = obstacles(&scene);
+    assert!(left.is_empty(), "{left:?}");
 }

@@ -479,12 +479,16 @@ fn a_contact_counts_before_the_robots_next_count() {
 }
 
 #[test]
-fn echoes_stand_for_walls_that_are_not_known() {
+fn measured_walls_stand_for_walls_that_are_not_known() {
     let mut scene = Scene::new(Config::default());
-    scene.hear();
-    row(&screen(&scene, 120, 40), "dots: sonar echoes");
+    for step in 0..4 {
+        scene.state.y_tenths_in += 20;
+        scene.state.sonar_left_in = Some(40 - 2 * step);
+        scene.hear();
+    }
+    row(&screen(&scene, 120, 40), "walls: measured");
     scene.event(Event::Truth(house()));
-    assert!(!screen(&scene, 120, 40).contains("echoes"));
+    assert!(!screen(&scene, 120, 40).contains("walls: measured"));
     scene.type_text("t");
-    row(&screen(&scene, 120, 40), "dots: sonar echoes");
+    row(&screen(&scene, 120, 40), "walls: measured");
 }

@@ -1,0 +1,147 @@
+//! The map of the floor that the robot has driven on last.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
+
+use groundwave_protocol::status_codes::{Infrared, Layer, LayerState};
+use groundwave_protocol::telemetry::StateLine;
+
+use crate::grid::{CELL_IN, Grid};
+use crate::pose::Pose;
+use crate::sensors::{body, infrared, sonar};
+
+/// Distance driven after which a reading is forgotten, inches. Wheels that differ by 0.4 % turn the odometer by 7 degrees
+/// over it.
+const WINDOW_IN: f64 = 300.0;
+
+/// Greatest number of readings, for a robot that turns on the spot.
+const READINGS_MAX: usize = 512;
+
+/// Movement after which readings are new: those of a robot that stands repeat themselves.
+const MOVED_IN: f64 = 1.5;
+const TURNED_DEG: u16 = 4;
+
+/// Distance between two lines that no robot drives, inches.
+const JUMP_IN: f64 = 60.0;
+
+/// Log-odds from which a cell is shown as an obstacle: 4 to 1.
+const OBSTACLE: f64 = 1.4;
+
+/// Mean age of an echo when its line begins, seconds, and distance of the wheels, inches.
+const ECHO_AGE_S: f64 = 0.14;
+const TRACK_IN: f64 = 10.0;
+
+/// A line A and the distance driven up to it.
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    state: StateLine,
+    path_in: f64,
+}
+
+/// An occupancy map around the robot, in the odometer's frame.
+///
+/// Dead reckoning is good over a short distance, so readings that are close together in distance driven fit each other,
+/// and older ones do not. The map holds those of the last 300 inches: the rolling window that navigation stacks call a
+/// local map. Taking a line is cheap; the map is made when it is looked at.
+#[derive(Clone, Debug, Default)]
+pub struct LocalMap {
+    readings: VecDeque<Reading>,
+    grid: OnceLock<Arc<Grid>>,
+}
+
+impl LocalMap {
+    /// Takes a line A.
+    pub fn take(&mut self, state: &StateLine) {
+        let mut path_in = 0.0;
+        if let Some(last) = self.readings.back() {
+            let moved_in = pose_of(state).distance_in(pose_of(&last.state));
+            let turned_deg = (state.theta_deg + 360 - last.state.theta_deg) % 360;
+            if moved_in > JUMP_IN {
+                self.readings.clear();
+            } else if moved_in < MOVED_IN && turned_deg.min(360 - turned_deg) < TURNED_DEG {
+                return;
+            } else {
+                path_in = last.path_in + moved_in;
+            }
+        }
+        let state = *state;
+        self.readings.push_back(Reading { state, path_in });
+        while self.readings.len() > READINGS_MAX
+            || self
+                .readings
+                .front()
+                .is_some_and(|first| path_in - first.path_in > WINDOW_IN)
+        {
+            self.readings.pop_front();
+        }
+        self.grid = OnceLock::new();
+    }
+
+    fn grid(&self) -> &Grid {
+        self.grid.get_or_init(|| {
+            let mut grid = Grid::default();
+            for reading in &self.readings {
+                learn(&mut grid, &reading.state);
+            }
+            Arc::new(grid)
+        })
+    }
+
+    /// The lower left and upper right corners of the cells that hold an obstacle, inches.
+    pub fn obstacles(&self) -> impl Iterator<Item = [(f64, f64); 2]> {
+        let cells = self.grid().cells();
+        let held = cells.filter(|(_, log_odds)| *log_odds > OBSTACLE);
+        held.map(|((column, row), _)| {
+            let (x_in, y_in) = (f64::from(column) * CELL_IN, f64::from(row) * CELL_IN);
+            [(x_in, y_in), (x_in + CELL_IN, y_in + CELL_IN)]
+        })
+    }
+}
+
+/// The pose that a line reports.
+fn pose_of(state: &StateLine) -> Pose {
+    Pose {
+        x_in: f64::from(state.x_tenths_in) / 10.0,
+        y_in: f64::from(state.y_tenths_in) / 10.0,
+        theta_rad: f64::from(state.theta_deg).to_radians(),
+    }
+}
+
+/// Adds the readings of a line to a map.
+fn learn(grid: &mut Grid, state: &StateLine) {
+    let pose = pose_of(state);
+    let (left_in_s, right_in_s) = (
+        f64::from(state.wheel_left_in_s),
+        f64::from(state.wheel_right_in_s),
+    );
+    let (x_in, y_in) = pose.point(0.0, -f64::midpoint(left_in_s, right_in_s) * ECHO_AGE_S);
+    let pinged_at = Pose {
+        x_in,
+        y_in,
+        theta_rad: pose.theta_rad - (left_in_s - right_in_s) / TRACK_IN * ECHO_AGE_S,
+    };
+    for (side, range_in) in [
+        (sonar::Side::Left, state.sonar_left_in),
+        (sonar::Side::Right, state.sonar_right_in),
+    ] {
+        if let Some(range_in) = range_in {
+            sonar::update(grid, pinged_at, side, f64::from(range_in));
+        }
+    }
+    infrared::update(grid, pose, detections(state));
+    body::update_outline(grid, pose);
+    body::update_contact(grid, pose, state.bump);
+}
+
+/// The detectors' states; those of a layer that is off are known only while they fire.
+fn detections(state: &StateLine) -> infrared::Sides {
+    let is_on = state.layers.get(Layer::Infrared) != LayerState::Off;
+    let side = |fired: Infrared| {
+        let fires = state.infrared == fired || state.infrared == Infrared::Both;
+        (is_on || fires).then_some(fires)
+    };
+    match state.infrared {
+        Infrared::Jammed | Infrared::NotFitted => (None, None),
+        _ => (side(Infrared::Left), side(Infrared::Right)),
+    }
+}
