@@ -6,6 +6,7 @@ mod calibrate;
 mod calibration;
 mod capture;
 mod captures;
+mod check;
 mod claims;
 mod command_line;
 mod common;

@@ -10,9 +10,9 @@ mod setup;
 mod simulation;
 
 pub use captures::{
-    Captures, Check, Cut, Export, ExportFormat, Info, Output, Recover, Replay, Songs, Verify,
+    Captures, Cut, Export, ExportFormat, Info, Output, Recover, Replay, Songs, Verify,
 };
-pub use live::{RadioArgs, Record, RecordingArgs, Sharing, Watch};
+pub use live::{Check, RadioArgs, Record, RecordingArgs, Sharing, Watch};
 pub use runs::{Compare, Label, Runs};
 pub use send::{Calibrate, Connection, Param, Send};
 pub use setup::{Completions, ConfigArgs, ConfigVerb, Man, Ports};

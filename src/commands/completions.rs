@@ -60,6 +60,13 @@ pub(super) fn captures(current: &OsStr) -> Candidates {
     PathCompleter::any().filter(is_capture).complete(current)
 }
 
+/// Captures and links.
+pub(super) fn checked(current: &OsStr) -> Candidates {
+    let mut found = captures(current);
+    found.extend(links(current));
+    found
+}
+
 /// Built-in worlds and TOML files that are no labels of runs.
 pub(super) fn worlds(current: &OsStr) -> Candidates {
     let names = simulated::world_names().chain(["generated:"]);

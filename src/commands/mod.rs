@@ -155,7 +155,7 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Verb::Recover(recover) => recover::run(recover),
         Verb::Export(export) => export::run(export),
         Verb::Cut(cut) => cut::run(cut),
-        Verb::Check(check) => check::run(check),
+        Verb::Check(check) => check::run(check, &config()?),
         Verb::Verify(verify) => verify::run(verify),
         Verb::Songs(songs) => songs::run(songs),
         Verb::Runs(runs) => runs::run(runs),

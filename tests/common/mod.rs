@@ -142,9 +142,15 @@ impl CoSimulation {
 
     /// Advances by a millisecond.
     pub fn step(&mut self) {
+        self.step_telling(&mut |_| ());
+    }
+
+    /// Advances by a millisecond and passes on each byte from the robot.
+    pub fn step_telling(&mut self, heard: &mut impl FnMut(u8)) {
         self.simulation.step();
         let now = self.now();
         while let Some(byte) = self.simulation.poll_downlink() {
+            heard(byte);
             self.station.handle_bytes(now, &[byte]);
         }
         if self.station.poll_timeout().is_some_and(|at| at <= now) {

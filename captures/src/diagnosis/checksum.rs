@@ -1,124 +1,131 @@
 //! The usual mistakes in a checksum.
 
 use groundwave_protocol::crc::{self, CHARACTERS, DOWNLINK_INIT};
+use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 
-/// Columns that the checksum covers.
-const COVERED: usize = 74;
+use super::kind::{self, Kind};
 
-/// First column of the checksum.
-pub(super) const COLUMN: usize = COVERED + 1;
+/// Columns that the checksum of a long line covers.
+const LONG: usize = 74;
+
+/// Columns that the checksum of lines K and G covers.
+const SHORT: usize = ACK_LINE_BYTES - 2 - CHARACTERS;
 
 const POLYNOMIAL: u32 = 0x7B_01BD;
 
-/// The mistake that explains the checksum of an 80-byte line without its line feed; `None` if none does.
-pub(super) fn mistake(line: &[u8]) -> Option<(Option<usize>, String)> {
-    let line = line.strip_suffix(b"\r")?;
-    let (covered, found) = line.split_at_checked(COVERED)?;
-    let found: [u8; CHARACTERS] = found.try_into().ok()?;
+/// The mistake that explains the checksum of `line`, CR LF removed, and its column; `None` if none does.
+pub(super) fn mistake(line: &[u8]) -> Option<(usize, &'static Kind)> {
+    let covered = match line {
+        [b'K' | b'G', ..] if line.len() >= SHORT + CHARACTERS && line.len() < LONG => SHORT,
+        _ => LONG,
+    };
+    let (covered, found) = line.split_at_checked(covered)?;
     if !line.iter().all(|byte| (b' '..=b'~').contains(byte)) {
         return None;
     }
-    let cause = cause(covered, found)?;
-    Some((
-        Some(COLUMN),
-        format!(
-            "line {}: the checksum {cause}; SPEC.md section 4 has worked examples",
-            char::from(line[0])
-        ),
-    ))
+    let kind = match found.try_into() {
+        Ok(found) => cause(covered, found)?,
+        // Longer than four characters.
+        Err(_) => in_digits(covered, found)?,
+    };
+    Some((covered.len() + 1, kind))
 }
 
-fn cause(covered: &[u8], found: [u8; CHARACTERS]) -> Option<&'static str> {
+/// A checksum in digits.
+fn in_digits(covered: &[u8], found: &[u8]) -> Option<&'static Kind> {
+    let found = str::from_utf8(found).ok()?;
+    let found = found.strip_prefix('*').unwrap_or(found);
+    let value = u32::from_str_radix(found, 16).ok()?;
+    let is = |value_of: u32| value_of == value;
+    let ccitt = |start| shifted(16, 0x1021, start, covered);
+    match found.len() {
+        6 if is(crc::update(DOWNLINK_INIT, covered)) => Some(kind::CRC_HEX),
+        4 if is(ccitt(0xFFFF)) || is(ccitt(0)) => Some(kind::CRC_16),
+        2..=4 if is(exclusive_or(covered)) || is(sum(covered)) => Some(kind::CRC_XOR),
+        _ => None,
+    }
+}
+
+fn cause(covered: &[u8], found: [u8; CHARACTERS]) -> Option<&'static Kind> {
     let right = crc::update(DOWNLINK_INIT, covered);
-    let hex16 = |value: u32| {
-        [format!("{value:04X}"), format!("{value:04x}")]
-            .iter()
-            .any(|digits| digits.as_bytes() == found)
-    };
     if found.map(|byte| if byte == b' ' { b'`' } else { byte }) == crc::characters(right) {
-        return Some("has a space for the value 0; 0 travels as a backtick");
+        return Some(kind::CRC_ZERO);
     }
     let mut reversed = crc::characters(right);
     reversed.reverse();
-    let with_lf = [b"\n", covered].concat();
-    let with_next = [covered, &found[..1]].concat();
+    if found == reversed {
+        return Some(kind::CRC_ORDER);
+    }
+    let from_start = |bytes: &[u8]| crc::update(DOWNLINK_INIT, bytes);
+    let length = covered.len();
+    let blank_ack = [&covered[..length - 5], b"     "].concat();
+    let zero_ack = [&covered[..length - 5], b"`````"].concat();
     let remainders = [
-        (crc::update(0, covered), "starts from 0 instead of 0xFFFFFF"),
-        (right ^ 0xFF_FFFF, "is inverted at the end; it must not be"),
+        (crc::update(0, covered), kind::CRC_START),
+        (right ^ 0xFF_FFFF, kind::CRC_INVERTED),
+        (right.swap_bytes() >> 8, kind::CRC_BYTES),
+        (from_start(&[b"\n", covered].concat()), kind::CRC_LINE_FEED),
         (
-            crc::update(DOWNLINK_INIT, &with_lf),
-            "counts in the LF of the line before",
+            from_start(&[b"\r\n", covered].concat()),
+            kind::CRC_LINE_FEED,
         ),
+        (from_start(&covered[1..]), kind::CRC_COLUMNS),
+        (from_start(&covered[3..]), kind::CRC_COLUMNS),
+        (from_start(&covered[..length - 1]), kind::CRC_COLUMNS),
+        (from_start(&covered[..length - 5]), kind::CRC_COLUMNS),
         (
-            crc::update(DOWNLINK_INIT, &covered[1..]),
-            "leaves out column 1",
+            from_start(&[covered, &found[..1]].concat()),
+            kind::CRC_COLUMNS,
         ),
-        (
-            crc::update(DOWNLINK_INIT, &covered[..COVERED - 1]),
-            "ends at column 73 instead of 74",
-        ),
-        (
-            crc::update(DOWNLINK_INIT, &covered[..69]),
-            "leaves out the acknowledgement",
-        ),
-        (
-            crc::update(DOWNLINK_INIT, &with_next),
-            "covers column 75, one too many",
-        ),
-        (
-            reflected(covered),
-            "is reflected; the most significant bit comes first",
-        ),
+        (from_start(&[covered, b"\r\n"].concat()), kind::CRC_COLUMNS),
+        (from_start(&[covered, b"\0"].concat()), kind::CRC_COLUMNS),
+        (from_start(&blank_ack), kind::CRC_STALE),
+        (from_start(&zero_ack), kind::CRC_STALE),
+        (reflected(POLYNOMIAL, covered), kind::CRC_REFLECTED),
         (
             shifted(24, 0xBD_80DE, DOWNLINK_INIT, covered),
-            "takes Koopman's 0xBD80DE for the polynomial, which is 0x7B01BD",
+            kind::CRC_POLYNOMIAL,
         ),
+        // OpenPGP's polynomial, with its start and with ours; BLE's; FlexRay's; OS-9's.
         (
             shifted(24, 0x86_4CFB, 0xB7_04CE, covered),
-            "is that of OpenPGP; the polynomial is 0x7B01BD",
+            kind::CRC_POLYNOMIAL,
         ),
         (
             shifted(24, 0x86_4CFB, DOWNLINK_INIT, covered),
-            "has the polynomial 0x864CFB instead of 0x7B01BD",
+            kind::CRC_POLYNOMIAL,
         ),
         (
-            shifted(16, 0x1021, 0xFFFF, covered),
-            "is CRC-16/CCITT instead of CRC-24",
+            shifted(24, 0x00_065B, DOWNLINK_INIT, covered),
+            kind::CRC_POLYNOMIAL,
         ),
         (
-            shifted(16, 0x1021, 0, covered),
-            "is CRC-16/XMODEM instead of CRC-24",
+            shifted(24, 0x5D_6DCB, DOWNLINK_INIT, covered),
+            kind::CRC_POLYNOMIAL,
         ),
+        (
+            shifted(24, 0x80_0063, DOWNLINK_INIT, covered),
+            kind::CRC_POLYNOMIAL,
+        ),
+        (shifted(16, 0x1021, 0xFFFF, covered), kind::CRC_16),
+        (shifted(16, 0x1021, 0, covered), kind::CRC_16),
+        (shifted(16, 0x8005, 0xFFFF, covered), kind::CRC_16),
+        (exclusive_or(covered), kind::CRC_XOR),
+        (sum(covered), kind::CRC_XOR),
     ];
-    if found == reversed {
-        return Some("has its characters in reverse; the most significant comes first");
-    }
-    let fits = |&&(value, _): &&(u32, _)| crc::characters(value) == found;
-    if let Some(&(_, cause)) = remainders.iter().find(fits) {
-        return Some(cause);
-    }
-    let xor = covered.iter().fold(0, |sum, &byte| sum ^ byte);
-    [
-        (
-            shifted(16, 0x1021, 0xFFFF, covered),
-            "is CRC-16/CCITT in hexadecimal instead of CRC-24 in 6-bit characters",
-        ),
-        (
-            shifted(16, 0x1021, 0, covered),
-            "is CRC-16/XMODEM in hexadecimal instead of CRC-24 in 6-bit characters",
-        ),
-        (
-            u32::from(xor),
-            "is an exclusive or in hexadecimal instead of CRC-24 in 6-bit characters",
-        ),
-    ]
-    .into_iter()
-    .find_map(|(value, cause)| hex16(value).then_some(cause))
+    let fits = |(value, _): &&(u32, _)| crc::characters(*value) == found;
+    let kind = remainders.iter().find(fits).map(|&(_, kind)| kind);
+    kind.or_else(|| in_digits(covered, &found))
 }
 
-/// Whether all bytes are hexadecimal digits.
-pub(super) fn is_hex(bytes: &[u8]) -> bool {
-    bytes.iter().all(u8::is_ascii_hexdigit)
+/// The exclusive-or of the bytes.
+fn exclusive_or(bytes: &[u8]) -> u32 {
+    u32::from(bytes.iter().fold(0, |sum, byte| sum ^ byte))
+}
+
+/// The sum of the bytes, 8 bits.
+fn sum(bytes: &[u8]) -> u32 {
+    u32::from(bytes.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte)))
 }
 
 /// A CRC of up to 24 bits, most significant bit first.
@@ -133,9 +140,9 @@ pub(super) fn shifted(bits: u32, polynomial: u32, start: u32, bytes: &[u8]) -> u
     })
 }
 
-/// The checksum with the least significant bit first.
-pub(super) fn reflected(bytes: &[u8]) -> u32 {
-    let polynomial = POLYNOMIAL.reverse_bits() >> 8;
+/// A CRC of 24 bits with the least significant bit first.
+pub(super) fn reflected(polynomial: u32, bytes: &[u8]) -> u32 {
+    let polynomial = polynomial.reverse_bits() >> 8;
     bytes.iter().fold(DOWNLINK_INIT, |remainder, &byte| {
         (0..8).fold(remainder ^ u32::from(byte), |r, _| {
             let carry = if r & 1 == 0 { 0 } else { polynomial };

@@ -1,10 +1,14 @@
-//! The forms of the fields, by type of line and column (SPEC.md section 5).
+//! The forms of the fields, by type of line and column (SPEC.md section 5), and the likely cause of another one.
+
+use groundwave_protocol::telemetry::LineType;
+
+use super::kind::{self, Kind};
 
 /// First column, last column, name of the field and its form.
 type Field = (usize, usize, &'static str, &'static str);
 
 const ALL: &[Field] = &[
-    (1, 1, "type", "one of A B C P S T"),
+    (1, 1, "type", "the letter of a line"),
     (2, 3, "sequence", "two digits"),
     (70, 74, "acknowledgement", "five 6-bit characters, ` to _"),
 ];
@@ -88,27 +92,232 @@ const COUNTERS: &[Field] = &[
 
 const TEXT: &[Field] = &[(5, 68, "text", "printable ASCII")];
 const SONG: &[Field] = &[(5, 67, "notes", "three 6-bit characters each, then spaces")];
-const PARAMETER: &[Field] = &[(5, 68, "parameter", "the form of line P")];
 
-/// What stands at a column and what was expected there.
-pub(super) fn expected(line: &[u8], column: usize) -> String {
-    let letter = line.first().copied().unwrap_or(b'?');
-    let fields = match letter {
+const PARAMETER: &[Field] = &[
+    (
+        5,
+        9,
+        "place",
+        "dd/dd, from 01, the first not above the second",
+    ),
+    (
+        11,
+        28,
+        "name",
+        "lower case letters, digits and hyphens, then spaces",
+    ),
+    (30, 35, "value", "a sign and five digits"),
+    (37, 42, "value after a reset", "a sign and five digits"),
+    (44, 49, "least value", "a sign and five digits"),
+    (51, 56, "greatest value", "a sign and five digits"),
+    (58, 68, "unit", "printable ASCII"),
+];
+
+const ABILITIES: &[Field] = &[
+    (5, 6, "robot id", "01 to 99"),
+    (8, 8, "level", "1 to 5"),
+    (10, 12, "capacity", "000 to 300"),
+    (14, 22, "modes", "its letter of PRHXUWGFC or ."),
+    (24, 27, "readings", "its letter of BWSI or ."),
+    (29, 33, "rate", "five digits, from 00030"),
+    (35, 35, "fields", "0 to 9"),
+];
+
+const OWN_FIELD: &[Field] = &[
+    (5, 7, "place", "d/d, from 1, the first not above the second"),
+    (
+        9,
+        26,
+        "name",
+        "lower case letters, digits and hyphens, then spaces",
+    ),
+    (28, 28, "decimals", "0 to 5"),
+    (30, 40, "unit", "printable ASCII"),
+];
+
+const VALUES: &[Field] = &[
+    (5, 10, "value 1", "a sign and five digits, or hyphens"),
+    (12, 17, "value 2", "a sign and five digits, or hyphens"),
+    (19, 24, "value 3", "a sign and five digits, or hyphens"),
+    (26, 31, "value 4", "a sign and five digits, or hyphens"),
+    (33, 38, "value 5", "a sign and five digits, or hyphens"),
+    (40, 45, "value 6", "a sign and five digits, or hyphens"),
+    (47, 52, "value 7", "a sign and five digits, or hyphens"),
+    (54, 59, "value 8", "a sign and five digits, or hyphens"),
+    (61, 66, "value 9", "a sign and five digits, or hyphens"),
+];
+
+const ACK: &[Field] = &[
+    (1, 1, "type", "K or G"),
+    (2, 3, "sequence", "two digits"),
+    (4, 8, "acknowledgement", "five 6-bit characters, ` to _"),
+];
+
+fn fields(letter: u8) -> &'static [Field] {
+    match letter {
         b'A' => STATE,
         b'B' => STATUS,
         b'C' => COUNTERS,
         b'T' => TEXT,
         b'S' => SONG,
         b'P' => PARAMETER,
+        b'I' => ABILITIES,
+        b'F' => OWN_FIELD,
+        b'V' => VALUES,
         _ => &[],
+    }
+}
+
+/// A field that cannot be read.
+pub(super) struct Misread {
+    /// Its place and content, and the form expected.
+    pub place: String,
+    /// The likely cause.
+    pub kind: &'static Kind,
+}
+
+/// Judges the field at a column.
+pub(super) fn judge(line: &[u8], column: usize) -> Misread {
+    let letter = line.first().copied().unwrap_or(b'?');
+    let is_short = line.len() < 20;
+    let shown = char::from(letter).escape_default();
+    let all = if is_short { ACK } else { ALL };
+    let own = if is_short { &[] } else { fields(letter) };
+    let found = all
+        .iter()
+        .chain(own)
+        .find(|(first, last, ..)| (*first..=*last).contains(&column));
+    let Some(&(first, last, name, form)) = found else {
+        return Misread {
+            place: format!("line {shown}, column {column}: expected a space"),
+            kind: kind::SPACE,
+        };
     };
-    let letter = char::from(letter);
-    let field = ALL.iter().chain(fields);
-    let Some((_, _, name, form)) = field
-        .clone()
-        .find(|(first, last, ..)| (*first..=*last).contains(&column))
-    else {
-        return format!("line {letter}, column {column}: expected a space");
+    let end = last.min(line.len());
+    let whole = line.get(first - 1..end).unwrap_or_default();
+    // Each flag and layer is a field of its own.
+    let content = if is_letters(form) && last > first {
+        line.get(column - 1..column).unwrap_or_default()
+    } else {
+        whole
     };
-    format!("line {letter}, column {column}, {name}: expected {form}")
+    let text = String::from_utf8_lossy(content);
+    let place = format!("line {shown}, column {column}, {name}: \"{text}\", expected {form}");
+    let kind = if column == 1 {
+        kind::TYPE
+    } else {
+        likely(content, whole, column - first, form)
+    };
+    Misread { place, kind }
+}
+
+/// Whether a form is of single letters.
+fn is_letters(form: &str) -> bool {
+    form.contains("letter") && !form.starts_with("lower case letters") || form.starts_with("one of")
+}
+
+/// The likely cause of a field that does not have its form. `offset` is the place to blame in the whole field.
+fn likely(content: &[u8], whole: &[u8], offset: usize, form: &str) -> &'static Kind {
+    let text = String::from_utf8_lossy(content);
+    let digits = text.trim_start_matches([' ', '+', '-']);
+    let is_number =
+        !digits.is_empty() && digits.bytes().all(|it| it.is_ascii_digit() || it == b'.');
+    if form.contains("6-bit") {
+        let bad = |byte: &&u8| !(b'!'..=b'`').contains(*byte);
+        return match content.iter().find(bad) {
+            Some(b' ') => kind::SIX_BIT_SPACE,
+            Some(_) => kind::SIX_BIT,
+            None => kind::RANGE,
+        };
+    }
+    if form.starts_with("lower case letters") && text.bytes().any(|it| it.is_ascii_uppercase()) {
+        return kind::LETTER_CASE;
+    }
+    if form.starts_with("lower case letters") || form.starts_with("printable") {
+        return kind::FIELD;
+    }
+    if is_letters(form) {
+        return letters(content, whole, offset, form);
+    }
+    let is_signed = form.starts_with("a sign") || form.starts_with('+');
+    let is_zero = digits.bytes().all(|it| matches!(it, b'0' | b'.'));
+    let lower = text.trim().to_ascii_lowercase();
+    if lower.contains("nan") || lower.contains("inf") || lower.contains('?') {
+        kind::NUMBER
+    } else if form.contains("hyphens in X and Y")
+        && (is_number || text.bytes().all(|it| it == b'-'))
+        && has_form(content, form)
+    {
+        kind::PAIR
+    } else if text.bytes().all(|it| it == b'-') {
+        kind::HYPHENS
+    } else if is_signed && is_number && is_zero && text.starts_with('-') {
+        kind::ZERO
+    } else if is_signed && is_number && text.starts_with(|it: char| it.is_ascii_digit())
+        || is_signed
+            && is_number
+            && text.starts_with(' ')
+            && !text.starts_with("  ")
+            && digits.len() + 1 == content.len()
+    {
+        kind::SIGN
+    } else if text.contains(' ') {
+        kind::PADDING
+    } else if !is_signed && text.starts_with(['+', '-']) {
+        kind::EXTRA_SIGN
+    } else if text.contains(',') || form.contains("point") && !text.contains('.') {
+        kind::DOT
+    } else if form.contains("not above") {
+        kind::PAIR
+    } else if is_number {
+        kind::RANGE
+    } else {
+        kind::FIELD
+    }
+}
+
+/// Whether the content looks like a sign and digits, or hyphens.
+fn has_form(content: &[u8], form: &str) -> bool {
+    let is_signed =
+        matches!(content, [b'+' | b'-', digits @ ..] if digits.iter().all(u8::is_ascii_digit));
+    let is_negative_zero =
+        content.first() == Some(&b'-') && content[1..].iter().all(|it| *it == b'0');
+    form.contains("sign")
+        && (is_signed && !is_negative_zero || content.iter().all(|it| *it == b'-'))
+}
+
+fn letters(content: &[u8], whole: &[u8], offset: usize, form: &str) -> &'static Kind {
+    let Some(&byte) = content.first() else {
+        return kind::LETTER;
+    };
+    if form.contains("at most one in upper case") {
+        let layer = b"BTISLMD".get(offset);
+        let before = whole.get(..offset).unwrap_or_default();
+        if layer == Some(&byte) && before.iter().any(u8::is_ascii_uppercase) {
+            return kind::UPPER_CASE;
+        }
+        return kind::LETTER;
+    }
+    let swapped = if byte.is_ascii_uppercase() {
+        byte.to_ascii_lowercase()
+    } else {
+        byte.to_ascii_uppercase()
+    };
+    let options = form.split_whitespace().filter(|it| it.len() == 1);
+    let is_listed = options.clone().any(|it| it.as_bytes() == [swapped])
+        || form.contains("UBTISLMD") && b"UBTISLMD".get(offset) == Some(&swapped)
+        || form.contains("PRHXUWGFC") && b"PRHXUWGFC".get(offset) == Some(&swapped)
+        || form.starts_with("a mode") && b"PRHXWGF".contains(&swapped);
+    if swapped != byte && is_listed {
+        kind::LETTER_CASE
+    } else if byte == b'-' {
+        kind::HYPHENS
+    } else {
+        kind::LETTER
+    }
+}
+
+/// Whether a line of section 5 begins with the letter.
+pub(super) fn is_type(letter: u8) -> bool {
+    LineType::from_letter(letter).is_some()
 }

@@ -4,36 +4,59 @@
 //! lines. A wrong checksum or shape is one if it recurs and a usual mistake explains it.
 
 mod checksum;
+mod conduct;
 mod forms;
+pub mod kind;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 
+use conduct::Conduct;
 use groundwave_lines::runs;
 use groundwave_protocol::LINE_BYTES;
+use groundwave_protocol::crc;
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::telemetry::{Body, Detail, Line, SEQUENCE_MODULUS};
+use groundwave_protocol::telemetry::{ACK_LINE_BYTES, AckLine, Body, Detail, Line};
+use kind::Kind;
 
-/// How often a wrong checksum or shape has to recur, because the radio may cause it once.
+/// How often a mistake that the radio may cause once has to recur.
 const RECURS: u64 = 3;
 
-/// Longest piece between two line feeds that is kept; of a longer one the end.
-const PIECE_BYTES_MAX: usize = 2 * LINE_BYTES;
+/// How often a field has to be too long or too short in only some of the lines.
+const RECURS_SOMETIMES: u64 = 12;
+
+/// Intact lines for each of these, at most: the radio makes one line in 200 too long or too short.
+const SOMETIMES: u64 = 20;
+
+/// Longest line that is examined.
+const LINE_BYTES_MAX: usize = 2 * LINE_BYTES;
 
 /// A mistake of the robot, with its first occurrence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
+    /// Code, likely cause and remedy.
+    pub kind: &'static Kind,
     /// Number of the line feed that ended the first such line, from 1.
     pub row: u64,
     /// That line, without its line feed.
     pub line: Vec<u8>,
     /// First column to blame, from 1.
     pub column: Option<usize>,
-    /// The likely cause, with the form expected.
-    pub cause: String,
+    /// The line and column in words, the content and the form expected.
+    pub place: String,
     /// Occurrences.
     pub count: u64,
+    /// Whether the radio cannot have caused it.
+    is_sure: bool,
+}
+
+impl Finding {
+    /// The mistake in one clause.
+    #[must_use]
+    pub fn clause(&self) -> String {
+        format!("{}: {}", self.place, self.kind.cause)
+    }
 }
 
 /// Collects the mistakes in a stream of lines.
@@ -42,12 +65,12 @@ pub struct Diagnosis {
     decoder: Decoder,
     piece: Vec<u8>,
     row: u64,
-    suspects: BTreeMap<(bool, String), Finding>,
-    previous: Option<(u8, u64)>,
-    /// Neighbouring intact lines without a byte between them, and those among them whose sequence does not advance by one.
-    pairs: u64,
-    /// Intact lines by their letter.
+    /// By code, letter and column.
+    suspects: BTreeMap<(&'static str, u8, Option<usize>), Finding>,
+    conduct: Conduct,
+    /// Intact lines, and damaged ones, by their letter.
     intact: BTreeMap<u8, u64>,
+    damaged: BTreeMap<u8, u64>,
     level: u8,
 }
 
@@ -58,8 +81,10 @@ impl Diagnosis {
             let line_feed = run.iter().position(|&byte| byte == b'\n');
             let (piece, empty) = run.split_at(line_feed.map_or(run.len(), |at| at + 1));
             self.piece.extend_from_slice(piece);
-            let excess = self.piece.len().saturating_sub(PIECE_BYTES_MAX);
-            self.piece.drain(..excess);
+            while self.piece.len() > 2 * LINE_BYTES_MAX {
+                let head: Vec<u8> = self.piece.drain(..LINE_BYTES_MAX).collect();
+                self.take_headless(&head);
+            }
             self.take_piece(piece);
             // Empty lines are no intact ones.
             self.decoder.lines(empty).for_each(drop);
@@ -67,25 +92,47 @@ impl Diagnosis {
         }
     }
 
+    /// Takes bytes without a line feed.
+    fn take_headless(&mut self, bytes: &[u8]) {
+        let mut ends = bytes.iter().enumerate();
+        let line = ends.find_map(|(end, byte)| {
+            let line = bytes.get(end.checked_sub(LINE_BYTES - 2)?..end)?;
+            let is_line = *byte == b'\r' && begins(line) && begins(&bytes[end + 1..]);
+            is_line.then(|| line.to_vec())
+        });
+        if let Some(line) = line {
+            let place = "lines end with CR alone".to_owned();
+            self.suspect(kind::LINE_END, false, line, Some(80), place);
+        }
+    }
+
     fn take_piece(&mut self, piece: &[u8]) {
         let before = *self.decoder.counters();
-        let received = self.decoder.lines(piece).last();
+        let mut rest = piece;
+        let mut received = None;
+        while let Some(line) = self.decoder.next_own_line(&mut rest) {
+            received = Some(line);
+        }
         if !piece.ends_with(b"\n") {
             return;
         }
         self.row += 1;
         let mut line = std::mem::take(&mut self.piece);
         line.pop();
-        match received {
-            Some(received) => self.take_intact(&received, &line),
-            None if self.decoder.counters().field_rejected > before.field_rejected => {
-                self.take_unreadable(&line);
-            }
-            None => {
-                if let Some((column, cause)) = shape(&line).or_else(|| checksum::mistake(&line)) {
-                    self.suspect(false, line, column, cause);
-                }
-            }
+        let counters = self.decoder.counters();
+        if before.other_robot.is_none()
+            && let Some(other) = counters.other_robot
+        {
+            let place = format!("robot {other} is on the channel, too");
+            self.suspect(kind::TWO_ROBOTS, true, line.clone(), None, place);
+        }
+        let counters = self.decoder.counters();
+        if let Some(received) = received {
+            self.take_intact(&received, &line);
+        } else if counters.field_rejected > before.field_rejected {
+            self.take_unreadable(&line);
+        } else if counters.lines + counters.ack_lines == before.lines + before.ack_lines {
+            self.take_damaged(line);
         }
     }
 
@@ -94,47 +141,106 @@ impl Diagnosis {
             return;
         };
         // The line is the end of the piece; noise may be before it.
-        let start = line.len().saturating_sub(LINE_BYTES - 1);
-        let line = line[start..].to_vec();
+        let is_long = last(line, LINE_BYTES - 1).is_some_and(|line| is_sealed(line, 74));
+        let length = if is_long { LINE_BYTES } else { ACK_LINE_BYTES };
+        let line = last(line, length - 1).unwrap_or(line).to_vec();
         let column = usize::from(error.column);
-        let cause = forms::expected(&line, column);
-        self.suspect(true, line, Some(column), cause);
+        let misread = forms::judge(&line, column);
+        self.suspect(misread.kind, true, line, Some(column), misread.place);
+    }
+
+    fn take_damaged(&mut self, line: Vec<u8>) {
+        let letter = line.first().copied().unwrap_or_default();
+        if begins(&line) {
+            *self.damaged.entry(letter).or_default() += 1;
+        }
+        if let Some((kind, column, place)) = shape(&line) {
+            self.suspect(kind, false, line, column, place);
+            return;
+        }
+        let Some(content) = line.strip_suffix(b"\r") else {
+            return;
+        };
+        let misread = begins(content).then(|| misread(content)).flatten();
+        if let Some((column, kind)) = checksum::mistake(content) {
+            let place = place(letter, column);
+            // The line is as the robot sent it, so its fields count, too.
+            if let Some((column, misread)) = misread {
+                self.suspect(
+                    misread.kind,
+                    false,
+                    line.clone(),
+                    Some(column),
+                    misread.place,
+                );
+            }
+            self.suspect(kind, false, line, Some(column), place);
+        } else if begins(content)
+            && !AckLine::begins_with(letter)
+            && content.len() == LINE_BYTES - 2
+            && misread.is_none()
+        {
+            let place = place(letter, 75);
+            self.suspect(kind::CRC_UNKNOWN, false, line, Some(75), place);
+        }
     }
 
     fn take_intact(&mut self, received: &Received, line: &[u8]) {
         self.level = self.level.max(level(received));
-        if let Received::Line(line, _) = received {
-            *self
-                .intact
-                .entry(line.body.line_type().letter())
-                .or_default() += 1;
-        }
-        let sequence = received.sequence();
+        let letter = match received {
+            Received::Line(line, _) => line.body.line_type().letter(),
+            Received::Ack(line) if line.listens => b'G',
+            Received::Ack(_) => b'K',
+        };
+        *self.intact.entry(letter).or_default() += 1;
         let noise = self.decoder.counters().noise_bytes;
-        if let Some((previous, noise_before)) = self.previous.replace((sequence, noise))
-            && noise == noise_before
-        {
-            self.pairs += 1;
-            let expected = (previous + 1) % SEQUENCE_MODULUS;
-            if sequence == previous {
-                let cause = "the sequence stands still; it counts the lines of all types together";
-                self.suspect(false, line.to_vec(), Some(2), cause.to_owned());
-            } else if sequence != expected && sequence != 0 {
-                let cause = "the sequence jumps; it counts by one from 00 to 99 over the lines of all types";
-                self.suspect(false, line.to_vec(), Some(2), cause.to_owned());
-            }
+        for (column, kind) in self.conduct.take(received, noise) {
+            let is_sure = [
+                kind::BOOT_CHANGES,
+                kind::BOOT_DISAGREES,
+                kind::BOOT_SAME,
+                kind::DIGEST_EMPTY,
+                kind::ERA_TWICE,
+                kind::HEARING,
+                kind::ID_DISAGREES,
+                kind::ID_ZERO,
+                kind::WRAP,
+            ]
+            .contains(&kind);
+            self.suspect(
+                kind,
+                is_sure,
+                line.to_vec(),
+                Some(column),
+                place(letter, column),
+            );
         }
     }
 
-    fn suspect(&mut self, is_sure: bool, line: Vec<u8>, column: Option<usize>, cause: String) {
+    fn suspect(
+        &mut self,
+        kind: &'static Kind,
+        is_sure: bool,
+        line: Vec<u8>,
+        column: Option<usize>,
+        place: String,
+    ) {
         let row = self.row;
-        let finding = self.suspects.entry((is_sure, cause.clone()));
-        let finding = finding.or_insert(Finding {
+        // The sequence is one for all types.
+        let letter = if column == Some(2) {
+            0
+        } else {
+            line.first().copied().unwrap_or_default()
+        };
+        let key = (kind.code, letter, column);
+        let finding = self.suspects.entry(key).or_insert_with(|| Finding {
+            kind,
             row,
             line,
             column,
-            cause,
+            place,
             count: 0,
+            is_sure,
         });
         finding.count += 1;
     }
@@ -142,24 +248,60 @@ impl Diagnosis {
     /// The robot's mistakes, in the order of their first occurrence.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
-        // Lines and bytes that the radio lost make the sequence jump and lines too short or too long, but not mostly.
-        let is_mistake = |((is_sure, cause), finding): &(&(bool, String), &Finding)| {
-            let letter = finding.line.first();
-            let others = if cause.starts_with("the sequence") {
-                self.pairs / 2
-            } else if finding.column == Some(checksum::COLUMN) {
-                0
-            } else {
-                letter
-                    .and_then(|it| self.intact.get(it))
-                    .map_or(0, |it| *it)
-            };
-            *is_sure || finding.count >= RECURS && finding.count > others
+        let of = |counts: &BTreeMap<u8, u64>, finding: &Finding| {
+            let letter = finding.line.iter().find(|it| **it != b'\r');
+            letter.and_then(|it| counts.get(it)).copied().unwrap_or(0)
         };
-        let suspects = self.suspects.iter().filter(is_mistake);
-        let mut findings: Vec<_> = suspects.map(|(_, finding)| finding.clone()).collect();
+        let same_kind = |finding: &Finding| {
+            let letter = finding.line.first();
+            let suspects = self.suspects.values();
+            let same = suspects.filter(|it| it.kind == finding.kind && it.line.first() == letter);
+            same.map(|it| it.count).sum::<u64>()
+        };
+        // Lines and bytes that the radio lost make the sequence jump and lines too short or too long, but not mostly and not
+        // always at the same column.
+        let is_mistake = |finding: &&Finding| {
+            let count = finding.count;
+            let kind = finding.kind;
+            if finding.is_sure {
+                // A robot with two ids is taken for two robots.
+                return kind != kind::TWO_ROBOTS || !self.has(kind::ID_DISAGREES);
+            }
+            if count < RECURS {
+                return false;
+            }
+            let intact = of(&self.intact, finding);
+            if kind == kind::STUCK || kind == kind::JUMP {
+                count > self.conduct.pairs / 2
+            } else if kind == kind::PER_TYPE {
+                count > self.conduct.changes / 2
+            } else if kind == kind::NO_STATE {
+                count > intact / 4
+            } else if kind == kind::LINE_END {
+                count > intact
+            } else if kind == kind::LENGTH {
+                let all = same_kind(finding);
+                same_kind(finding) > intact && count * 5 > all
+                    || count >= RECURS_SOMETIMES
+                        && count * 5 > all * 3
+                        && count * SOMETIMES > intact
+            } else if kind == kind::CRC_ZERO {
+                // One flipped bit makes a space of a backtick.
+                count > intact / 100
+            } else if kind == kind::CRC_UNKNOWN {
+                count > 4 * intact && count > of(&self.damaged, finding) / 2
+            } else {
+                true
+            }
+        };
+        let suspects = self.suspects.values().filter(is_mistake);
+        let mut findings: Vec<_> = suspects.cloned().collect();
         findings.sort_by_key(|finding| finding.row);
         findings
+    }
+
+    fn has(&self, kind: &'static Kind) -> bool {
+        self.suspects.values().any(|it| it.kind == kind)
     }
 
     /// The decoder's counts.
@@ -196,39 +338,81 @@ fn level(received: &Received) -> u8 {
     if by_ack == 1 { 1 } else { by_type.max(by_ack) }
 }
 
-/// A mistake in the line's end or length. `line` lacks its line feed.
-fn shape(line: &[u8]) -> Option<(Option<usize>, String)> {
-    let is_type = |byte: &u8| b"ABCTPSIFV".contains(byte);
-    let begins =
-        |line: &[u8]| line.first().is_some_and(is_type) && line.get(1..3).is_some_and(is_sequence);
+/// A mistake in the line's end or length, its column and its place in words. `line` lacks its line feed.
+fn shape(line: &[u8]) -> Option<(&'static Kind, Option<usize>, String)> {
+    if let [b'\r', line @ ..] = line
+        && begins(line)
+        && !line.ends_with(b"\r")
+    {
+        let text = format!("line {} ends with LF CR", char::from(line[0]));
+        return Some((kind::LINE_END, Some(line.len() + 1), text));
+    }
     if !begins(line) {
         return None;
     }
     let letter = char::from(line[0]);
-    let body = line.strip_suffix(b"\r");
-    let length = body.unwrap_or(line).len();
-    match (body, length) {
-        (None, 78) => Some((
-            Some(79),
-            format!("line {letter} ends with LF alone; it must end with CR LF"),
-        )),
-        (Some(_), 80) if checksum::is_hex(&line[74..80]) => Some((
-            Some(checksum::COLUMN),
-            format!(
-                "line {letter} has its checksum as hexadecimal digits; it takes four 6-bit characters"
-            ),
-        )),
-        (Some(_), 78) | (None, _) => None,
-        (Some(_), length) => Some((
-            None,
-            format!(
-                "line {letter} has {} bytes with CR LF; it must have {LINE_BYTES}",
-                length + 2
-            ),
-        )),
-    }
+    let length = if AckLine::begins_with(line[0]) {
+        ACK_LINE_BYTES
+    } else {
+        LINE_BYTES
+    };
+    let (ends, end) = match line.strip_suffix(b"\r") {
+        None if line.len() == length - 2 => ("LF alone", length - 1),
+        None => return None,
+        Some(content) if content.ends_with(b"\r") => ("CR CR LF", length),
+        Some(content) if content.len() == length - 2 || checksum::mistake(content).is_some() => {
+            return None;
+        }
+        Some(content) => {
+            let found = content.len() + 2;
+            // A longer one is another line, its letter damaged.
+            if !(8..=length + length / 2).contains(&found) {
+                return None;
+            }
+            let (column, place) = match misread(content) {
+                Some((column, misread)) => (column, misread.place),
+                None => (length - 1, place(line[0], length - 1)),
+            };
+            let text = format!("{place}; the line has {found} bytes instead of {length}");
+            return Some((kind::LENGTH, Some(column), text));
+        }
+    };
+    let text = format!("line {letter} ends with {ends}");
+    Some((kind::LINE_END, Some(end), text))
 }
 
-fn is_sequence(bytes: &[u8]) -> bool {
-    bytes.iter().all(u8::is_ascii_digit)
+/// The first field that cannot be read in a line of any length, without its CR LF.
+fn misread(content: &[u8]) -> Option<(usize, forms::Misread)> {
+    if content.first().is_some_and(|it| AckLine::begins_with(*it)) {
+        return None;
+    }
+    let mut line = [b' '; LINE_BYTES];
+    let length = content.len().min(LINE_BYTES - 2);
+    line[..length].copy_from_slice(&content[..length]);
+    line[LINE_BYTES - 2..].copy_from_slice(b"\r\n");
+    let column = usize::from(Line::parse(&line).err()?.column);
+    Some((column, forms::judge(&line[..LINE_BYTES - 1], column)))
+}
+
+/// Whether a line begins with a letter of section 5 and a sequence.
+fn begins(line: &[u8]) -> bool {
+    let is_type = |byte: u8| forms::is_type(byte) || AckLine::begins_with(byte);
+    matches!(*line, [letter, tens, units, ..] if is_type(letter) && tens.is_ascii_digit() && units.is_ascii_digit())
+}
+
+/// Whether the checksum after the columns covered is valid.
+fn is_sealed(line: &[u8], covered: usize) -> bool {
+    let remainder = crc::update(crc::DOWNLINK_INIT, &line[..covered]);
+    line[covered..].starts_with(&crc::characters(remainder))
+}
+
+fn last(bytes: &[u8], count: usize) -> Option<&[u8]> {
+    bytes.get(bytes.len().checked_sub(count)?..)
+}
+
+fn place(letter: u8, column: usize) -> String {
+    format!(
+        "line {}, column {column}",
+        char::from(letter).escape_default()
+    )
 }

@@ -167,22 +167,6 @@ pub struct Verify {
     pub json: bool,
 }
 
-/// `check`
-#[derive(Debug, Args)]
-#[command(after_help = laid_out("\
-Examples:
-  groundwave check evening.txt
-  cat /dev/ttyUSB0 | groundwave check -     until the link ends
-
-For the programmer of a robot. Each mistake is named with its line, column, likely cause and the form that SPEC.md expects. Damage by
-the radio is no mistake: a wrong checksum or length counts if it recurs and a usual mistake explains it. The level of the
-robot is the one its lines show. Exit codes: 0 no mistake, 1 mistakes or no intact line."))]
-pub struct Check {
-    /// The robot's bytes as they came, an MCAP recording, or - for standard input
-    #[arg(add = ArgValueCompleter::new(completions::captures))]
-    pub file: PathBuf,
-}
-
 /// `recover`
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\

@@ -185,3 +185,30 @@ pub struct Record {
     #[command(flatten)]
     pub sharing: Sharing,
 }
+
+/// `check`
+#[derive(Debug, Args)]
+#[command(after_help = laid_out("\
+Examples:
+  groundwave check evening.txt
+  groundwave check /dev/ttyUSB0 --duration 1m
+  groundwave check tcp:robot.local:4000 --json | jq .findings
+
+For the programmer of a robot. Each mistake is named with its line, column, content, the form that SPEC.md expects, the likely cause and
+the remedy. Damage by the radio is no mistake: what the radio may cause counts if it recurs and a usual mistake explains it. A link is
+only heard, until Ctrl-C; nothing is sent. The level is the one that the lines show. docs/check.md lists the codes. Exit codes:
+0 no mistake, 1 mistakes or no intact line."))]
+pub struct Check {
+    /// A capture (the robot's bytes as they came, or MCAP), - for standard input, or a link as for `watch`
+    #[arg(value_name = "FILE|LINK", add = ArgValueCompleter::new(completions::checked))]
+    pub from: LinkSpec,
+    /// Hear a link for this long: 30s, 90m, 2h
+    #[arg(long, value_name = "T", value_parser = parse_duration)]
+    pub duration: Option<Duration>,
+    /// Baud rate of the serial device [default: 2400]
+    #[arg(long)]
+    pub baud: Option<u32>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,271 @@
+//! Mistakes that intact lines show together: sequence, order of the lines, ids, boots and acknowledgements.
+
+use std::collections::BTreeMap;
+
+use groundwave_protocol::decoder::Received;
+use groundwave_protocol::digest::digest;
+use groundwave_protocol::telemetry::{
+    ACK_LINE_BYTES, Ack, Body, CountersLine, Detail, Line, SEQUENCE_MODULUS,
+};
+
+use super::kind::{self, Kind};
+
+/// Lines in a row of which at least one shows the era; while a STOP has a receipt, twice as many.
+const ERA_EVERY: u32 = 4;
+
+/// Most lines A in a row of a robot with lines C; the sixth covers an extra one.
+const STATES_MAX: u32 = 6;
+
+/// Longest time between the beginnings of two lines, at the lowest rate and with turns, seconds.
+const LINE_S_MAX: u32 = 4;
+
+/// Fewest lines in two seconds, of which a robot begins at most twelve each.
+const LINES_2S: u32 = 24;
+
+/// Bytes of a line that a restart cut off.
+const CUT_BYTES_MAX: u64 = 80;
+
+/// A suspicion: its column, and its kind.
+pub(super) type Suspicion = (usize, &'static Kind);
+
+/// What the lines showed before.
+#[derive(Debug, Default)]
+pub(super) struct Conduct {
+    previous: Option<Previous>,
+    /// Latest sequence of each type.
+    by_type: BTreeMap<u8, u8>,
+    /// Uptime and boots of the latest line C.
+    counters: Option<(u32, u16)>,
+    /// Lines in a row since it, if none is missing.
+    since_counters: Option<u32>,
+    without_era: u32,
+    has_receipt: bool,
+    states: u32,
+    /// Letter of the latest long line, if none is missing since.
+    long: Option<u8>,
+    has_status: bool,
+    has_counters: bool,
+    /// Sequences before a line 00 of the same boot, but 99.
+    wraps: BTreeMap<u8, u64>,
+    /// Lines that followed one another, and among them those of another type than the line before.
+    pub pairs: u64,
+    pub changes: u64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Previous {
+    sequence: u8,
+    letter: u8,
+    boot: u8,
+    noise: u64,
+    is_era: bool,
+    cannot_hear: bool,
+}
+
+impl Conduct {
+    /// Takes a line. `noise` is the number of bytes so far that belong to none.
+    pub(super) fn take(&mut self, received: &Received, noise: u64) -> Vec<Suspicion> {
+        let mut found = Vec::new();
+        let (letter, column) = place(received);
+        let ack = *received.ack();
+        let sequence = received.sequence();
+        let now = Previous {
+            sequence,
+            letter,
+            boot: ack.boot,
+            noise,
+            is_era: matches!(ack.detail, Detail::Era { .. }),
+            cannot_hear: matches!(ack.detail, Detail::CannotHear { .. }),
+        };
+        let last_of_type = self.by_type.insert(letter, sequence);
+        let previous = self.previous.replace(now);
+        let follows = previous
+            .is_some_and(|previous| self.judge_sequence(&mut found, previous, now, last_of_type));
+        if let Some(previous) = previous {
+            if previous.boot == now.boot && previous.cannot_hear != now.cannot_hear {
+                found.push((column, kind::HEARING));
+            }
+            if follows && previous.is_era && now.is_era {
+                found.push((column, kind::ERA_TWICE));
+            }
+        }
+        if !follows {
+            (self.without_era, self.states) = (0, 0);
+            (self.since_counters, self.long) = (None, None);
+        }
+        self.judge_era(&mut found, ack, column);
+        if let Received::Line(line, _) = received {
+            self.judge_order(&mut found, letter, sequence);
+            self.judge_content(&mut found, line);
+        }
+        if let Some(lines) = &mut self.since_counters {
+            *lines += 1;
+        }
+        if let Received::Line(
+            Line {
+                body: Body::Counters(_),
+                ..
+            },
+            _,
+        ) = received
+        {
+            self.since_counters = Some(0);
+        }
+        found
+    }
+
+    /// Judges the step from line to line; returns whether no line is missing between them.
+    fn judge_sequence(
+        &mut self,
+        found: &mut Vec<Suspicion>,
+        previous: Previous,
+        now: Previous,
+        last_of_type: Option<u8>,
+    ) -> bool {
+        let after = |sequence: u8| (sequence + 1) % SEQUENCE_MODULUS;
+        let is_next = now.sequence == after(previous.sequence);
+        let noise = now.noise - previous.noise;
+        // The shortest lines that the noise may have been.
+        let missing = u64::from(SEQUENCE_MODULUS - 1 - previous.sequence);
+        let is_explained = noise >= missing * ACK_LINE_BYTES as u64;
+        let begins_anew = now.sequence == 0 && previous.sequence > 5 && last_of_type.is_some();
+        if begins_anew && !is_next && !is_explained && noise < CUT_BYTES_MAX {
+            // The line before is of the robot's previous life, or the sequence wraps.
+            if previous.boot == now.boot {
+                *self.wraps.entry(previous.sequence).or_default() += 1;
+                if let Some(kind) = self.wrap() {
+                    found.push((2, kind));
+                }
+            }
+            return false;
+        }
+        if noise > 0 {
+            return false;
+        }
+        self.pairs += 1;
+        let is_change = previous.letter != now.letter;
+        self.changes += u64::from(is_change);
+        let is_per_type = is_change && last_of_type.is_some_and(|last| now.sequence == after(last));
+        if is_next {
+            if previous.boot != now.boot && now.sequence != 0 {
+                found.push((if now.letter == b'K' { 4 } else { 70 }, kind::BOOT_CHANGES));
+            }
+            return true;
+        }
+        if previous.boot == now.boot {
+            found.push(match now.sequence {
+                _ if is_per_type => (2, kind::PER_TYPE),
+                same if same == previous.sequence => (2, kind::STUCK),
+                _ => (2, kind::JUMP),
+            });
+        }
+        false
+    }
+
+    /// A sequence that begins anew: always at the same number, or at restarts.
+    fn wrap(&self) -> Option<&'static Kind> {
+        if self.wraps.values().any(|count| *count > 1) {
+            return Some(kind::WRAP);
+        }
+        (self.wraps.len() > 1).then_some(kind::BOOT_SAME)
+    }
+
+    fn judge_era(&mut self, found: &mut Vec<Suspicion>, ack: Ack, column: usize) {
+        match ack.detail {
+            Detail::Era { .. } => (self.without_era, self.has_receipt) = (0, false),
+            Detail::CannotHear { .. } => self.without_era = 0,
+            Detail::Stopped { .. } => {
+                self.without_era += 1;
+                self.has_receipt = true;
+            }
+            Detail::Idle { robot_id, .. } => {
+                self.without_era += 1;
+                if robot_id == 0 {
+                    found.push((column, kind::ID_ZERO));
+                }
+            }
+            Detail::Staging { .. } => self.without_era += 1,
+        }
+        if self.without_era >= ERA_EVERY * if self.has_receipt { 2 } else { 1 } {
+            found.push((column, kind::NO_ERA));
+            self.without_era = 0;
+        }
+    }
+
+    fn judge_order(&mut self, found: &mut Vec<Suspicion>, letter: u8, sequence: u8) {
+        let before = self.long.replace(letter);
+        if letter != b'A' {
+            self.states = 0;
+            // After boot line B follows line C.
+            if before.is_some_and(|before| before != b'A') && sequence > 1 {
+                found.push((1, kind::NO_STATE));
+            }
+            return;
+        }
+        self.states += 1;
+        let max = match (self.has_counters, self.has_status) {
+            (true, _) => STATES_MAX,
+            (false, true) => 2 * STATES_MAX,
+            (false, false) => u32::MAX,
+        };
+        if self.states > max {
+            found.push((1, kind::ONLY_STATE));
+            self.states = 0;
+        }
+    }
+
+    fn judge_content(&mut self, found: &mut Vec<Suspicion>, line: &Line) {
+        let (robot_id, boots, boots_column) = match &line.body {
+            Body::Status(status) => {
+                self.has_status = true;
+                if status.list.count == 0 && status.digest != digest([].iter()) {
+                    found.push((33, kind::DIGEST_EMPTY));
+                }
+                (status.robot_id, status.boots, 60)
+            }
+            Body::Counters(counters) => {
+                self.has_counters = true;
+                self.judge_uptime(found, counters);
+                (counters.robot_id, counters.boots, 15)
+            }
+            _ => return,
+        };
+        if boots % 8 != u16::from(line.ack.boot) {
+            found.push((boots_column, kind::BOOT_DISAGREES));
+        }
+        match line.ack.detail {
+            Detail::Idle { robot_id: id, .. } | Detail::CannotHear { robot_id: id }
+                if id != robot_id =>
+            {
+                found.push((5, kind::ID_DISAGREES));
+            }
+            _ => {}
+        }
+    }
+
+    fn judge_uptime(&mut self, found: &mut Vec<Suspicion>, counters: &CountersLine) {
+        let before = self.counters.replace((counters.uptime_s, counters.boots));
+        let Some((uptime_s, boots)) = before else {
+            return;
+        };
+        if boots != counters.boots {
+            return;
+        }
+        if counters.uptime_s < uptime_s && counters.uptime_s + 500_000 > uptime_s {
+            found.push((15, kind::BOOT_SAME));
+        } else if let Some(lines) = self.since_counters {
+            let passed_s = counters.uptime_s.saturating_sub(uptime_s);
+            if passed_s > (lines + 1) * LINE_S_MAX || passed_s == 0 && lines >= LINES_2S {
+                found.push((8, kind::UPTIME));
+            }
+        }
+    }
+}
+
+/// Letter of a line and column of its acknowledgement. Lines K and G count as one type.
+fn place(received: &Received) -> (u8, usize) {
+    match received {
+        Received::Line(line, _) => (line.body.line_type().letter(), 70),
+        Received::Ack(_) => (b'K', 4),
+    }
+}

@@ -1,0 +1,399 @@
+//! `groundwave check`: planted mistakes are named, and a correct robot has none.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use crate::common::{CoSimulation, is_nightly};
+use groundwave::capture::diagnosis::kind;
+use groundwave::capture::diagnosis::{Diagnosis, Finding};
+use groundwave::request::Request;
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::crc::{self, DOWNLINK_INIT};
+use groundwave_protocol::status_codes::Mode;
+use groundwave_protocol::telemetry::{Ack, Detail, Outcome};
+
+const A: &str = "A42 +123.4 -045.0 273 +06 -12 +00 +12 042 120 61 48 .R--... P--Is..d ";
+const B: &str = "B47 07 12.4 +0120 -0036 003/040 `2-%9X 12 155 122 UB.I-..D 004 00    ";
+const C: &str = "C53 07 000412 004 01.00 ``#2``+=3B``````]! 133 002 000 0012 ---- -   ";
+const T: &str = "T49 I'm finished with the co-ordinate list                           ";
+const P: &str = "P48 01/26 top-speed          +00008 +00012 +00002 +00012 in/s        ";
+const S: &str = "S49 (+$*3$,0$07(``\"(+0                                               ";
+
+/// A correct robot's lines: five lines A and one other in turn.
+const ORDER: &[u8] = b"AAAAABAAAAACAAAAATAAAAAPAAAAAS";
+
+/// A line before it is sent.
+struct Draft {
+    /// Lines before it.
+    n: usize,
+    letter: u8,
+    sequence: u8,
+    ack: Ack,
+    /// The line up to the acknowledgement, sequence included.
+    head: Vec<u8>,
+    /// The whole line, once it has its checksum.
+    bytes: Vec<u8>,
+}
+
+impl Draft {
+    fn new(n: usize, letter: u8) -> Self {
+        let sequence = u8::try_from(n % 100).unwrap();
+        let text = match letter {
+            b'A' => A,
+            b'B' => B,
+            b'C' => C,
+            b'T' => T,
+            b'P' => P,
+            b'S' => S,
+            _ => "K00",
+        };
+        let idle = Detail::Idle {
+            owner: 677,
+            robot_id: 7,
+        };
+        let era = Detail::Era { era: 510 };
+        let mut draft = Self {
+            n,
+            letter,
+            sequence,
+            ack: Ack {
+                boot: 4,
+                session: 2,
+                sequence: 5,
+                outcome: Outcome::Done,
+                detail: if sequence % 3 == 1 { era } else { idle },
+            },
+            head: text.as_bytes().to_vec(),
+            bytes: Vec::new(),
+        };
+        if letter == b'C' {
+            draft.put(8, format!("{:06}", 400 + n / 3).as_bytes());
+        }
+        draft
+    }
+
+    fn put(&mut self, column: usize, text: &[u8]) {
+        self.head[column - 1..column - 1 + text.len()].copy_from_slice(text);
+    }
+
+    /// Writes the acknowledgement, too.
+    fn covered(&mut self) -> Vec<u8> {
+        let digits = format!("{:02}", self.sequence);
+        if self
+            .head
+            .get(1..3)
+            .is_some_and(|it| it.iter().all(u8::is_ascii_digit))
+        {
+            self.put(2, digits.as_bytes());
+        }
+        if self.head.len() < 70 {
+            let ack = self.ack.encode();
+            self.head.extend(ack);
+        }
+        self.head.clone()
+    }
+
+    fn seal(mut self, remainder: impl Fn(&[u8]) -> Vec<u8>) -> Self {
+        let covered = self.covered();
+        self.bytes = [&covered[..], &remainder(&covered), b"\r\n"].concat();
+        self
+    }
+}
+
+fn right(covered: &[u8]) -> Vec<u8> {
+    crc::characters(crc::update(DOWNLINK_INIT, covered)).to_vec()
+}
+
+/// Where the robot goes wrong.
+enum Plant {
+    /// The text at a column of the lines of a type, under a right checksum. Another length than the field's moves the rest.
+    Field(u8, usize, &'static [u8], usize),
+    /// The checksum.
+    Checksum(fn(&[u8]) -> Vec<u8>),
+    /// The finished bytes.
+    Bytes(fn(Vec<u8>) -> Vec<u8>),
+    /// Sequence or acknowledgement, and fields that depend on the line's number.
+    Draft(fn(&mut Draft)),
+    /// The order of the lines.
+    Order(&'static [u8]),
+}
+
+use Plant::{Bytes, Checksum, Field, Order};
+
+/// A mistake, where it is planted, and the type, column and code that must be named.
+struct Row(&'static str, Plant, &'static str, usize, &'static str);
+
+/// A field of the usual length.
+const fn field(letter: u8, column: usize, text: &'static [u8]) -> Plant {
+    Field(letter, column, text, text.len())
+}
+
+fn crc_of(bits: u32, polynomial: u32, start: u32, bytes: &[u8]) -> u32 {
+    let (top, mask) = (1 << (bits - 1), (1 << bits) - 1);
+    bytes.iter().fold(start, |remainder, &byte| {
+        (0..8).fold(remainder ^ u32::from(byte) << (bits - 8), |r, _| {
+            (r << 1 ^ if r & top == 0 { 0 } else { polynomial }) & mask
+        })
+    })
+}
+
+fn reflected(bytes: &[u8]) -> u32 {
+    let polynomial = 0x7B_01BD_u32.reverse_bits() >> 8;
+    bytes.iter().fold(DOWNLINK_INIT, |remainder, &byte| {
+        (0..8).fold(remainder ^ u32::from(byte), |r, _| {
+            r >> 1 ^ if r & 1 == 0 { 0 } else { polynomial }
+        })
+    })
+}
+
+fn sent(remainder: u32) -> Vec<u8> {
+    crc::characters(remainder).to_vec()
+}
+
+fn from_start(bytes: &[u8]) -> Vec<u8> {
+    sent(crc::update(DOWNLINK_INIT, bytes))
+}
+
+#[rustfmt::skip]
+const ROWS: &[Row] = &[
+    // Fields of line A.
+    Row("X with a space for the plus", field(b'A', 5, b" 123.4"), "A", 5, "missing-sign"),
+    Row("X with a decimal comma", field(b'A', 5, b"+123,4"), "A", 5, "decimal-point"),
+    Row("X from a division by 0", field(b'A', 5, b"   nan"), "A", 5, "not-a-number"),
+    Row("Y of minus zero", field(b'A', 12, b"-000.0"), "A", 12, "negative-zero"),
+    Row("theta of 360", field(b'A', 19, b"360"), "A", 19, "range"),
+    Row("theta with a sign", field(b'A', 19, b"-90"), "A", 19, "extra-sign"),
+    Row("theta padded with spaces", field(b'A', 19, b"  7"), "A", 19, "padding"),
+    Row("speed without a sign", field(b'A', 23, b"008"), "A", 23, "missing-sign"),
+    Row("rotation padded with spaces", field(b'A', 27, b" +6"), "A", 27, "padding"),
+    Row("left wheel of minus zero", field(b'A', 31, b"-00"), "A", 31, "negative-zero"),
+    Row("sonar padded with spaces", field(b'A', 39, b" 42"), "A", 39, "padding"),
+    Row("speed as hyphens", field(b'A', 23, b"---"), "A", 23, "hyphens"),
+    Row("bumper with a letter of its own", field(b'A', 53, b"x"), "A", 53, "letter"),
+    Row("mode in lower case", field(b'A', 61, b"p"), "A", 61, "letter-case"),
+    Row("two layers in upper case", field(b'A', 62, b"B-I"), "A", 64, "two-holders"),
+    Row("a layer with the letter of another one", field(b'A', 66, b"m"), "A", 66, "letter"),
+    Row("an underscore between two fields", field(b'A', 4, b"_"), "A", 4, "column"),
+    Row("sequence padded with a space", field(b'A', 2, b" 7"), "A", 2, "padding"),
+    Row("X with `%+d.%d`: too short", Field(b'A', 5, b"+12.4", 6), "A", 5, "length"),
+    Row("speed with `%+d`: too short", Field(b'A', 23, b"+6", 3), "A", 23, "length"),
+    Row("theta with four digits", Field(b'A', 19, b"0273", 3), "A", 22, "length"),
+    // The other lines.
+    Row("robot id 0", field(b'B', 5, b"00"), "B", 5, "range"),
+    Row("battery padded with a space", field(b'B', 8, b" 9.1"), "B", 8, "padding"),
+    Row("target X alone as hyphens", field(b'B', 13, b"-----"), "B", 19, "pair"),
+    Row("more waypoints reached than there are", field(b'B', 25, b"041/040"), "B", 25, "pair"),
+    Row("digest with a space for 0", field(b'B', 33, b" "), "B", 33, "six-bit-zero"),
+    Row("digest in Base64", field(b'B', 33, b"`axq9X"), "B", 33, "six-bit"),
+    Row("photocell above 255", field(b'B', 43, b"256"), "B", 43, "range"),
+    Row("an allowed layer in lower case", field(b'B', 51, b"u"), "B", 51, "letter-case"),
+    Row("the digest 0 of an empty list", field(b'B', 25, b"000/000 ``````"), "B", 33, "digest-empty"),
+    Row("version without leading zero", field(b'C', 19, b" 1.00"), "C", 19, "padding"),
+    Row("ticks won with a lower-case letter", field(b'C', 25, b"`a"), "C", 25, "six-bit"),
+    Row("failsafe of 5 s", field(b'C', 61, b"0005"), "C", 61, "range"),
+    Row("uptime in milliseconds", Plant::Draft(|it| if it.letter == b'C' { let text = format!("{:06}", it.n * 333 % 1_000_000); it.put(8, text.as_bytes()); }), "C", 8, "uptime"),
+    Row("a tab in a text", field(b'T', 8, b"\t"), "T", 8, "field"),
+    Row("a parameter's name with a capital", field(b'P', 11, b"Top-speed"), "P", 11, "letter-case"),
+    Row("a parameter's value without a sign", field(b'P', 30, b"000008"), "P", 30, "missing-sign"),
+    Row("a note with a space for 0", field(b'S', 5, b"( $"), "S", 5, "six-bit-zero"),
+    Row("a line of a type of its own", field(b'T', 1, b"Z"), "Z", 1, "line-type"),
+    // The checksum.
+    Row("CRC from 0", Checksum(|it| sent(crc::update(0, it))), "A", 75, "crc-start"),
+    Row("CRC inverted at the end", Checksum(|it| sent(crc::update(DOWNLINK_INIT, it) ^ 0xFF_FFFF)), "A", 75, "crc-inverted"),
+    Row("CRC reflected", Checksum(|it| sent(reflected(it))), "A", 75, "crc-reflected"),
+    Row("Koopman's notation as polynomial", Checksum(|it| sent(crc_of(24, 0xBD_80DE, DOWNLINK_INIT, it))), "A", 75, "crc-polynomial"),
+    Row("CRC-24 of OpenPGP", Checksum(|it| sent(crc_of(24, 0x86_4CFB, 0xB7_04CE, it))), "A", 75, "crc-polynomial"),
+    Row("CRC-16/CCITT in 6-bit characters", Checksum(|it| sent(crc_of(16, 0x1021, 0xFFFF, it))), "A", 75, "crc-16"),
+    Row("CRC-16/CCITT in hexadecimal", Checksum(|it| format!("{:04x}", crc_of(16, 0x1021, 0xFFFF, it)).into()), "A", 75, "crc-16"),
+    Row("the right CRC in hexadecimal", Checksum(|it| format!("{:06x}", crc::update(DOWNLINK_INIT, it)).into()), "A", 75, "crc-hex"),
+    Row("NMEA's exclusive-or", Checksum(|it| format!("*{:02X}", it.iter().fold(0, |sum, byte| sum ^ byte)).into()), "A", 75, "crc-xor"),
+    Row("spaces for 0 in the checksum", Checksum(|it| right(it).iter().map(|it| if *it == b'`' { b' ' } else { *it }).collect()), "A", 75, "crc-zero"),
+    Row("the checksum's characters reversed", Checksum(|it| right(it).into_iter().rev().collect()), "A", 75, "crc-order"),
+    Row("the LF before counted in", Checksum(|it| from_start(&[b"\n", it].concat())), "A", 75, "crc-line-feed"),
+    Row("column 1 left out", Checksum(|it| from_start(&it[1..])), "A", 75, "crc-columns"),
+    Row("one column too few", Checksum(|it| from_start(&it[..it.len() - 1])), "A", 75, "crc-columns"),
+    Row("the acknowledgement left out", Checksum(|it| from_start(&it[..it.len() - 5])), "A", 75, "crc-columns"),
+    Row("the acknowledgement written after the checksum", Checksum(|it| from_start(&[&it[..it.len() - 5], b"     "].concat())), "A", 75, "crc-stale"),
+    Row("a table of the CRC with an error", Checksum(|it| sent(crc::update(DOWNLINK_INIT, it) ^ 0x1234)), "A", 75, "crc-unknown"),
+    // The line's end.
+    Row("LF for CR LF", Bytes(|it| [&it[..it.len() - 2], b"\n"].concat()), "A", 79, "line-end"),
+    Row("LF CR for CR LF", Bytes(|it| [&it[..it.len() - 2], b"\n\r"].concat()), "A", 79, "line-end"),
+    Row("CR for CR LF", Bytes(|it| it[..it.len() - 1].to_vec()), "A", 80, "line-end"),
+    Row("CR LF printed with println", Bytes(|it| [&it[..it.len() - 1], b"\r\n"].concat()), "A", 80, "line-end"),
+    // Lines together.
+    Row("a sequence that stands still", Plant::Draft(|it| it.sequence = 7), "A", 2, "sequence-stuck"),
+    Row("a sequence that counts by 2", Plant::Draft(|it| it.sequence = (it.n * 2 % 100).try_into().unwrap()), "A", 2, "sequence-jump"),
+    Row("a sequence for each type of line", Plant::Draft(|it| {
+        let before = (0..it.n).filter(|n| ORDER[n % ORDER.len()] == it.letter).count();
+        it.sequence = (before % 100).try_into().unwrap();
+    }), "A", 2, "sequence-per-type"),
+    Row("a sequence to 63", Plant::Draft(|it| it.sequence = (it.n % 64).try_into().unwrap()), "A", 2, "sequence-wrap"),
+    Row("a reset every 31 and 37 lines without counting boots", Plant::Draft(|it| {
+        let n = it.n % 68;
+        it.sequence = if n < 31 { n } else { n - 31 }.try_into().unwrap();
+        if it.n > 136 { it.sequence = (it.n - 136) as u8 % 100; }
+    }), "A", 2, "boot-same"),
+    Row("uptime from 0 under the same boots", Plant::Draft(|it| if it.letter == b'C' { let text = format!("{:06}", it.n % 60); it.put(8, text.as_bytes()); }), "C", 15, "boot-same"),
+    Row("a boot counter that counts sessions", Plant::Draft(|it| it.ack.boot = ((it.n / 20 + 4) % 8).try_into().unwrap()), "A", 70, "boot-changes"),
+    Row("boots 005 in line B only", field(b'B', 60, b"005"), "B", 60, "boot-disagrees"),
+    Row("another robot id in line C only", field(b'C', 5, b"08"), "C", 5, "id-disagrees"),
+    Row("robot id 0 in the acknowledgement", Plant::Draft(|it| if let Detail::Idle { robot_id, .. } = &mut it.ack.detail { *robot_id = 0; }), "A", 70, "id-zero"),
+    Row("the acknowledgement without the era", Plant::Draft(|it| it.ack.detail = Detail::Idle { owner: 677, robot_id: 7 }), "A", 70, "era-missing"),
+    Row("the era in every line", Plant::Draft(|it| it.ack.detail = Detail::Era { era: 510 }), "A", 70, "era-twice"),
+    Row("cannot hear, in lines A only", Plant::Draft(|it| if it.letter == b'A' {
+        it.ack = Ack { boot: 4, session: 0, sequence: 0, outcome: Outcome::Done, detail: Detail::CannotHear { robot_id: 7 } };
+    }), "B", 70, "hearing"),
+    Row("lines B, C and T in a row", Order(b"AAABCTAAA"), "C", 1, "no-state"),
+    Row("one line B in 20", Order(b"CAAAAABAAAAAAAAAAAAAAAAAAAA"), "A", 1, "only-state"),
+];
+
+/// The bytes of a robot with a mistake.
+fn stream(plant: Option<&Plant>) -> Vec<u8> {
+    let order = match plant {
+        Some(Order(order)) => order,
+        _ => ORDER,
+    };
+    let mut bytes = Vec::new();
+    for n in 0..240 {
+        let mut draft = Draft::new(n, order[n % order.len()]);
+        bytes.extend(match plant {
+            Some(&Field(letter, column, text, length)) => {
+                if draft.letter == letter {
+                    draft.covered();
+                    draft
+                        .head
+                        .splice(column - 1..column - 1 + length, text.iter().copied());
+                }
+                draft.seal(right).bytes
+            }
+            Some(Checksum(of)) => draft.seal(of).bytes,
+            Some(Bytes(change)) => change(draft.seal(right).bytes),
+            Some(Plant::Draft(change)) => {
+                change(&mut draft);
+                draft.seal(right).bytes
+            }
+            Some(Order(_)) | None => draft.seal(right).bytes,
+        });
+    }
+    bytes
+}
+
+fn findings(bytes: &[u8]) -> Vec<Finding> {
+    let mut diagnosis = Diagnosis::default();
+    // Any pieces give the same.
+    bytes.chunks(7).for_each(|piece| diagnosis.take(piece));
+    diagnosis.findings()
+}
+
+/// The findings, by type of line, column and code.
+fn named(finding: &Finding) -> (String, usize, &'static str) {
+    let line = String::from_utf8_lossy(&finding.line);
+    let letter = line.trim_start().chars().next().unwrap().to_string();
+    (letter, finding.column.unwrap_or(0), finding.kind.code)
+}
+
+#[test]
+fn a_correct_robot_has_no_mistake() {
+    assert_eq!(findings(&stream(None)), []);
+}
+
+/// Each mistake is the first one named, by type, column and likely cause, and most are the only one. docs/check.md has the table; to
+/// write it anew, set `GROUNDWAVE_WRITE`.
+#[test]
+fn planted_mistakes_are_named_by_line_column_and_cause() {
+    let mut wrong = String::new();
+    let mut table = String::new();
+    for Row(about, plant, letter, column, code) in ROWS {
+        let found = findings(&stream(Some(plant)));
+        let names: Vec<_> = found.iter().map(named).collect();
+        let expected = ((*letter).to_owned(), *column, *code);
+        if names.iter().filter(|it| **it == expected).count() != 1 || names[0].2 != *code {
+            let _ = writeln!(wrong, "{about}: expected {expected:?}, found {names:?}");
+        }
+        if let Some(finding) = found.iter().find(|it| named(it) == expected) {
+            let place = finding.place.replace('|', "\\|").replace('`', "&#96;");
+            let _ = writeln!(
+                table,
+                "| {about} | {place} | {} | `{code}` |",
+                finding.kind.cause
+            );
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/check.md");
+    let text = page_with(&table);
+    if std::env::var_os("GROUNDWAVE_WRITE").is_some() {
+        fs::write(&page, &text).unwrap();
+    }
+    let written = fs::read_to_string(&page).unwrap().replace("\r\n", "\n");
+    assert!(
+        written == text,
+        "docs/check.md is not what the mistakes give; set GROUNDWAVE_WRITE=1 and run this test"
+    );
+}
+
+fn page_with(table: &str) -> String {
+    let mut page = "\
+# The mistakes that `groundwave check` finds
+
+`groundwave check FILE` reads a capture, `groundwave check LINK` listens to a robot. A finding names line and column, the content, the form expected, the likely
+cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are stable; `--json` prints them. Damage by the radio is no finding.
+
+## Codes
+
+| code | section | likely cause | remedy |
+|---|---|---|---|
+"
+    .to_owned();
+    for kind in kind::ALL {
+        let remedy = kind.remedy;
+        let _ = writeln!(
+            page,
+            "| `{}` | {} | {} | {remedy} |",
+            kind.code, kind.section, kind.cause
+        );
+    }
+    page + "
+## Planted mistakes
+
+`tests/check.rs` plants each mistake in a correct robot and expects this answer. It also writes this page.
+
+| mistake | named | likely cause | code |
+|---|---|---|---|
+" + table
+}
+
+/// A correct robot that takes commands, over a radio with bit errors of 1e-3.
+#[test]
+fn a_radio_with_bit_errors_makes_no_mistake_of_a_correct_robot() {
+    let hours = if is_nightly() { 24.0 } else { 0.5 };
+    let mut co = CoSimulation::new("house", 5, "ber=1e-3");
+    let mut diagnosis = Diagnosis::default();
+    let end = Duration::from_secs_f64(hours * 3600.0);
+    let mut next = Duration::from_mins(1);
+    let mut count = 0;
+    while co.now() < end {
+        co.step_telling(&mut |byte| diagnosis.take(&[byte]));
+        if co.now() >= next {
+            next += Duration::from_secs(97);
+            count += 1;
+            co.request(match count % 4 {
+                0 => Request::Stop,
+                1 => Request::Mode(Mode::Prowl),
+                2 => Request::Route(vec![
+                    Waypoint {
+                        x_in: 5,
+                        y_in: count
+                    };
+                    9
+                ]),
+                _ => Request::Mode(Mode::Reactive),
+            });
+        }
+    }
+    assert_eq!(diagnosis.findings(), [], "{}", co.context());
+    assert!(diagnosis.counters().damaged.total() > (hours * 4000.0) as u64);
+    assert_eq!(diagnosis.level(), 5);
+}
