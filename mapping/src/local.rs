@@ -1,6 +1,7 @@
 //! The map of the floor that the robot has driven on last.
 
 use std::collections::VecDeque;
+use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use groundwave_protocol::status_codes::{Infrared, Layer, LayerState};
@@ -43,10 +44,17 @@ struct Reading {
 /// Dead reckoning is good over a short distance, so readings that are close together in distance driven fit each other,
 /// and older ones do not. The map holds those of the last 300 inches: the rolling window that navigation stacks call a
 /// local map. Taking a line is cheap; the map is made when it is looked at.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct LocalMap {
     readings: VecDeque<Reading>,
     grid: OnceLock<Arc<Grid>>,
+}
+
+/// The readings are all that a map knows: whether it was looked at makes no difference.
+impl fmt::Debug for LocalMap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(&self.readings).finish()
+    }
 }
 
 impl LocalMap {
