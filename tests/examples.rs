@@ -316,6 +316,7 @@ impl Desk {
         }
         command
             .replace("--duration 90m", "--duration 0.3s")
+            .replace("--duration 1m", "--duration 1s")
             .replace("127.0.0.1:4000", "127.0.0.1:0")
     }
 
