@@ -49,6 +49,52 @@ fn commands_are_proven_or_refused_with_the_right_code() {
 }
 
 #[test]
+fn wait_opens_a_port_as_soon_as_it_is_there() {
+    let folder = scratch("wait-for-port");
+    let port = folder.join("robot");
+    let sim = Sim::start(&[]);
+    let mut send = Command::new(GROUNDWAVE)
+        .args(["send", port.to_str().unwrap(), "stop", "--wait"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut told = String::new();
+    BufReader::new(send.stderr.take().unwrap())
+        .read_line(&mut told)
+        .unwrap();
+    assert!(
+        told.contains("waiting for") && told.contains("not there yet"),
+        "{told}"
+    );
+    std::os::unix::fs::symlink(&sim.path, &port).unwrap();
+    let ended = send.wait_with_output().unwrap();
+    let out = String::from_utf8(ended.stdout).unwrap();
+    assert!(ended.status.success(), "{out}");
+    assert!(out.starts_with("stop: confirmed after"), "{out}");
+}
+
+#[test]
+fn wait_ends_with_its_limit_and_at_once_for_what_is_no_port() {
+    for verb in ["record", "check", "watch"] {
+        let headless = if verb == "watch" {
+            &["--headless"][..]
+        } else {
+            &[]
+        };
+        let words = [&[verb, "/dev/nowhere", "--wait=1ms"], headless].concat();
+        let (_, err) = expect(4, &words);
+        assert!(err.contains("no such device"), "{verb}: {err}");
+    }
+    let folder = scratch("wait-for-file");
+    let file = folder.join("notes.txt");
+    fs::write(&file, "no port\n").unwrap();
+    let (_, err) = expect(4, &["send", file.to_str().unwrap(), "stop", "--wait"]);
+    assert!(err.contains("not a serial device"), "{err}");
+    expect(2, &["send", "--via", "/tmp/no.sock", "stop", "--wait"]);
+}
+
+#[test]
 fn bad_input_is_refused_before_the_link_is_touched() {
     let folder = scratch("bad-input");
     let route = folder.join("route.txt");

@@ -8,13 +8,14 @@ use serde_json::{Value, json};
 
 use super::cli::Check;
 use super::config::Config;
+use super::connecting::connect;
 use super::progress::Progress;
 use super::{Exit, Fault, block_on, input, out, say, say_progress, simulated};
 use crate::capture::diagnosis::{Diagnosis, Finding};
 use crate::capture::source::Form;
 use crate::capture::{Capture, Piece};
 use crate::hint;
-use crate::io::link::{BAUD, Connection, Link, LinkInput, LinkSpec};
+use crate::io::link::{Link, LinkInput, LinkSpec};
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::radio::RadioKind;
 use crate::safe_text;
@@ -94,13 +95,12 @@ fn read_raw(source: &mut impl Read, diagnosis: &mut Diagnosis) -> io::Result<()>
 async fn hear(link: &LinkSpec, options: &Check, config: &Config) -> Result<Diagnosis, Fault> {
     let (link, config) = config.at(link)?;
     let (spec, _robot) = simulated::embed(&link, RadioKind::default())?;
-    let baud = options.baud.or(config.link.baud).unwrap_or(BAUD);
+    let baud = options.link.baud(&config);
+    let connection = connect(&spec, baud, &options.link)?;
     let mut signals = Signals::listen().map_err(|error| {
         let reason = hint::words(&error);
         Fault::new(Exit::Failed, format!("cannot listen for signals: {reason}"))
     })?;
-    let connection =
-        Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
     let (inputs, mut heard) = tokio::sync::mpsc::channel(INPUTS_MAX);
     let _link = Link::start(spec, baud, connection, Box::new(|_, _| ()), inputs);
     let mut diagnosis = Diagnosis::default();

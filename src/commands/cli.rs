@@ -12,7 +12,7 @@ mod simulation;
 pub use captures::{
     Captures, Cut, Export, ExportFormat, Info, Output, Recover, Replay, Songs, Verify,
 };
-pub use live::{Check, RadioArgs, Record, RecordingArgs, Sharing, Watch};
+pub use live::{Check, LinkArgs, RadioArgs, Record, RecordingArgs, Sharing, Watch};
 pub use runs::{Compare, Label, Runs};
 pub use send::{Calibrate, Connection, Param, Send};
 pub use setup::{Completions, ConfigArgs, ConfigVerb, Man, Ports};

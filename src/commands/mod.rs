@@ -28,6 +28,7 @@ mod appearance;
 mod batch;
 pub mod cli;
 pub mod config;
+mod connecting;
 mod fault;
 mod headless;
 mod input;

@@ -11,11 +11,12 @@ use groundwave_protocol::decoder::Counters;
 use super::appearance::appearance;
 use super::cli::Record;
 use super::config::Config;
+use super::connecting::connect;
 use super::headless::watch_alarms;
 use super::{Exit, Fault, block_on, recording, say, say_progress, sharing, simulated};
 use crate::capture::words::lost_words;
 use crate::event::{Event, LinkEvent};
-use crate::io::link::{Connection, Link};
+use crate::io::link::Link;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::model::Facts;
 use crate::radio::Radio;
@@ -25,7 +26,7 @@ const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     let (link, config) = &config.at(&options.link)?;
-    let baud = options.radio.baud(config);
+    let baud = options.radio.link.baud(config);
     let started = Instant::now();
     let output = options
         .output
@@ -76,8 +77,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     block_on(async {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         // Opened first: a port that cannot be opened leaves no empty file behind.
-        let connection =
-            Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let connection = connect(&spec, baud, &options.radio.link)?;
         let share = sharing::listen(&sharing)?;
         let foxglove = sharing::foxglove(&sharing, &name).await?;
         let keeper = Keeper::open(&keep, started)?;

@@ -31,13 +31,17 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
     };
     let mut script = Script::read(options, &words, &own)?;
     match way {
+        Connection::Via(_) if options.radio.link.wait.is_some() => Err(usage(
+            "--wait waits for a link of one's own; with --via the station waits for the robot"
+                .to_owned(),
+        )),
         Connection::Via(address) if !radio.can_send() => Err(receive_only(address)),
         Connection::Via(address) => shared_link::deliver(options, address, &mut script),
         Connection::Link(link @ LinkSpec::Stdin) => Err(receive_only(link)),
         Connection::Link(link) if !radio.can_send() => Err(receive_only(link)),
         Connection::Link(link) => {
-            let baud = options.radio.baud(config);
-            let opened = own_link::open(link, baud, radio)?;
+            let baud = options.radio.link.baud(config);
+            let opened = own_link::open(link, baud, &options.radio.link, radio)?;
             match (opened.station(), link) {
                 (Some(address), _) => {
                     drop(opened);

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use sr04_sim::serve::{ServeOptions, Server};
 
 use super::appearance::appearance;
-use super::cli::{Connection, Demo, RecordingArgs, Sharing, Watch};
+use super::cli::{Connection, Demo, LinkArgs, RecordingArgs, Sharing, Watch};
+use super::connecting::connect;
 use super::output::check_inputs;
 use super::{
     Exit, Fault, block_on, config, headless, recording, replay, say, sharing, simulated, terminal,
@@ -18,7 +19,7 @@ use super::{
 use crate::capture::files;
 use crate::event::{Event, Level, Notice, NoticeCode, Truth};
 use crate::hint::shell_word;
-use crate::io::link::{self, BAUD, Link, LinkSpec};
+use crate::io::link::{BAUD, Link, LinkSpec};
 use crate::io::share_client::ShareClientError;
 use crate::model::{Config, Facts, Ui};
 use crate::radio::Radio;
@@ -51,7 +52,8 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
             Connection::Via(address) => Some(address.clone()),
             Connection::Link(_) => None,
         },
-        baud: options.radio.baud(config),
+        baud: options.radio.link.baud(config),
+        opening: options.radio.link.clone(),
         radio: options.radio.radio(config),
         started,
         recording: options.recording.clone(),
@@ -114,6 +116,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         spec: simulated::link_to(address(&server, 0)),
         via: None,
         baud: BAUD,
+        opening: LinkArgs::default(),
         radio: Radio {
             kind: options.simulated.radio,
             latency: None,
@@ -156,6 +159,7 @@ struct Plan {
     /// The station that the operator named; another server at its address is refused.
     via: Option<Address>,
     baud: u32,
+    opening: LinkArgs,
     radio: Radio,
     started: Instant,
     recording: RecordingArgs,
@@ -182,8 +186,7 @@ impl Plan {
     /// Opens link, servers and recordings, the link first: if it fails, no empty file is left behind.
     async fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
-        let connection = link::Connection::open(&self.spec, self.baud)
-            .map_err(|error| Fault::new(Exit::NoLink, error))?;
+        let connection = connect(&self.spec, self.baud, &self.opening)?;
         if let Some(address) = self.via.as_ref().filter(|_| !connection.is_shared()) {
             let error = ShareClientError::NoStation(address.clone());
             return Err(Fault::new(Exit::NoLink, error));

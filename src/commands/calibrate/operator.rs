@@ -37,12 +37,12 @@ impl Operator {
             .map_err(|error| Fault::new(Exit::Usage, error))?;
         let (way, config) = &way.at(config)?;
         let radio = options.radio.radio(config);
-        let baud = options.radio.baud(config);
+        let baud = options.radio.link.baud(config);
         let link = way.link();
         if !radio.can_send() || link == LinkSpec::Stdin {
             return Err(receive_only(&link));
         }
-        let opened = open(&link, baud, radio)?;
+        let opened = open(&link, baud, &options.radio.link, radio)?;
         if let (Connection::Via(address), None) = (way, opened.station()) {
             let error = ShareClientError::NoStation(address.clone());
             return Err(Fault::new(Exit::NoLink, error));

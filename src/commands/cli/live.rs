@@ -16,12 +16,31 @@ use crate::io::link::{BAUD, LinkSpec};
 use crate::radio::{Radio, RadioKind};
 use crate::share::Address;
 
-/// The radio.
+/// The link and how it is opened.
 #[derive(Clone, Debug, Default, Args)]
-pub struct RadioArgs {
+pub struct LinkArgs {
     /// Baud rate of the serial device [default: 2400]
     #[arg(long, value_parser = parse_baud)]
     pub baud: Option<u32>,
+    /// Wait for a link that is not there yet: until Ctrl-C, or at most for a time (--wait=30s)
+    #[arg(long, value_name = "T", num_args = 0..=1, require_equals = true, value_parser = parse_duration)]
+    pub wait: Option<Option<Duration>>,
+}
+
+impl LinkArgs {
+    /// The port's baud rate; the command line outranks the configuration.
+    #[must_use]
+    pub fn baud(&self, config: &Config) -> u32 {
+        self.baud.or(config.link.baud).unwrap_or(BAUD)
+    }
+}
+
+/// The radio.
+#[derive(Clone, Debug, Default, Args)]
+pub struct RadioArgs {
+    /// The link.
+    #[command(flatten)]
+    pub link: LinkArgs,
     /// Kind of radio [default: auto]
     #[arg(long, value_enum, value_name = "KIND")]
     pub radio: Option<RadioKind>,
@@ -34,12 +53,6 @@ pub struct RadioArgs {
 }
 
 impl RadioArgs {
-    /// The port's baud rate; the command line outranks the configuration.
-    #[must_use]
-    pub fn baud(&self, config: &Config) -> u32 {
-        self.baud.or(config.link.baud).unwrap_or(BAUD)
-    }
-
     /// The radio; the command line outranks the configuration.
     #[must_use]
     pub fn radio(&self, config: &Config) -> Radio {
@@ -205,9 +218,9 @@ pub struct Check {
     /// Hear a link for this long: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,
-    /// Baud rate of the serial device [default: 2400]
-    #[arg(long)]
-    pub baud: Option<u32>,
+    /// How a link is opened.
+    #[command(flatten)]
+    pub link: LinkArgs,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,

@@ -7,9 +7,10 @@ use groundwave_protocol::decoder::Received;
 use groundwave_protocol::telemetry::{Body, Outcome};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
-use super::super::cli::Send;
+use super::super::Fault;
+use super::super::cli::{LinkArgs, Send};
+use super::super::connecting::connect;
 use super::super::simulated::{Embedded, embed};
-use super::super::{Exit, Fault};
 use super::faults::not_confirmed;
 use super::report::{Report, SCAN_TIMEOUT, scan_result};
 use super::script::{Line, Script, Step};
@@ -34,10 +35,14 @@ pub(in super::super) struct Opened {
 }
 
 /// Opens a link; starts a simulated robot if the link is `sim`.
-pub(in super::super) fn open(link: &LinkSpec, baud: u32, radio: Radio) -> Result<Opened, Fault> {
+pub(in super::super) fn open(
+    link: &LinkSpec,
+    baud: u32,
+    options: &LinkArgs,
+    radio: Radio,
+) -> Result<Opened, Fault> {
     let (spec, simulator) = embed(link, radio.kind)?;
-    let connection =
-        Connection::open(&spec, baud).map_err(|error| Fault::new(Exit::NoLink, error))?;
+    let connection = connect(&spec, baud, options)?;
     Ok(Opened {
         name: link.to_string(),
         spec,

@@ -29,6 +29,12 @@ const ANNOUNCEMENT_TIMEOUT: Duration = Duration::from_millis(500);
 /// Pause before another attempt at a shared link that made room for others.
 const SHARE_RETRY_PAUSE: Duration = Duration::from_millis(50);
 
+/// Pause between two looks for a link that is not there yet.
+const ABSENCE_PAUSE: Duration = Duration::from_millis(250);
+
+/// After a device appears, the system may take this long to give access to it.
+const SETTLING: Duration = Duration::from_secs(3);
+
 /// Keepalive probes: idle time before the first, and the interval.
 const PROBE_AFTER: Duration = Duration::from_secs(5);
 const PROBE_EVERY: Duration = Duration::from_secs(2);
@@ -59,6 +65,38 @@ impl Connection {
     /// When the link cannot be opened now.
     pub fn open(spec: &LinkSpec, baud: u32) -> Result<Self, OpenError> {
         Self::open_within(spec, baud, CONNECT_TIMEOUT)
+    }
+
+    /// Opens a link that may not be there yet; waits for it, for ever without a limit. `on_absence` is called once.
+    ///
+    /// # Errors
+    /// When the link is there and cannot be opened, or the limit has passed.
+    pub fn open_once_there(
+        spec: &LinkSpec,
+        baud: u32,
+        limit: Option<Duration>,
+        on_absence: impl FnOnce(),
+    ) -> Result<Self, OpenError> {
+        let begun = Instant::now();
+        let mut on_absence = Some(on_absence);
+        let mut absent_at = None;
+        loop {
+            let error = match Self::open(spec, baud) {
+                Ok(connection) => return Ok(connection),
+                Err(error) => error,
+            };
+            if error.is_absence() {
+                absent_at = Some(Instant::now());
+            }
+            let may_come = absent_at.is_some_and(|at| at.elapsed() < SETTLING);
+            if !may_come || limit.is_some_and(|limit| begun.elapsed() >= limit) {
+                return Err(error);
+            }
+            if let Some(on_absence) = on_absence.take() {
+                on_absence();
+            }
+            thread::sleep(ABSENCE_PAUSE);
+        }
     }
 
     /// Whether a station at the other end shares its link.
