@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::{capture, debian, root, run};
+use crate::{capture, debian, root};
 
 mod listing;
 mod lost_product;
@@ -22,22 +22,12 @@ const STATIC_MAX: usize = 6 << 10;
 /// Builds the probe and checks its program.
 pub(crate) fn check() -> Result<(), String> {
     let probe = root().join("firmware/boards/probe");
-    build(&probe)?;
+    debian::build(&probe)?;
     check_program(&probe.join("target/avr-none/release/probe.elf"))
 }
 
-fn build(board: &Path) -> Result<(), String> {
-    // Cargo reads the configuration of the folder where it runs.
-    run(debian::cargo().current_dir(board).args([
-        "build",
-        "--release",
-        "--locked",
-        "--target-dir",
-        "target",
-    ]))
-}
-
-fn check_program(elf: &Path) -> Result<(), String> {
+/// Prints the program's sizes and searches it for faults.
+pub(crate) fn check_program(elf: &Path) -> Result<(), String> {
     let sizes = output("avr-size", &["-A"], elf)?;
     let section = |name: &str| size_of_section(&sizes, name);
     let flash = section(".text") + section(".data");

@@ -4,6 +4,7 @@
 //! `-Zbuild-std` (a nightly).
 
 use std::env;
+use std::path::Path;
 use std::process::Command;
 
 /// The user's choice in the environment, or the default.
@@ -32,4 +33,16 @@ pub(crate) fn cargo() -> Command {
         .env("RUSTC_BOOTSTRAP", "1")
         .env("PATH", format!("/usr/bin:{}", variable("PATH", "")));
     cargo
+}
+
+/// Builds a board's program; it is a workspace of its own.
+pub(crate) fn build(board: &Path) -> Result<(), String> {
+    // Cargo reads the configuration of the folder where it runs.
+    crate::run(cargo().current_dir(board).args([
+        "build",
+        "--release",
+        "--locked",
+        "--target-dir",
+        "target",
+    ]))
 }

@@ -2,6 +2,7 @@
 //! and the outside judges, `cargo xtask nightly` tries many other seeds. `cargo xtask STEP` runs one step.
 
 mod avr;
+mod chips;
 mod cross;
 mod debian;
 mod dist;
@@ -33,6 +34,8 @@ const CHECK: &[Step] = &[
 
 const OUTSIDE: &[Step] = &[
     ("avr", avr::check),
+    ("emulator", chips::emulator),
+    ("microbit", chips::microbit),
     ("c", || {
         run(Command::new("python3").arg("protocol/c/test/check.py"))
     }),
@@ -48,6 +51,7 @@ const NIGHTLY: &[Step] = &[
     ("fuzz", nightly::fuzz),
     ("mutants", mutants::check),
     ("trials", nightly::trials),
+    ("chips", chips::night),
     ("linux", cross::linux),
     ("windows", cross::windows),
     ("macos", cross::macos),

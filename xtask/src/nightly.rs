@@ -44,7 +44,7 @@ pub(crate) fn trials() -> Result<(), String> {
 }
 
 /// The first seed of today, by the days since 1970.
-fn first_seed() -> u64 {
+pub(crate) fn first_seed() -> u64 {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     let days = since_1970.map_or(0, |time| time.as_secs() / 86_400);
     days * SEEDS_A_DAY

@@ -54,6 +54,15 @@ pub struct Findings {
     pub widest: Option<Angle>,
 }
 
+/// Index of a place less than two turns from the start. A remainder would take an 8-bit microcontroller 200 cycles.
+const fn around(place: usize) -> usize {
+    if place < SAMPLES {
+        place
+    } else {
+        place - SAMPLES
+    }
+}
+
 impl Panorama {
     /// Takes the readings `place` samples after the start. Infrared detections count until the next sample.
     pub fn take_sample(&mut self, senses: &Senses, place: i32) {
@@ -79,15 +88,12 @@ impl Panorama {
 
     /// Heading of the robot at a sample.
     fn heading(&self, place: usize) -> Angle {
-        let turned = (place % SAMPLES) as u32 * 0x1_0000 / SAMPLES as u32;
+        let turned = around(place) as u32 * 0x1_0000 / SAMPLES as u32;
         Angle(self.begin.0.wrapping_add(turned as u16))
     }
 
     fn sample(&self, place: usize) -> Sample {
-        self.samples
-            .get(place % SAMPLES)
-            .copied()
-            .unwrap_or_default()
+        self.samples.get(around(place)).copied().unwrap_or_default()
     }
 
     /// Free distance in a direction in inches: the mean of three samples, to smooth a stray echo.
@@ -151,12 +157,14 @@ impl Panorama {
 
     /// Direction of the maximum of a measure, in the middle of its first run of samples; `None` if the measure is constant.
     fn most(&self, measure: impl Fn(usize) -> u16) -> Option<Angle> {
-        let best = (0..SAMPLES).map(&measure).max()?;
+        // Measuring once per sample keeps the call short on an 8-bit microcontroller.
+        let measures: [u16; SAMPLES] = core::array::from_fn(measure);
+        let best = measures.iter().copied().max()?;
+        let is_best = |place| measures.get(around(place)) == Some(&best);
         // Start of a run of maxima.
-        let first = (0..SAMPLES)
-            .find(|&place| measure(place) == best && measure(place + SAMPLES - 1) != best)?;
+        let first = (0..SAMPLES).find(|&place| is_best(place) && !is_best(place + SAMPLES - 1))?;
         let length = (0..SAMPLES)
-            .take_while(|&offset| measure(first + offset) == best)
+            .take_while(|&offset| is_best(first + offset))
             .count();
         Some(self.heading(first + (length - 1) / 2))
     }
