@@ -6,6 +6,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
 
+use sr04_replay::{DOWNLINK, TICK};
+
 use crate::recorder::{Frames, Recording};
 
 /// Cycles of the frame that ends the results.
@@ -15,10 +17,11 @@ const END: u32 = u32::MAX;
 pub(crate) const TICK_CYCLES: u64 = 800_000;
 
 /// Figures of a run whose results equal the host's.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Figures {
     pub(crate) calls: usize,
-    pub(crate) downlink_bytes: usize,
+    /// The chip's bytes to the radio.
+    pub(crate) downlink: Vec<u8>,
     /// Cycles of all calls between two ticks; zero if the emulator counts none.
     pub(crate) mean_tick_cycles: u64,
     pub(crate) worst_tick_cycles: u64,
@@ -40,7 +43,7 @@ struct Ticks {
 
 impl Ticks {
     fn add(&mut self, call: &[u8], cycles: u32) {
-        if call.first() == Some(&b'T') {
+        if call.first() == Some(&TICK) {
             self.end();
         }
         self.current += u64::from(cycles);
@@ -91,6 +94,7 @@ fn write_calls(mut out: impl Write, calls: &Frames) -> std::io::Result<()> {
 
 fn compare(mut results: impl Read, recording: &Recording) -> Result<Figures, String> {
     let mut ticks = Ticks::default();
+    let mut downlink = Vec::new();
     let calls = recording.calls.iter().zip(recording.results.iter());
     for (number, (call, expected)) in calls.enumerate() {
         let (cycles, result) = read_result(&mut results)
@@ -99,6 +103,9 @@ fn compare(mut results: impl Read, recording: &Recording) -> Result<Figures, Str
             return Err(difference(recording, number, &result));
         }
         ticks.add(call, cycles);
+        if call == [DOWNLINK] {
+            downlink.extend_from_slice(&result);
+        }
     }
     ticks.end();
     match read_result(&mut results) {
@@ -108,7 +115,7 @@ fn compare(mut results: impl Read, recording: &Recording) -> Result<Figures, Str
             };
             Ok(Figures {
                 calls: recording.calls.len(),
-                downlink_bytes: recording.downlink.len(),
+                downlink,
                 mean_tick_cycles: ticks.all / ticks.count,
                 worst_tick_cycles: ticks.worst,
                 late_ticks: ticks.late,
@@ -184,7 +191,7 @@ pub(crate) fn microbit(program: &Path, recording: &Recording) -> Result<Figures,
     };
     Ok(Figures {
         calls: recording.calls.len(),
-        downlink_bytes: recording.downlink.len(),
+        downlink: recording.downlink.clone(),
         stack_bytes,
         spare_bytes,
         ..Figures::default()

@@ -7,7 +7,8 @@ mod operator;
 mod recorder;
 mod scenario;
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -65,6 +66,9 @@ struct Replay {
     /// Only the run of this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
+    /// Write the chip's bytes to the radio
+    #[arg(long, value_name = "FILE", requires = "only")]
+    save: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -97,6 +101,7 @@ fn main() -> ExitCode {
                 }
                 Chip::Microbit { replay } => chip::microbit(&replay.program, &recording),
             });
+            let outcome = outcome.and_then(|figures| save(replay.save.as_deref(), figures));
             if !report(scenario.name, *seed, outcome) {
                 failures.fetch_add(1, Ordering::Relaxed);
             }
@@ -114,6 +119,15 @@ fn main() -> ExitCode {
     }
 }
 
+/// Writes the chip's bytes to the radio.
+fn save(path: Option<&Path>, figures: Figures) -> Result<Figures, String> {
+    if let Some(path) = path {
+        fs::write(path, &figures.downlink)
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    Ok(figures)
+}
+
 /// Prints the result of a run; `false` if it fails.
 fn report(name: &str, seed: u64, outcome: Result<Figures, String>) -> bool {
     let figures = match outcome {
@@ -126,7 +140,7 @@ fn report(name: &str, seed: u64, outcome: Result<Figures, String>) -> bool {
     println!(
         "{name:16} {seed:>8} {:>8} {:>8} {:>11} {:>11} {:>5} {:>8} {:>8}",
         figures.calls,
-        figures.downlink_bytes,
+        figures.downlink.len(),
         figures.mean_tick_cycles,
         figures.worst_tick_cycles,
         figures.late_ticks,

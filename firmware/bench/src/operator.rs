@@ -9,7 +9,7 @@ use groundwave_protocol::digest::digest;
 use groundwave_protocol::telemetry::{Ack, Outcome};
 
 /// Robot number of every run.
-pub(crate) const ROBOT_ID: u8 = 1;
+pub(crate) const ROBOT_ID: u8 = 4;
 
 /// Owner of the operator's sessions.
 const OWNER: u16 = 7;

@@ -89,6 +89,7 @@ impl Scenario {
                 ],
             )
             .every_ms(30_000),
+            Self::new("tour", "house", routes_and_modes()).every_ms(120_000),
             Self::new("parameters", "corridor", parameters()).every_ms(60_000),
             Self::new("failsafe", "house", failsafe()).every_ms(90_000),
             Self {
@@ -265,4 +266,20 @@ fn routes_and_modes() -> Vec<(u64, Event)> {
         (50_000, Event::Task(Task::Stop)),
         order(52_000, Order::Mode(Mode::Prowl)),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_capture_of_the_emulated_mega_equals_the_run_on_the_host() {
+        let capture = include_bytes!("../../../captures/mega-tour.txt");
+        let tour = Scenario::all().into_iter().find(|run| run.name == "tour");
+        let recording = tour.unwrap().record(1, 120_000).unwrap();
+        assert!(
+            recording.downlink == capture,
+            "captures/README.md shows how to make the capture again"
+        );
+    }
 }

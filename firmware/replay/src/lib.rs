@@ -9,10 +9,12 @@ use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::robot::Robot;
 
 const BOOT: u8 = b'B';
-const TICK: u8 = b'T';
+/// First byte of [`Call::Tick`].
+pub const TICK: u8 = b'T';
 const INFRARED: u8 = b'I';
 const UPLINK: u8 = b'U';
-const DOWNLINK: u8 = b'D';
+/// The byte of [`Call::Downlink`].
+pub const DOWNLINK: u8 = b'D';
 
 /// A stream of bytes in both directions.
 pub trait Port {
