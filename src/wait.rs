@@ -1,4 +1,4 @@
-//! Waiting for the robot in a script: `wait 30s`, `wait until driven within 2m`, `expect battery > 12`.
+//! Waiting for the robot, in a script or in the dashboard: `wait 30s`, `wait until driven within 2m`, `expect battery > 12`.
 //!
 //! A condition is about the fields of the robot's lines, by the names that `export --to jsonl` gives them.
 
@@ -64,6 +64,16 @@ enum Reading {
     Word(String),
 }
 
+/// A wait under way.
+#[derive(Clone, Debug)]
+pub struct Waiting {
+    wait: Wait,
+    /// Only lines after its beginning count: a list that was driven before is not driven again.
+    readings: Readings,
+    /// Time for `expect` to hear the fields.
+    patience: Duration,
+}
+
 const EQUAL: &[Ordering] = &[Ordering::Equal];
 const UNEQUAL: &[Ordering] = &[Ordering::Less, Ordering::Greater];
 const LESS: &[Ordering] = &[Ordering::Less];
@@ -119,6 +129,57 @@ impl Wait {
 impl fmt::Display for Wait {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.words)
+    }
+}
+
+impl Waiting {
+    /// Begins to wait; `expect` has `patience` to hear its fields.
+    #[must_use]
+    pub fn new(wait: Wait, patience: Duration) -> Self {
+        Self {
+            wait,
+            readings: Readings::default(),
+            patience,
+        }
+    }
+
+    /// The wait.
+    #[must_use]
+    pub const fn wait(&self) -> &Wait {
+        &self.wait
+    }
+
+    /// Takes a line of the robot.
+    pub fn take(&mut self, line: &Received) {
+        self.readings.take(line);
+    }
+
+    /// The longest it may take; `None` without a limit.
+    #[must_use]
+    pub const fn limit(&self) -> Option<Duration> {
+        match self.wait.kind() {
+            Kind::For(time) => Some(*time),
+            Kind::Until(_, limit) => *limit,
+            Kind::Expect(_) => Some(self.patience),
+        }
+    }
+
+    /// The result, once there is one: the values seen, or why it did not come.
+    #[must_use]
+    pub fn ended(&self, after: Duration) -> Option<Result<String, String>> {
+        let is_over = self.limit().is_some_and(|limit| after >= limit);
+        let Some(condition) = self.wait.condition() else {
+            return is_over.then(|| Ok(String::new()));
+        };
+        let seen = || condition.seen(&self.readings);
+        match condition.holds(&self.readings) {
+            Some(true) => Some(Ok(seen())),
+            Some(false) if matches!(self.wait.kind(), Kind::Expect(_)) => {
+                Some(Err(format!("`{}`: {}", self.wait, seen())))
+            }
+            _ if is_over => Some(Err(format!("`{}`: it did not come; {}", self.wait, seen()))),
+            _ => None,
+        }
     }
 }
 

@@ -7,7 +7,6 @@ mod parameter_task;
 mod report;
 mod script;
 mod shared_link;
-mod waiting;
 
 use super::cli::{Connection, Send};
 use super::config::Config;

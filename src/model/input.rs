@@ -154,7 +154,10 @@ impl Ui {
             }),
             Action::ClearList => self.ask_for(Request::Route(Vec::new())),
             Action::SendDraft => return self.send_draft(),
-            Action::CancelCommands => return vec![Effect::CancelCommands],
+            Action::CancelCommands => {
+                self.give_up_waits();
+                return vec![Effect::CancelCommands];
+            }
             Action::AskCommand => self.overlay = Overlay::Text(TextEntry::new(Purpose::Command)),
             Action::AskRouteFile => {
                 self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));

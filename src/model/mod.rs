@@ -41,6 +41,7 @@ mod tour;
 pub(crate) mod trace;
 mod trail;
 mod ui;
+mod waits;
 pub(crate) mod why;
 pub(crate) mod words;
 

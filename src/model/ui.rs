@@ -18,6 +18,7 @@ use super::runs::Runs;
 use super::search::Search;
 use super::text_entry::{TextEntry, Typed};
 use super::tour::Tour;
+use super::waits::Begun;
 use crate::event::{CommandId, CommandStatus, Effect, Event, Level, Moment, Notice, NoticeCode};
 use crate::playback::Playback;
 use crate::request::Request;
@@ -105,6 +106,7 @@ pub struct Ui {
     pub(super) tour: Tour,
     /// The moment of the mark that is being named.
     pub(super) marked_at: Moment,
+    pub(super) waits: Vec<Begun>,
     /// Lines for the log.
     notices: Vec<Effect>,
     revision: u64,
@@ -137,6 +139,7 @@ impl Ui {
             passing: None,
             tour: Tour::default(),
             marked_at: Moment::ZERO,
+            waits: Vec::new(),
             notices: Vec::new(),
             revision: 0,
         }
@@ -152,6 +155,7 @@ impl Ui {
     ) -> Vec<Effect> {
         let mut effects = self.expire(now);
         effects.extend(self.unshelve_expired(now, facts));
+        effects.extend(self.wait_on(now, &event));
         let mut changed = true;
         match event {
             Event::Key(key) => effects.extend(self.take_key(facts, now, key)),
@@ -211,14 +215,15 @@ impl Ui {
         self.config.mouse
     }
 
-    /// When to send [`Event::Tick`] at the latest: a lease on the motors, or the time of a shelved alarm, ends then.
+    /// When to send [`Event::Tick`] at the latest: a lease on the motors, the time of a shelved alarm or a wait ends then.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         let lease = match &self.overlay {
             Overlay::Drive(stick) => stick.next_expiry(),
             _ => None,
         };
-        lease.into_iter().chain(self.attended.next_expiry()).min()
+        let expiries = [lease, self.attended.next_expiry(), self.waits_until()];
+        expiries.into_iter().flatten().min()
     }
 
     /// The time of day, since midnight UTC; `None` where no clock is shown.

@@ -71,14 +71,29 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     ),
 ];
 
-/// Forms and descriptions of the commands of the dashboard itself.
-const DASHBOARD_COMMANDS: [(&str, &str); 7] = [
-    ("name TEXT", "name the run being recorded"),
-    ("note TEXT", "add a note to the run"),
-    ("void WHY", "mark the run void"),
-    ("counts", "undo `void`"),
+/// Forms and descriptions of the commands of the dashboard itself; the description is empty where another row describes it too.
+const DASHBOARD_COMMANDS: [(&str, &str); 13] = [
+    (
+        "wait until THIS",
+        "tells when: mode home, driven, stopped, a field of a line",
+    ),
+    ("expect THIS", ""),
+    ("acknowledge", ""),
+    (
+        "shelve NAME 10m",
+        "silence an alarm; unshelve NAME, acknowledge",
+    ),
+    ("unshelve", ""),
+    (
+        "name TEXT",
+        "name the run being recorded; note TEXT adds a note",
+    ),
+    ("note", ""),
+    ("void WHY", "mark the run void; counts undoes it"),
+    ("counts", ""),
     ("runs FOLDER", "list runs; <runs-window/submit> replays one"),
     ("compare A B", "compare the runs of two captures"),
+    ("help", ""),
     ("quit", "quit; the robot carries on"),
 ];
 
@@ -92,7 +107,8 @@ pub fn listing() -> impl Iterator<Item = (&'static str, &'static str)> {
 
 /// Forms and descriptions of all commands in the dashboard. It replaces names in angle brackets by keys.
 pub fn dashboard_listing() -> impl Iterator<Item = (&'static str, &'static str)> {
-    listing().chain(DASHBOARD_COMMANDS)
+    let own = DASHBOARD_COMMANDS.into_iter();
+    listing().chain(own.filter(|(_, does)| !does.is_empty()))
 }
 
 /// First words of the commands to the robot.

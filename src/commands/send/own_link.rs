@@ -14,14 +14,13 @@ use super::super::simulated::{Embedded, embed};
 use super::faults::not_confirmed;
 use super::report::{Report, SCAN_TIMEOUT, scan_result};
 use super::script::{Line, Script, Step};
-use super::waiting::Waiting;
 use crate::event::{CommandId, CommandStatus, Event, Failure, LinkEvent};
 use crate::io::link::{Connection, Link, LinkSpec};
 use crate::radio::Radio;
 use crate::request::Request;
 use crate::runtime::Driver;
 use crate::share::Address;
-use crate::wait::Wait;
+use crate::wait::{Wait, Waiting};
 
 /// How long to wait for the lines with mode and layers after a refusal.
 const REFUSAL_TIMEOUT: Duration = Duration::from_secs(6);
@@ -100,7 +99,7 @@ async fn wait_for(
     wait: &Wait,
     number: Option<usize>,
 ) -> Result<(), Fault> {
-    let mut waiting = Waiting::new(wait, options.usual_timeout());
+    let mut waiting = Waiting::new(wait.clone(), options.usual_timeout());
     let begun = TokioInstant::now();
     loop {
         while let Some(event) = driver.poll_event() {

@@ -123,13 +123,13 @@ impl Report {
         &self,
         wait: &Wait,
         number: Option<usize>,
-        ended: Result<String, Fault>,
+        ended: Result<String, String>,
         after: Duration,
     ) -> Result<(), Fault> {
         if self.json {
             let (status, seen) = match &ended {
                 Ok(seen) => ("came", seen.clone()),
-                Err(fault) => ("expired", fault.to_string()),
+                Err(why) => ("expired", why.clone()),
             };
             show_line(json!({
                 "status": status,
@@ -151,7 +151,8 @@ impl Report {
                 after.as_secs_f64()
             ))?;
         }
-        ended.map(drop)
+        let ended = ended.map(drop);
+        ended.map_err(|why| Fault::new(Exit::NotConfirmed, why))
     }
 
     /// Reports a lost link, which will be opened again.

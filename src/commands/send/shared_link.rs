@@ -9,12 +9,11 @@ use super::super::{Exit, Fault};
 use super::faults::not_confirmed;
 use super::report::{Report, SCAN_TIMEOUT, scan_result};
 use super::script::{Line, Script, Step};
-use super::waiting::Waiting;
 use crate::event::{CommandStatus, Failure};
 use crate::io::share_client::{ShareClient, ShareClientError};
 use crate::request::Request;
 use crate::share::{Address, Ask, ClientLine, StationLine, StatusJson};
-use crate::wait::Wait;
+use crate::wait::{Wait, Waiting};
 
 /// How long to wait beyond the timeout, which the station itself keeps, before giving the station up.
 const GRACE: Duration = Duration::from_secs(5);
@@ -48,7 +47,7 @@ fn wait_for(
     wait: &Wait,
     number: Option<usize>,
 ) -> Result<(), Fault> {
-    let mut waiting = Waiting::new(wait, options.usual_timeout());
+    let mut waiting = Waiting::new(wait.clone(), options.usual_timeout());
     let mut decoder = Decoder::default();
     let begun = Instant::now();
     loop {
