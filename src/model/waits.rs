@@ -91,12 +91,12 @@ mod tests {
     use groundwave_protocol::status_codes::Mode;
 
     use crate::event::{Effect, Event};
-    use crate::model::testing::Scene;
     use crate::model::Config;
+    use crate::model::testing::Scene;
 
     fn logged(scene: &Scene) -> String {
         let log = scene.model.facts.log.newest_first();
-        log.map(|entry| format!("{}\n", entry.text)).collect()
+        log.map(|entry| &*entry.text).collect::<Vec<_>>().join("\n")
     }
 
     fn typed(scene: &mut Scene, command: &str) -> Vec<Effect> {
