@@ -14,6 +14,7 @@ pub use groundwave_captures::{content, hint, outages, song, statistics};
 
 pub mod calibration;
 pub mod commands;
+pub mod conformance;
 pub mod event;
 pub mod io;
 pub mod model;

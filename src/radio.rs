@@ -1,5 +1,6 @@
 //! The radio between station and robot.
 
+use std::hash::{BuildHasher as _, RandomState};
 use std::time::Duration;
 
 use clap::ValueEnum;
@@ -26,6 +27,12 @@ pub enum RadioKind {
     Xbee,
     /// Never send a byte
     ReceiveOnly,
+}
+
+/// A random nonce of 10 bits that identifies this station; not zero.
+#[must_use]
+pub fn random_owner() -> u16 {
+    (RandomState::new().hash_one(std::process::id()) % 0x3FF) as u16 + 1
 }
 
 /// The radio as configured.

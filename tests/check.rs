@@ -5,9 +5,11 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
+use crate::check_send::FAULTS;
 use crate::common::{CoSimulation, is_nightly};
 use groundwave::capture::diagnosis::kind;
 use groundwave::capture::diagnosis::{Diagnosis, Finding};
+use groundwave::conformance::rule;
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::crc::{self, DOWNLINK_INIT};
@@ -340,6 +342,7 @@ fn page_with(table: &str) -> String {
 
 `groundwave check FILE` reads a capture, `groundwave check LINK` listens to a robot. A finding names line and column, the content, the form expected, the likely
 cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are stable; `--json` prints them. Damage by the radio is no finding.
+`groundwave check LINK --send` also tries the rules for frames and names each that the robot breaks.
 
 ## Codes
 
@@ -354,6 +357,30 @@ cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are s
             "| `{}` | {} | {} | {remedy} |",
             kind.code, kind.section, kind.cause
         );
+    }
+    page += "
+## Rules tried by `--send`
+
+| code | level | section | rule | likely cause of a breach | remedy |
+|---|---|---|---|---|---|
+";
+    for rule in rule::ALL {
+        let _ = writeln!(
+            page,
+            "| `{}` | {} | {} | {} | {} | {} |",
+            rule.code, rule.level, rule.section, rule.rule, rule.cause, rule.remedy
+        );
+    }
+    page += "
+## Planted faults of a receiver
+
+`tests/check_send.rs` plants each fault in the C library and expects this rule first. A correct robot, simulated or in C, keeps every rule, over radios with bit errors, too.
+
+| fault | level | rule |
+|---|---|---|
+";
+    for (about, level, _, code) in FAULTS {
+        let _ = writeln!(page, "| {about} | {level} | `{code}` |");
     }
     page + "
 ## Planted mistakes

@@ -7,6 +7,7 @@ mod calibration;
 mod capture;
 mod captures;
 mod check;
+mod check_send;
 mod claims;
 mod command_line;
 mod common;

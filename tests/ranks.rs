@@ -39,6 +39,20 @@ const RULES: &[(&str, &[&str])] = &[
     ("src/parameter_file.rs", VOCABULARY),
     ("src/route.rs", VOCABULARY),
     (
+        "src/conformance",
+        &[
+            "crate::commands",
+            "crate::io",
+            "crate::runtime",
+            "crate::model",
+            "crate::view",
+            "crate::capture",
+            "crate::station",
+            "Instant",
+            "SystemTime",
+        ],
+    ),
+    (
         "src/station",
         &[
             "crate::commands",

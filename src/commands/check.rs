@@ -1,8 +1,10 @@
-//! `check`: the mistakes in a robot's lines.
+//! `check`: the mistakes in a robot's lines, and in what it does with frames.
+
+mod trials;
 
 use std::io::{self, IsTerminal as _, Read, Write};
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
@@ -14,10 +16,11 @@ use super::{Exit, Fault, block_on, input, out, say, say_progress, simulated};
 use crate::capture::diagnosis::{Diagnosis, Finding};
 use crate::capture::source::Form;
 use crate::capture::{Capture, Piece};
+use crate::conformance::Trials;
 use crate::hint;
 use crate::io::link::{Link, LinkInput, LinkSpec};
 use crate::io::signals::{Signal, Signals, stop_myself};
-use crate::radio::RadioKind;
+use crate::radio::{RadioKind, random_owner};
 use crate::safe_text;
 
 /// Bytes read at a time.
@@ -26,29 +29,44 @@ const READ_BYTES: usize = 64 * 1024;
 /// Inputs of a link that wait.
 const INPUTS_MAX: usize = 256;
 
+/// Time for the STOP of trials that are left early.
+const FAREWELL: Duration = Duration::from_millis(300);
+
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(options: &Check, config: &Config) -> Result<(), Fault> {
+    let mut trials = None;
     let diagnosis = match &options.from {
-        LinkSpec::Stdin => read(Path::new("-"))?,
-        LinkSpec::Serial(path) if path.is_file() => read(path)?,
-        link => block_on(Box::pin(hear(link, options, config)))?,
+        LinkSpec::Stdin if !options.send => read(Path::new("-"))?,
+        LinkSpec::Serial(path) if path.is_file() && !options.send => read(path)?,
+        link => {
+            if options.send {
+                trials::confirm(options.yes)?;
+            }
+            let (diagnosis, tried) = block_on(Box::pin(hear(link, options, config)))?;
+            trials = tried;
+            diagnosis
+        }
     };
     let name = options.from.to_string();
     let findings = diagnosis.findings();
     let written = if options.json {
         let mut out = out();
-        writeln!(out, "{}", to_json(&name, &diagnosis, &findings)).and_then(|()| out.flush())
+        let report = to_json(&name, &diagnosis, &findings, trials.as_ref());
+        writeln!(out, "{report}").and_then(|()| out.flush())
     } else {
-        write(&name, &diagnosis, &findings)
+        write(&name, &diagnosis, &findings, trials.as_ref())
     };
     if let Err(error) = written {
         return Fault::output(&error);
     }
-    if findings.is_empty() && diagnosis.level() > 0 {
+    let broken = trials.as_ref().map_or(0, trials::broken);
+    let is_over = trials.as_ref().is_none_or(Trials::is_over);
+    if findings.len() + broken == 0 && diagnosis.level() > 0 && is_over {
         return Ok(());
     }
-    let mistakes = match findings.len() {
+    let mistakes = match findings.len() + broken {
+        0 if !is_over => "the trials were left before their end".to_owned(),
         0 => "no intact line, and no usual mistake explains the others".to_owned(),
         1 => "1 mistake".to_owned(),
         count => format!("{count} mistakes"),
@@ -91,8 +109,12 @@ fn read_raw(source: &mut impl Read, diagnosis: &mut Diagnosis) -> io::Result<()>
     }
 }
 
-/// Hears a link until a signal, the end of the duration or of the link.
-async fn hear(link: &LinkSpec, options: &Check, config: &Config) -> Result<Diagnosis, Fault> {
+/// Hears a link until a signal, the end of the duration, of the link or of the trials.
+async fn hear(
+    link: &LinkSpec,
+    options: &Check,
+    config: &Config,
+) -> Result<(Diagnosis, Option<Trials>), Fault> {
     let (link, config) = config.at(link)?;
     let (spec, _robot) = simulated::embed(&link, RadioKind::default())?;
     let baud = options.link.baud(&config);
@@ -102,21 +124,43 @@ async fn hear(link: &LinkSpec, options: &Check, config: &Config) -> Result<Diagn
         Fault::new(Exit::Failed, format!("cannot listen for signals: {reason}"))
     })?;
     let (inputs, mut heard) = tokio::sync::mpsc::channel(INPUTS_MAX);
-    let _link = Link::start(spec, baud, connection, Box::new(|_, _| ()), inputs);
+    let link = Link::start(spec, baud, connection, Box::new(|_, _| ()), inputs);
+    if options.send && (!link.can_send() || link.share().is_some()) {
+        return Err(Fault::new(
+            Exit::Usage,
+            "--send needs the robot's own link: a device or a TCP bridge that no other station shares",
+        ));
+    }
+    link.hand_over_at_once(options.send);
+    let start = Instant::now();
+    let mut trials = options.send.then(|| Trials::new(random_owner(), baud));
     let mut diagnosis = Diagnosis::default();
     let shows_progress = io::stderr().is_terminal();
     let mut report = tokio::time::interval(REPORT_EVERY);
     let end = tokio::time::sleep(options.duration.unwrap_or(Duration::MAX));
     tokio::pin!(end);
-    loop {
+    while !trials.as_ref().is_some_and(Trials::is_over) {
+        let timeout = trials.as_ref().and_then(Trials::poll_timeout);
+        let due = start + timeout.unwrap_or(Duration::ZERO);
         tokio::select! {
             signal = signals.next() => match signal {
-                Signal::Leave => break,
+                Signal::Leave => {
+                    if options.send {
+                        link.send(&Trials::farewell());
+                        tokio::time::sleep(FAREWELL).await;
+                    }
+                    break;
+                }
                 Signal::Suspend => stop_myself(),
             },
             () = &mut end => break,
             input = heard.recv() => match input {
-                Some(LinkInput::Bytes(_, bytes)) => diagnosis.take(&bytes),
+                Some(LinkInput::Bytes(_, bytes)) => {
+                    diagnosis.take(&bytes);
+                    if let Some(trials) = &mut trials {
+                        trials.handle_bytes(start.elapsed(), &bytes);
+                    }
+                }
                 Some(LinkInput::Lost(reason)) => {
                     say(format_args!("groundwave: link lost: {reason}"));
                     break;
@@ -124,7 +168,8 @@ async fn hear(link: &LinkSpec, options: &Check, config: &Config) -> Result<Diagn
                 Some(LinkInput::Ended) | None => break,
                 Some(LinkInput::Opened { .. } | LinkInput::Said(_)) => {}
             },
-            _ = report.tick() => if shows_progress {
+            () = tokio::time::sleep_until(due.into()), if timeout.is_some() => {}
+            _ = report.tick() => if shows_progress && trials.is_none() {
                 let (counters, found) = (diagnosis.counters(), diagnosis.findings().len());
                 say_progress(format_args!(
                     "{} lines, {found} mistakes; Ctrl-C ends",
@@ -132,14 +177,41 @@ async fn hear(link: &LinkSpec, options: &Check, config: &Config) -> Result<Diagn
                 ));
             },
         }
+        if let Some(trials) = &mut trials {
+            advance(trials, &link, start.elapsed(), !options.json)?;
+        }
     }
-    if shows_progress {
+    if shows_progress && trials.is_none() {
         say("");
     }
-    Ok(diagnosis)
+    Ok((diagnosis, trials))
 }
 
-fn to_json(name: &str, diagnosis: &Diagnosis, findings: &[Finding]) -> Value {
+/// Sends the frames that are due, and prints verdicts and requests.
+fn advance(trials: &mut Trials, link: &Link, now: Duration, prints: bool) -> Result<(), Fault> {
+    if trials.poll_timeout().is_some_and(|at| at <= now) {
+        trials.handle_timeout(now);
+    }
+    while let Some(bytes) = trials.poll_transmit() {
+        link.send(&bytes);
+    }
+    while let Some(verdict) = trials.poll_verdict() {
+        if prints && let Err(error) = trials::print(&verdict) {
+            return Fault::output(&error);
+        }
+    }
+    while let Some(request) = trials.poll_prompt() {
+        say(request);
+    }
+    Ok(())
+}
+
+fn to_json(
+    name: &str,
+    diagnosis: &Diagnosis,
+    findings: &[Finding],
+    trials: Option<&Trials>,
+) -> Value {
     let counters = diagnosis.counters();
     let finding = |finding: &Finding| {
         json!({
@@ -156,14 +228,20 @@ fn to_json(name: &str, diagnosis: &Diagnosis, findings: &[Finding]) -> Value {
     };
     json!({
         "name": name,
-        "level": diagnosis.level(),
+        "level": trials.and_then(Trials::level).unwrap_or(diagnosis.level()),
         "intact": counters.lines + counters.ack_lines,
         "damaged": counters.damaged.total(),
         "findings": findings.iter().map(finding).collect::<Vec<_>>(),
+        "trials": trials.map(|it| it.verdicts().iter().map(trials::to_json).collect::<Vec<_>>()),
     })
 }
 
-fn write(name: &str, diagnosis: &Diagnosis, findings: &[Finding]) -> io::Result<()> {
+fn write(
+    name: &str,
+    diagnosis: &Diagnosis,
+    findings: &[Finding],
+    trials: Option<&Trials>,
+) -> io::Result<()> {
     let mut out = out();
     for finding in findings {
         let times = match finding.count {
@@ -192,7 +270,11 @@ fn write(name: &str, diagnosis: &Diagnosis, findings: &[Finding]) -> io::Result<
         counters.lines + counters.ack_lines,
         counters.damaged.total()
     )?;
-    writeln!(out, "{}", level_words(diagnosis.level()))?;
+    let level = trials.and_then(Trials::level).unwrap_or(diagnosis.level());
+    match trials.and_then(trials::lacking) {
+        Some(lacking) => writeln!(out, "{lacking}")?,
+        None => writeln!(out, "{}", level_words(level))?,
+    }
     out.flush()
 }
 
@@ -201,13 +283,13 @@ const fn level_words(level: u8) -> &'static str {
     match level {
         0 => "Level 1 needs: line A.",
         1 => {
-            "Level 1 is heard. Level 2 needs: acknowledgements, line I, frames X, O and C, orders M and L."
+            "Level 1 is reached. Level 2 needs: acknowledgements, line I, frames X, O and C, orders M and L."
         }
-        2 => "Level 2 is heard. Level 3 needs: line B, frames W, order A.",
+        2 => "Level 2 is reached. Level 3 needs: line B, frames W, order A.",
         3 => {
-            "Level 3 is heard. Level 4 needs: lines C, T and K, frames D and L, orders P, S and F."
+            "Level 3 is reached. Level 4 needs: lines C, T and K, frames D and L, orders P, S and F."
         }
-        4 => "Level 4 is heard. Level 5 needs: lines P, S and G, orders V, N and K.",
-        _ => "Level 5 is heard.",
+        4 => "Level 4 is reached. Level 5 needs: lines P, S and G, orders V, N and K.",
+        _ => "Level 5 is reached.",
     }
 }

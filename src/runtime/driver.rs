@@ -1,7 +1,6 @@
 //! Runs a station on a real link and a real clock.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::hash::{BuildHasher, RandomState};
 use std::time::{Duration, Instant, SystemTime};
 
 use groundwave_lines::{OwnCommand, Recognizer};
@@ -19,7 +18,7 @@ use crate::io::alarm_hook::AlarmHook;
 use crate::io::foxglove::{Call, Foxglove};
 use crate::io::link::{Link, LinkInput};
 use crate::io::share::{FromClient, Share};
-use crate::radio::Radio;
+use crate::radio::{Radio, random_owner};
 use crate::request::Request;
 use crate::share::{Heard, Welcome};
 use crate::station::Station;
@@ -548,11 +547,6 @@ async fn sleep_to(deadline: Option<Instant>) {
         Some(deadline) => sleep_until(TokioInstant::from_std(deadline)).await,
         None => std::future::pending().await,
     }
-}
-
-/// A random nonce of 10 bits that identifies this station; not zero.
-fn random_owner() -> u16 {
-    (RandomState::new().hash_one(std::process::id()) % 0x3FF) as u16 + 1
 }
 
 #[cfg(all(test, unix))]

@@ -2,6 +2,9 @@
 //! virtual time.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+#[cfg(unix)]
+pub mod c_robot;
+
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,6 +18,9 @@ use groundwave_protocol::arq::Config;
 use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Body;
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
+
+/// A change of the C library's source: this text, once, by that one.
+pub type Patch = (&'static str, &'static str);
 
 /// The seeds of a property: `few` seeds from 0 on. With `GROUNDWAVE_SEEDS=FIRST`, as set by `cargo xtask nightly`, ten
 /// times as many from `FIRST` on.

@@ -206,21 +206,31 @@ Examples:
   groundwave check evening.txt
   groundwave check /dev/ttyUSB0 --duration 1m
   groundwave check tcp:robot.local:4000 --json | jq .findings
+  groundwave check sim --send --yes                  try the rules for commands, too
 
 For the programmer of a robot. Each mistake is named with its line, column, content, the form that SPEC.md expects, the likely cause and
 the remedy. Damage by the radio is no mistake: what the radio may cause counts if it recurs and a usual mistake explains it. A link is
-only heard, until Ctrl-C; nothing is sent. The level is the one that the lines show. docs/check.md lists the codes. Exit codes:
+only heard, until Ctrl-C; nothing is sent. The level is the one that the lines show. docs/check.md lists the codes.
+
+With --send the robot is tried with commands that it must obey, refuse or ignore: repeated ones, others under wrong keys, lists with
+missing waypoints, stale hand drive, STOP, a reset. Lift its wheels off the floor. It takes two to four minutes. Exit codes:
 0 no mistake, 1 mistakes or no intact line."))]
 pub struct Check {
     /// A capture (the robot's bytes as they came, or MCAP), - for standard input, or a link as for `watch`
     #[arg(value_name = "FILE|LINK", add = ArgValueCompleter::new(completions::checked))]
     pub from: LinkSpec,
     /// Hear a link for this long: 30s, 90m, 2h
-    #[arg(long, value_name = "T", value_parser = parse_duration)]
+    #[arg(long, value_name = "T", value_parser = parse_duration, conflicts_with = "send")]
     pub duration: Option<Duration>,
     /// How a link is opened.
     #[command(flatten)]
     pub link: LinkArgs,
+    /// Send commands, and judge the robot's reaction; asks first
+    #[arg(long)]
+    pub send: bool,
+    /// Send without asking
+    #[arg(long, requires = "send")]
+    pub yes: bool,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,

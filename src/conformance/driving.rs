@@ -1,0 +1,307 @@
+//! Level 4: pose, hand drive, failsafe, lines K and C.
+
+use std::time::Duration;
+
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::command::{Drive, Frame, Keepalive, Message, Order};
+use groundwave_protocol::failsafe::Failsafe;
+use groundwave_protocol::status_codes::{Layer, LayerMask, Link, Mode};
+use groundwave_protocol::telemetry::Outcome;
+
+use super::probe::{LIMIT, RARE, Seen};
+use super::rule;
+use super::session::{Session, in_words};
+
+/// Speed of hand drive: slow, and more than any rounding.
+const SPEED_IN_S: i8 = 4;
+
+/// Time between drive frames that must have no effect.
+const DRIVE_PERIOD: Duration = Duration::from_millis(250);
+
+/// Drive frames until the robot must drive.
+const DRIVE_FRAMES: usize = 8;
+
+/// When a line A that still shows the speed is a mistake: a second, a line's composition and transmission, the latency.
+const DRIVE_END: Duration = Duration::from_secs(2);
+
+/// When the ground is not live any more: 2 s and the latency.
+const NOT_LIVE_MS: u64 = 3000;
+
+/// Lines between the newest one and an old one.
+const OLD_LINES: u8 = 40;
+
+/// The failsafe that is tried, and how far its time may be off: lines, and frames that are lost.
+const SILENCE_S: u16 = 10;
+const FAILSAFE_EARLY: Duration = Duration::from_secs(1);
+const FAILSAFE_LATE: Duration = Duration::from_secs(20);
+
+pub(super) async fn run(session: &mut Session) {
+    let heard_before = session
+        .probe
+        .see(|seen| seen.counters.map(|(_, line)| line.frames_heard));
+    knock(session).await;
+    let outcome = session.order(Order::Mode(Mode::User)).await;
+    pose(session).await;
+    if outcome == Some(Outcome::Done) {
+        hand_drive(session).await;
+        failsafe(session).await;
+    } else {
+        session.not_tried(rule::DRIVE, "the robot has no mode U");
+        session.not_tried(rule::FAILSAFE, "the robot has no mode U");
+    }
+    let heard = |seen: &Seen| {
+        let now = seen.counters.map(|(_, line)| line.frames_heard);
+        now.is_some() && now != heard_before
+    };
+    session.probe.until(RARE, heard).await;
+    session.judge(rule::HEARD, session.probe.see(heard), || {
+        "frames heard stand still in line C".to_owned()
+    });
+}
+
+async fn knock(session: &Session) {
+    if session.probe.see(|seen| seen.is_half_duplex) {
+        session.not_tried(rule::KNOCK, "the radio is half duplex");
+        return;
+    }
+    // The lines K that earlier frames brought have passed after four long lines.
+    session.pause(6000).await;
+    let before = session.probe.see(|seen| seen.quick_acks);
+    let is_answered = |seen: &Seen| seen.quick_acks >= before + 3;
+    let answered = session
+        .probe
+        .effect_of(Frame::knock().as_bytes(), is_answered)
+        .await;
+    session.judge(rule::KNOCK, answered, || {
+        "no lines K after a line feed".to_owned()
+    });
+}
+
+async fn pose(session: &mut Session) {
+    let position = Waypoint {
+        x_in: 30,
+        y_in: -20,
+    };
+    let order = Order::Pose {
+        position,
+        theta_deg: 90,
+    };
+    let outcome = session.order(order).await;
+    match outcome {
+        Some(Outcome::Done) => {}
+        Some(Outcome::NotFitted | Outcome::NotNow) => {
+            session.not_tried(rule::POSE, "the robot has no pose to set");
+            return;
+        }
+        Some(outcome) => return session.broken(rule::POSE, in_words(outcome)),
+        None => return session.broken(rule::POSE, session.unheard(None)),
+    }
+    let is_there = |seen: &Seen| {
+        seen.state.is_some_and(|(_, state)| {
+            (state.x_tenths_in - 300).abs() < 50 && (state.y_tenths_in + 200).abs() < 50
+        })
+    };
+    session.probe.until(LIMIT, is_there).await;
+    session.judge(rule::POSE, session.probe.see(is_there), || {
+        match session.probe.see(|seen| seen.state) {
+            Some((_, state)) => format!(
+                "line A shows {}, {} tenths of an inch, not 300, -200",
+                state.x_tenths_in, state.y_tenths_in
+            ),
+            None => String::new(),
+        }
+    });
+    let Some(before) = session.probe.status().await else {
+        return;
+    };
+    let frame = session.latest.clone();
+    session.probe.has_effect(&frame, |_| false).await;
+    let Some(after) = session.probe.status().await else {
+        return;
+    };
+    let resets = (after.odometer_resets + 100 - before.odometer_resets) % 100;
+    session.judge(rule::REPEATED_POSE, resets == 0, || {
+        format!("line B counts {resets} more odometer resets")
+    });
+}
+
+fn velocity(seen: &Seen) -> i8 {
+    seen.state.map_or(0, |(_, state)| state.velocity_in_s)
+}
+
+fn is_driven(seen: &Seen) -> bool {
+    velocity(seen) != 0
+}
+
+/// A drive frame that names a line so far behind the newest one.
+fn frame(session: &Session, count: u8, behind: u8) -> Vec<u8> {
+    let newest = session.probe.see(|seen| seen.sequence);
+    let drive = Message::Drive(Drive {
+        velocity_in_s: SPEED_IN_S,
+        rotation_in_s: 0,
+        heard: (newest + 100 - behind) % 100,
+        count: count & 0xF,
+    });
+    drive.encode(session.key).as_bytes().to_vec()
+}
+
+fn keepalive(session: &Session) -> Vec<u8> {
+    let heard = session.probe.see(|seen| seen.sequence);
+    let message = Message::Keepalive(Keepalive { heard });
+    message.encode(session.key).as_bytes().to_vec()
+}
+
+async fn hand_drive(session: &mut Session) {
+    let user = LayerMask::NONE.with(Layer::User);
+    let order = Order::Layers {
+        which: user,
+        allowed: user,
+    };
+    if session.order(order).await != Some(Outcome::Done) {
+        session.not_tried(rule::DRIVE, "layer 0 is not fitted");
+        return;
+    }
+    let rejected = session.rejected();
+    let mut is_obeyed = false;
+    for _ in 0..DRIVE_FRAMES {
+        session.count = (session.count + 1) & 0xF;
+        session.probe.turn().await;
+        let frames = [keepalive(session), frame(session, session.count, 0)].concat();
+        session.probe.send(&frames);
+        session.probe.sent().await;
+        // The frame that is seen to be obeyed is the latest one.
+        if session.probe.until(DRIVE_END, is_driven).await {
+            is_obeyed = true;
+            break;
+        }
+    }
+    session.judge(rule::DRIVE, is_obeyed, || session.unheard(rejected));
+    if !is_obeyed {
+        return;
+    }
+    let end = session.probe.left_at() + DRIVE_END;
+    let is_late = |seen: &Seen| {
+        seen.state
+            .is_some_and(|(at, state)| at > end && state.velocity_in_s != 0)
+    };
+    let is_still = |seen: &Seen| seen.state.is_some_and(|(at, _)| at > end) || !is_driven(seen);
+    session.probe.until(LIMIT, is_still).await;
+    let is_kept = !session.probe.see(is_late);
+    session.judge(rule::DRIVE_END, is_kept, || {
+        format!(
+            "the robot still drives at {} in/s after 2 s",
+            session.probe.see(velocity)
+        )
+    });
+    if !is_kept {
+        return;
+    }
+    let next = (session.count + 1) & 0xF;
+    for (rule, count, behind, is_live) in [
+        (rule::DRIVE_STALE, next, OLD_LINES, true),
+        (rule::DRIVE_REPEATED, session.count, 0, true),
+        (rule::DRIVE_LIVE, next, 0, false),
+    ] {
+        undriven(session, rule, count, behind, is_live).await;
+    }
+    let stop = session.order(Order::Mode(Mode::Stop)).await;
+    if stop == Some(Outcome::Done) {
+        session.pause(NOT_LIVE_MS).await;
+        undriven(session, rule::DRIVE_STOPPED, next, 0, true).await;
+        session.order(Order::Mode(Mode::User)).await;
+    }
+}
+
+/// A drive frame that must have no effect.
+async fn undriven(
+    session: &Session,
+    rule: &'static rule::Rule,
+    count: u8,
+    behind: u8,
+    is_live: bool,
+) {
+    if !is_live {
+        session.pause(NOT_LIVE_MS).await;
+    }
+    let mut has_effect = false;
+    for _ in 0..3 {
+        session.probe.turn().await;
+        let drive = frame(session, count, behind);
+        let frames = if is_live {
+            [keepalive(session), drive].concat()
+        } else {
+            drive
+        };
+        session.probe.send(&frames);
+        session.probe.sent().await;
+        has_effect |= session.probe.until(DRIVE_PERIOD, is_driven).await;
+    }
+    has_effect |= session.probe.lines_after(is_driven).await;
+    session.judge(rule, !has_effect, || {
+        format!("the robot drives at {SPEED_IN_S} in/s")
+    });
+    if has_effect {
+        session.pause(NOT_LIVE_MS).await;
+    }
+}
+
+fn link(seen: &Seen) -> Option<Link> {
+    seen.state.map(|(_, state)| state.link)
+}
+
+async fn failsafe(session: &mut Session) {
+    let short = Failsafe {
+        silence_s: SILENCE_S / 2,
+        mode: Mode::Stop,
+    };
+    let order = |failsafe| Order::Failsafe(failsafe);
+    session
+        .expect(rule::FAILSAFE_RANGE, order(Some(short)), Outcome::BadValue)
+        .await;
+    let failsafe = Failsafe {
+        silence_s: SILENCE_S,
+        mode: Mode::Stop,
+    };
+    let outcome = session.order(order(Some(failsafe))).await;
+    if outcome != Some(Outcome::Done) {
+        let did = outcome.map_or_else(|| session.unheard(None), in_words);
+        session.broken(rule::FAILSAFE, did);
+        return;
+    }
+    let armed_at = session.probe.left_at();
+    let is_armed = |seen: &Seen| link(seen) == Some(Link::Armed);
+    session.probe.until(Duration::from_secs(8), is_armed).await;
+    session.judge(rule::FAILSAFE_ARMED, session.probe.see(is_armed), || {
+        let letter = session.probe.see(link).map_or(b'-', Link::letter);
+        format!("column 59 shows {}", char::from(letter))
+    });
+    let acts = |seen: &Seen| {
+        link(seen) == Some(Link::Failsafe)
+            && seen.state.is_some_and(|(_, it)| it.mode == Mode::Stop)
+    };
+    session.probe.until(FAILSAFE_LATE, acts).await;
+    let waited = session.probe.now().saturating_sub(armed_at);
+    let is_early = waited + FAILSAFE_EARLY < Duration::from_secs(SILENCE_S.into());
+    let has_acted = session.probe.see(acts);
+    session.judge(rule::FAILSAFE, has_acted && !is_early, || {
+        if has_acted {
+            format!(
+                "it acts after {:.1} s, not {SILENCE_S} s",
+                waited.as_secs_f64()
+            )
+        } else {
+            format!("it does not act within {} s", FAILSAFE_LATE.as_secs())
+        }
+    });
+    if !has_acted {
+        return;
+    }
+    let outcome = session.order(Order::Mode(Mode::User)).await;
+    session.probe.until(Duration::from_secs(8), is_armed).await;
+    let is_over = outcome == Some(Outcome::Done) && session.probe.see(is_armed);
+    session.judge(rule::FAILSAFE_END, is_over, || {
+        let letter = session.probe.see(link).map_or(b'-', Link::letter);
+        format!("column 59 shows {}", char::from(letter))
+    });
+    session.order(order(None)).await;
+}

@@ -1,0 +1,116 @@
+//! Level 5: parameters.
+
+use std::time::Duration;
+
+use groundwave_protocol::command::Order;
+use groundwave_protocol::parameter::key;
+use groundwave_protocol::telemetry::{Outcome, ParameterLine};
+
+use super::probe::{LIMIT, Seen};
+use super::rule;
+use super::session::{Session, in_words};
+
+/// Time for each line P, because other lines are between, and for other lines that are due.
+const EACH: Duration = Duration::from_secs(1);
+const ROUND: Duration = Duration::from_secs(5);
+
+/// How often the lines P are asked for while the radio loses lines.
+const ROUNDS: usize = 20;
+
+/// A name that no robot should have.
+const NO_NAME: &str = "no-such-parameter";
+
+/// Greatest value of an order V.
+const ORDER_MAX: i32 = 131_071;
+
+pub(super) async fn run(session: &mut Session) {
+    let outcome = session.order(Order::ReadParameters { place: 0 }).await;
+    if outcome != Some(Outcome::Done) {
+        let did = outcome.map_or_else(|| session.unheard(None), in_words);
+        session.broken(rule::PARAMETERS, did);
+        return;
+    }
+    if !session
+        .probe
+        .until(LIMIT, |seen| !seen.parameters.is_empty())
+        .await
+    {
+        session.not_tried(rule::PARAMETERS, "the robot has no parameters");
+        return;
+    }
+    let Some(line) = first(session) else { return };
+    let count = usize::from(line.count);
+    let is_complete = |seen: &Seen| seen.parameters.len() >= count;
+    for _ in 0..ROUNDS {
+        let missing = session.probe.see(|seen| seen.missing);
+        let wait = ROUND + EACH * u32::from(line.count);
+        let is_clean = |seen: &Seen| seen.missing == missing;
+        if session.probe.until(wait, is_complete).await || session.probe.see(is_clean) {
+            break;
+        }
+        // The radio has lost lines.
+        session.order(Order::ReadParameters { place: 0 }).await;
+    }
+    let found = session.probe.see(|seen| seen.parameters.len());
+    session.judge(rule::PARAMETERS, found == count, || {
+        format!("{found} of {count} lines P")
+    });
+    set(session, &line).await;
+    let beyond = [line.most + 1, line.least - 1];
+    let beyond = beyond.into_iter().find(|value| value.abs() <= ORDER_MAX);
+    if let Some(value) = beyond {
+        let key = key(line.name.as_str());
+        let order = Order::SetParameter { key, value };
+        session
+            .expect(rule::PARAMETER_LIMITS, order, Outcome::BadValue)
+            .await;
+    }
+    let unknown = Order::ReadParameter { key: key(NO_NAME) };
+    session
+        .expect(rule::PARAMETER_UNKNOWN, unknown, Outcome::Unknown)
+        .await;
+    let beyond = Order::ReadParameters {
+        place: u16::from(line.count) + 1,
+    };
+    session
+        .expect(rule::PARAMETER_PLACE, beyond, Outcome::BadValue)
+        .await;
+}
+
+fn first(session: &Session) -> Option<ParameterLine> {
+    session
+        .probe
+        .see(|seen| seen.parameters.values().next().map(|(_, line)| *line))
+}
+
+/// Sets the first parameter to the value that it has.
+async fn set(session: &mut Session, line: &ParameterLine) {
+    let order = Order::SetParameter {
+        key: key(line.name.as_str()),
+        value: line.value,
+    };
+    let rejected = session.rejected();
+    let outcome = session.order(order).await;
+    if outcome != Some(Outcome::Done) {
+        session.compare(rule::PARAMETER_SET, Outcome::Done, outcome, rejected);
+        return;
+    }
+    let from = session.probe.left_at();
+    let is_shown = |seen: &Seen| {
+        seen.parameters
+            .get(&line.place)
+            .is_some_and(|(at, line_now)| *at > from && line_now.value == line.value)
+    };
+    for _ in 0..ROUNDS {
+        let missing = session.probe.see(|seen| seen.missing);
+        let is_clean = |seen: &Seen| seen.missing == missing;
+        if session.probe.until(LIMIT, is_shown).await || session.probe.see(is_clean) {
+            break;
+        }
+        let key = key(line.name.as_str());
+        session.order(Order::ReadParameter { key }).await;
+    }
+    session.judge(rule::PARAMETER_SET, session.probe.see(is_shown), || {
+        "no line P with the value follows".to_owned()
+    });
+}

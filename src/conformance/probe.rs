@@ -1,0 +1,321 @@
+//! The robot as its lines show it, and the frames to it.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::future::poll_fn;
+use std::rc::Rc;
+use std::task::Poll;
+use std::time::Duration;
+
+use groundwave_protocol::command::{Frame, Key, Message};
+use groundwave_protocol::crc;
+use groundwave_protocol::decoder::Received;
+use groundwave_protocol::telemetry::{
+    AbilitiesLine, Ack, Body, CountersLine, Detail, ParameterLine, StateLine, StatusLine,
+};
+
+use super::Verdict;
+
+/// Latency of the link, both ways together, after which an acknowledgement counts as an answer.
+const LATENCY: Duration = Duration::from_millis(300);
+
+/// Byte times from the acknowledgement's snapshot to the end of its line, and more than any frame and line feeds of a turn.
+const ANSWER_BYTES: u32 = 11;
+
+/// Time between copies of a frame that has had no effect yet.
+const AGAIN: Duration = Duration::from_millis(1200);
+
+/// Time within which a frame must have its effect; radios damage some of its copies, and some answers.
+pub(super) const LIMIT: Duration = Duration::from_secs(15);
+
+/// Wait for a line B or C, which comes every 4 s; radios damage half of them.
+pub(super) const RARE: Duration = Duration::from_mins(1);
+
+/// Copies of a frame that must have no effect, and the pause after each.
+const COPIES: usize = 3;
+
+/// Longest wait for the lines that show an effect that must not be.
+const LISTEN: Duration = Duration::from_secs(20);
+
+/// Most bytes of a half-duplex turn that frames fill.
+const TURN_BYTES: usize = 200;
+
+/// The latest lines of the robot.
+#[derive(Debug, Default)]
+pub(super) struct Seen {
+    pub(super) robot_id: Option<u8>,
+    pub(super) ack: Option<Ack>,
+    /// Boot and session of the latest acknowledgement that showed an era, and the era.
+    pub(super) era: Option<(u8, u8, u16)>,
+    /// Owner in the latest acknowledgement that showed one; none for a receipt.
+    pub(super) owner: Option<u16>,
+    pub(super) receipt: Option<u16>,
+    /// First missing block and tag of the staged list in the latest acknowledgement that could show them.
+    pub(super) staged: Option<(u8, u8)>,
+    pub(super) cannot_hear: bool,
+    pub(super) sequence: u8,
+    /// Lines missing in the sequence.
+    pub(super) missing: u64,
+    /// Lines K, and lines A.
+    pub(super) quick_acks: u64,
+    pub(super) states: u64,
+    pub(super) state: Option<(Duration, StateLine)>,
+    pub(super) status: Option<(Duration, StatusLine)>,
+    pub(super) counters: Option<(Duration, CountersLine)>,
+    pub(super) abilities: Option<AbilitiesLine>,
+    pub(super) parameters: BTreeMap<u8, (Duration, ParameterLine)>,
+    pub(super) is_half_duplex: bool,
+    /// Lines G.
+    turns: u64,
+}
+
+impl Seen {
+    pub(super) fn take(&mut self, now: Duration, received: &Received) {
+        let ahead = (u64::from(received.sequence()) + 199 - u64::from(self.sequence)) % 100;
+        // The first line has none before it.
+        self.missing += ahead * u64::from(self.ack.is_some());
+        self.sequence = received.sequence();
+        if let Some(robot_id) = received.robot_id() {
+            self.robot_id = Some(robot_id);
+        }
+        let ack = *received.ack();
+        self.ack = Some(ack);
+        match ack.detail {
+            Detail::Idle { owner, .. } => {
+                (self.owner, self.staged) = (Some(owner), None);
+                // A line without the receipt comes in turn with it.
+                if owner != 0 {
+                    self.receipt = None;
+                }
+            }
+            Detail::Staging {
+                first_missing, tag, ..
+            } => self.staged = Some((first_missing, tag)),
+            Detail::Stopped { receipt } => {
+                (self.owner, self.staged, self.receipt) = (Some(0), None, Some(receipt));
+            }
+            Detail::Era { era } => self.era = Some((ack.boot, ack.session, era)),
+            Detail::CannotHear { .. } => self.cannot_hear = true,
+        }
+        match received {
+            Received::Ack(line) if line.listens => {
+                self.is_half_duplex = true;
+                self.turns += 1;
+            }
+            Received::Ack(_) => self.quick_acks += 1,
+            Received::Line(line, _) => match line.body {
+                Body::State(state) => {
+                    self.states += 1;
+                    self.state = Some((now, state));
+                }
+                Body::Status(status) => self.status = Some((now, status)),
+                Body::Counters(counters) => self.counters = Some((now, counters)),
+                Body::Abilities(abilities) => self.abilities = Some(abilities),
+                Body::Parameter(line) => {
+                    self.parameters.insert(line.place, (now, line));
+                }
+                _ => {}
+            },
+        }
+    }
+
+    /// The era of the present session.
+    pub(super) fn present_era(&self) -> Option<u16> {
+        let ack = self.ack?;
+        let (boot, session, era) = self.era?;
+        ((boot, session) == (ack.boot, ack.session)).then_some(era)
+    }
+}
+
+/// State shared by the script and its driver.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    pub(super) now: Duration,
+    pub(super) seen: Seen,
+    pub(super) verdicts: VecDeque<Verdict>,
+    pub(super) prompts: VecDeque<&'static str>,
+    pub(super) deadline: Option<Duration>,
+    /// Frames that wait for the radio.
+    pub(super) waiting: VecDeque<Vec<u8>>,
+    /// When the last byte of the latest frame has left.
+    left_at: Duration,
+    pub(super) byte_time: Duration,
+}
+
+impl Shared {
+    /// The bytes to send now. In half duplex they are complete frames of the turn, which a line G has begun.
+    pub(super) fn transmit(&mut self, is_turn: bool) -> Option<Vec<u8>> {
+        if self.seen.is_half_duplex && !is_turn {
+            return None;
+        }
+        let mut bytes = self.waiting.pop_front()?;
+        if self.seen.is_half_duplex {
+            while let Some(next) = self.waiting.front()
+                && bytes.len() + next.len() <= TURN_BYTES
+            {
+                bytes.extend(self.waiting.pop_front().unwrap_or_default());
+            }
+            bytes.extend(Frame::over().as_bytes());
+        }
+        let count = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+        self.left_at = self.left_at.max(self.now) + self.byte_time * count;
+        Some(bytes)
+    }
+}
+
+/// The script's end of the link.
+#[derive(Clone, Default)]
+pub(super) struct Probe(pub(super) Rc<RefCell<Shared>>);
+
+impl Probe {
+    pub(super) fn see<T>(&self, of: impl FnOnce(&Seen) -> T) -> T {
+        of(&self.0.borrow().seen)
+    }
+
+    pub(super) fn now(&self) -> Duration {
+        self.0.borrow().now
+    }
+
+    pub(super) fn prompt(&self, text: &'static str) {
+        self.0.borrow_mut().prompts.push_back(text);
+    }
+
+    /// When the latest frame has left; the time of its answers begins then.
+    pub(super) fn left_at(&self) -> Duration {
+        self.0.borrow().left_at
+    }
+
+    /// Waits until the condition holds, at most for a time; returns whether it does.
+    pub(super) async fn until(&self, limit: Duration, holds: impl Fn(&Seen) -> bool) -> bool {
+        let end = self.now() + limit;
+        poll_fn(|_| {
+            let mut shared = self.0.borrow_mut();
+            if holds(&shared.seen) {
+                return Poll::Ready(true);
+            }
+            if shared.now >= end {
+                return Poll::Ready(false);
+            }
+            shared.deadline = Some(end);
+            Poll::Pending
+        })
+        .await
+    }
+
+    pub(super) async fn pause(&self, time: Duration) {
+        self.until(time, |_| false).await;
+    }
+
+    /// Waits until the frames have left, which takes the robot's turns in half duplex.
+    pub(super) async fn sent(&self) {
+        let end = self.now() + LIMIT;
+        poll_fn(|_| {
+            let mut shared = self.0.borrow_mut();
+            if shared.waiting.is_empty() && shared.now >= shared.left_at {
+                return Poll::Ready(());
+            }
+            if shared.now >= end {
+                // The robot gives no turn.
+                shared.waiting.clear();
+                return Poll::Ready(());
+            }
+            shared.deadline = Some(if shared.waiting.is_empty() {
+                shared.left_at
+            } else {
+                end
+            });
+            Poll::Pending
+        })
+        .await;
+    }
+
+    /// Waits for a turn in half duplex, for frames that name the newest line.
+    pub(super) async fn turn(&self) {
+        let turns = self.see(|seen| seen.turns);
+        self.until(LIMIT, |seen| !seen.is_half_duplex || seen.turns != turns)
+            .await;
+    }
+
+    pub(super) fn send(&self, bytes: &[u8]) {
+        self.0.borrow_mut().waiting.push_back(bytes.to_vec());
+    }
+
+    /// Sends a message until the condition holds; returns whether it does.
+    pub(super) async fn effect(
+        &self,
+        message: &Message,
+        key: Key,
+        holds: impl Fn(&Seen) -> bool,
+    ) -> bool {
+        self.effect_of(message.encode(key).as_bytes(), holds).await
+    }
+
+    pub(super) async fn effect_of(&self, frame: &[u8], holds: impl Fn(&Seen) -> bool) -> bool {
+        self.effect_within(LIMIT, frame, holds).await
+    }
+
+    pub(super) async fn effect_within(
+        &self,
+        limit: Duration,
+        frame: &[u8],
+        holds: impl Fn(&Seen) -> bool,
+    ) -> bool {
+        let end = self.now() + limit;
+        while self.now() < end {
+            self.send(frame);
+            self.sent().await;
+            if self.until(AGAIN, &holds).await {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Sends copies of a frame that must have no effect; returns whether it had one.
+    pub(super) async fn has_effect(
+        &self,
+        frame: &[u8],
+        is_changed: impl Fn(&Seen) -> bool,
+    ) -> bool {
+        for _ in 0..COPIES {
+            self.send(frame);
+            self.sent().await;
+            if self.until(AGAIN / 3, &is_changed).await {
+                return true;
+            }
+        }
+        self.lines_after(&is_changed).await
+    }
+
+    /// Waits for two lines A whose content follows the latest frame; returns whether the condition held before.
+    pub(super) async fn lines_after(&self, holds: impl Fn(&Seen) -> bool) -> bool {
+        let byte_time = self.0.borrow().byte_time;
+        let answers_at = self.left_at() + LATENCY + byte_time * ANSWER_BYTES;
+        let wait = answers_at.saturating_sub(self.now());
+        if self.until(wait, &holds).await {
+            return true;
+        }
+        let states = self.see(|seen| seen.states) + 2;
+        self.until(LISTEN, |seen| holds(seen) || seen.states >= states)
+            .await;
+        self.see(&holds)
+    }
+
+    /// Waits for a line B that was composed after the latest frame.
+    pub(super) async fn status(&self) -> Option<StatusLine> {
+        let from = self.left_at().max(self.now()) + LATENCY + Duration::from_millis(400);
+        self.until(RARE, |seen| seen.status.is_some_and(|(at, _)| at >= from))
+            .await;
+        self.see(|seen| {
+            seen.status
+                .filter(|(at, _)| *at >= from)
+                .map(|(_, line)| line)
+        })
+    }
+}
+
+/// A frame with this type and payload, for content that no message has.
+pub(super) fn raw_frame(key: Key, content: &[u8]) -> Vec<u8> {
+    let trailer = crc::characters(crc::update(key.init(), content));
+    [b"\n", content, &trailer, b"\n"].concat()
+}
