@@ -70,6 +70,13 @@ pub enum Event {
     },
     /// The state of the recording changed.
     Recording(Recording),
+    /// Files were listed for [`Effect::ListFiles`].
+    Files {
+        /// The beginning asked for.
+        beginning: String,
+        /// The files; folders end with a slash.
+        files: Vec<String>,
+    },
     /// A route file was read for [`Effect::LoadRoute`], or reading failed.
     RouteLoaded {
         /// The requested file.
@@ -180,6 +187,8 @@ pub enum Effect {
     CompareRuns([String; 2]),
     /// End the session and replay a capture.
     Replay(String),
+    /// List the files whose names begin so; the answer is [`Event::Files`].
+    ListFiles(String),
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
     /// Write a route file; the answer is [`Event::RouteSaved`].

@@ -2,6 +2,7 @@
 
 mod amount;
 mod commands;
+pub mod completion;
 mod parameters;
 mod preset;
 mod refusal;

@@ -8,12 +8,12 @@ use clap::CommandFactory as _;
 use clap_complete::CompleteEnv;
 use clap_complete::engine::{CompletionCandidate, PathCompleter, ValueCompleter as _};
 use clap_complete::env::Shells;
-use groundwave_protocol::status_codes::{Layer, Mode};
 
 use super::cli::{Cli, Completions};
 use super::{Exit, Fault, config, show, simulated};
 use crate::io::ports;
-use crate::request::{Request, Tuning, known_parameters, layer_word, mode_word, preset_names};
+use crate::request::completion::{self, Candidate, Completion};
+use crate::request::{Request, Tuning, known_parameters};
 
 type Candidates = Vec<CompletionCandidate>;
 
@@ -117,32 +117,46 @@ pub(super) fn param(current: &OsStr) -> Candidates {
 
 /// Parts of a channel specification, after the last comma.
 pub(super) fn channel(current: &OsStr) -> Candidates {
-    after_comma(current, CHANNEL)
+    candidates(
+        completion::after_comma(&current.to_string_lossy(), CHANNEL),
+        current,
+    )
 }
 
-/// A subcommand of `param`, the name of a parameter, or nothing.
 fn param_words(before: &[String], current: &OsStr) -> Candidates {
-    let is_verb = |word: &str| Tuning::verbs().any(|verb| verb == word);
-    let is_known = |word: &str| known_parameters().any(|(name, _)| name == word);
-    let takes_name = |word: &str| word == "get" || word == "set";
-    let mut last = before.iter().rev().map(String::as_str);
-    let (last, before_last) = (last.next(), last.next());
-    let names = || {
-        let current = current.to_string_lossy();
-        let all = known_parameters().filter(move |(name, _)| name.starts_with(&*current));
-        all.map(|(name, about)| CompletionCandidate::new(name).help(Some(about.into())))
+    let words = before.iter().map(String::as_str);
+    let is_first = |word: &&str| {
+        Tuning::verbs()
+            .chain(known_names())
+            .any(|known| known == *word)
     };
-    match last {
-        _ if before_last.is_some_and(takes_name) => Candidates::new(),
-        Some(word) if takes_name(word) => names().collect(),
-        Some(word) if Tuning::FILE_VERBS.contains(&word) => PathCompleter::any().complete(current),
-        Some(word) if is_verb(word) || is_known(word) => Candidates::new(),
-        _ => {
-            let mut found = starting_with(current, Tuning::verbs());
-            found.extend(names());
-            found
-        }
-    }
+    let words: Vec<&str> = words
+        .skip_while(|word| !is_first(word))
+        .filter(is_word)
+        .collect();
+    candidates(
+        completion::of_param(&words, &current.to_string_lossy()),
+        current,
+    )
+}
+
+fn known_names() -> impl Iterator<Item = &'static str> {
+    known_parameters().map(|(name, _)| name)
+}
+
+fn is_word(word: &&str) -> bool {
+    !word.starts_with("--")
+}
+
+fn candidates(completion: Completion, current: &OsStr) -> Candidates {
+    let Completion::Words(words) = completion else {
+        return PathCompleter::any().stdio().complete(current);
+    };
+    let candidate = |word: Candidate| {
+        let about = Some(word.about).filter(|about| !about.is_empty());
+        CompletionCandidate::new(word.text).help(about.map(Into::into))
+    };
+    words.into_iter().map(candidate).collect()
 }
 
 /// Names of the command strings of the robot named before, or of all after `--via`.
@@ -159,26 +173,13 @@ fn own_commands(before: &[String]) -> Vec<String> {
 fn command_words(before: &[String], current: &OsStr) -> Candidates {
     let own = own_commands(before);
     let is_own = |word: &str| own.iter().any(|name| name == word);
-    let mut words = before
-        .iter()
-        .map(String::as_str)
-        .skip_while(|word| !Request::is_command(word) && !is_own(word))
-        .filter(|word| !word.starts_with("--"));
-    let modes = || Mode::ALL.iter().map(|mode| mode_word(*mode));
-    let layers = || Layer::ALL.into_iter().map(layer_word);
-    match (words.next(), words.count()) {
-        (None, _) if own.is_empty() => starting_with(current, Request::commands()),
-        // A robot with command strings takes no others, and waits are the script's own.
-        (None, _) => starting_with(current, own.iter().map(String::as_str)),
-        (Some("mode"), 0) => starting_with(current, modes()),
-        (Some("enable" | "disable"), 0) => after_comma(current, layers()),
-        (Some("only"), 0) => after_comma(current, layers().chain(["none"])),
-        (Some("preset"), 0) => starting_with(current, preset_names()),
-        (Some("failsafe"), 0) => starting_with(current, modes().chain(["off"])),
-        (Some("param"), _) => param_words(before, current),
-        (Some("route"), 0) => PathCompleter::any().stdio().complete(current),
-        _ => Candidates::new(),
-    }
+    let words = before.iter().map(String::as_str);
+    let words = words.skip_while(|word| !Request::is_command(word) && !is_own(word));
+    let words: Vec<&str> = words.filter(is_word).collect();
+    candidates(
+        completion::of_command(&words, &current.to_string_lossy(), &own),
+        current,
+    )
 }
 
 /// The words before the one being typed.
@@ -204,23 +205,6 @@ fn starting_with<'a>(current: &OsStr, words: impl IntoIterator<Item = &'a str>) 
     let current = current.to_string_lossy();
     let words = words.into_iter().filter(|word| word.starts_with(&*current));
     words.map(CompletionCandidate::new).collect()
-}
-
-/// The next word of a list separated by commas.
-fn after_comma<'a>(current: &OsStr, words: impl IntoIterator<Item = &'a str>) -> Candidates {
-    let current = current.to_string_lossy();
-    let (before, rest) = current.rsplit_once(',').unwrap_or(("", &current));
-    let prefix = if current.contains(',') {
-        format!("{before},")
-    } else {
-        String::new()
-    };
-    let is_given = |word: &str| before.split(',').any(|given| given == word);
-    words
-        .into_iter()
-        .filter(|word| word.starts_with(rest) && !is_given(word))
-        .map(|word| CompletionCandidate::new(format!("{prefix}{word}")))
-        .collect()
 }
 
 fn has_extension(path: &Path, wanted: &[&str]) -> bool {

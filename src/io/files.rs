@@ -10,6 +10,9 @@ use crate::capture::text_file;
 use crate::event::SaveProblem;
 use crate::hint;
 
+/// Most files listed: a completion that shows more helps nobody.
+const LISTED_MAX: usize = 1000;
+
 /// Reads a text file; `~/` is the home folder. Refuses pipes and devices: opening one can block.
 ///
 /// # Errors
@@ -41,6 +44,28 @@ pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SavePro
             let _ = fs::remove_file(&new);
             fail(error)
         })
+}
+
+/// The files and folders, in order, whose names begin with a text; folders end with a slash. Hidden ones only if asked for.
+#[must_use]
+pub fn beginning_with(text: &str) -> Vec<String> {
+    let (folder, beginning) = text.split_at(text.rfind('/').map_or(0, |slash| slash + 1));
+    let full = expand_home(
+        if folder.is_empty() { "./" } else { folder },
+        env::home_dir().as_deref(),
+    );
+    let Ok(entries) = fs::read_dir(full) else {
+        return Vec::new();
+    };
+    let named = entries.flatten().filter_map(|entry| {
+        let name = entry.file_name().into_string().ok()?;
+        let is_hidden = name.starts_with('.') && !beginning.starts_with('.');
+        let slash = if entry.path().is_dir() { "/" } else { "" };
+        (name.starts_with(beginning) && !is_hidden).then(|| format!("{folder}{name}{slash}"))
+    });
+    let mut named: Vec<String> = named.take(LISTED_MAX).collect();
+    named.sort();
+    named
 }
 
 /// A temporary name beside `path`, for a rename in one step.

@@ -95,6 +95,7 @@ impl Facts {
                 | Event::Paste(_)
                 | Event::Pointer { .. }
                 | Event::Resize { .. }
+                | Event::Files { .. }
                 | Event::RouteLoaded { .. }
                 | Event::RouteSaved { .. }
                 | Event::Runs(_)

@@ -235,6 +235,7 @@ impl Ui {
             | Action::EraseCharacter
             | Action::EraseAll
             | Action::Caret(_)
+            | Action::Complete
             | Action::Recall(_) => return self.act_on_overlay(facts, now, action, repeated),
         }
         Vec::new()
@@ -322,6 +323,7 @@ impl Ui {
             (Action::EraseCharacter, Overlay::Text(entry)) => entry.erase(),
             (Action::EraseAll, Overlay::Text(entry)) => entry.clear(),
             (Action::Caret(to), Overlay::Text(entry)) => entry.move_caret(to),
+            (Action::Complete, Overlay::Text(_)) => return self.complete(facts),
             (Action::Recall(steps), Overlay::Text(entry)) => entry.recall(&self.typed, steps),
             (Action::EraseCharacter, Overlay::Palette(palette)) => palette.erase(1),
             (Action::EraseAll, Overlay::Palette(palette)) => palette.erase(usize::MAX),

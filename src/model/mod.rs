@@ -8,6 +8,7 @@ pub(crate) mod alarms;
 mod attend;
 pub(crate) mod bounds;
 pub(crate) mod chart;
+mod completion;
 mod config;
 mod copied;
 pub(crate) mod draft;

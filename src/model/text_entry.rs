@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use crate::request::completion::Candidate;
+
 /// Longest line that can be typed or pasted.
 pub(super) const TEXT_MAX: usize = 512;
 
@@ -31,6 +33,8 @@ pub(crate) struct TextEntry {
     pub(super) behind: usize,
     /// Why the submitted text was refused.
     pub(crate) error: Option<String>,
+    /// What may follow, as completion found it.
+    pub(crate) candidates: Vec<Candidate>,
     /// The named file is being read or written.
     pub(crate) waits: bool,
     /// Place in the history, 0 for a new line.
@@ -55,14 +59,16 @@ impl TextEntry {
             text: String::new(),
             behind: 0,
             error: None,
+            candidates: Vec::new(),
             waits: false,
             ago: 0,
             unsent: String::new(),
         }
     }
-    /// Clears the error, which was about the previous text.
+    /// Clears what was about the previous text.
     fn changed(&mut self) {
         self.error = None;
+        self.candidates.clear();
         self.waits = false;
     }
 

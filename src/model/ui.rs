@@ -165,6 +165,7 @@ impl Ui {
                 changed = self.size != (width, height);
                 self.size = (width, height);
             }
+            Event::Files { beginning, files } => changed = self.take_files(&beginning, files),
             Event::RouteLoaded { path, route } => {
                 effects.extend(self.take_route(&path, route));
             }

@@ -285,6 +285,10 @@ impl Running {
             Effect::CompareRuns(captures) => {
                 self.work_on_files(move || Event::Overlaid(runs::overlay(&captures)));
             }
+            Effect::ListFiles(beginning) => self.work_on_files(move || {
+                let files = files::beginning_with(&beginning);
+                Event::Files { beginning, files }
+            }),
             Effect::LoadRoute(path) => self.work_on_files(move || {
                 let route = files::read_text(&path)
                     .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));

@@ -12,6 +12,7 @@ use crate::hint::shell_word;
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
 use crate::playback::POSITION_HELP;
+use crate::request::completion::Candidate;
 
 /// Variants of the summary from longest to shortest: the first that fits is drawn.
 const TERSENESS: [Terseness; 3] = [
@@ -75,6 +76,7 @@ impl Screen<'_> {
                 Line::styled(words, self.theme.plain)
             }
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
+            (None, _) if !entry.candidates.is_empty() => self.candidates(&entry.candidates),
             (None, Purpose::Moment) => Line::styled(POSITION_HELP, self.theme.dim),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
             (None, Purpose::Search) => Line::styled("a text in the log", self.theme.dim),
@@ -91,6 +93,23 @@ impl Screen<'_> {
                 self.theme.dim,
             ),
         })
+    }
+
+    /// What may follow; the meaning of a single one.
+    fn candidates(&self, candidates: &[Candidate]) -> Line<'_> {
+        let text = match candidates {
+            [one] if !one.about.is_empty() => format!("{}: {}", one.text, one.about),
+            all => {
+                // Of a path, the last part: the others are in the prompt.
+                let words = all.iter().map(|candidate| {
+                    let text = &*candidate.text;
+                    let folder = text.trim_end_matches('/').rfind('/');
+                    &text[folder.map_or(0, |slash| slash + 1)..]
+                });
+                words.collect::<Vec<_>>().join("  ")
+            }
+        };
+        Line::styled(text, self.theme.plain)
     }
 
     /// The hint in the past: news, or the target of commands.

@@ -59,6 +59,7 @@ pub(crate) enum Action {
     EraseCharacter,
     EraseAll,
     Caret(Caret),
+    Complete,
     Recall(i8),
     Playback(Control),
     Speed(i8),

@@ -56,6 +56,7 @@ pub(super) fn alone(action: Action) -> Option<String> {
         Action::Find(steps) => pick(steps, "an older line", "a newer line"),
         Action::EraseCharacter => "erase a character".to_owned(),
         Action::EraseAll => "erase everything".to_owned(),
+        Action::Complete => "complete the word".to_owned(),
         Action::Recall(steps) => pick(steps, "the line typed after this", "the line typed before"),
         Action::Caret(Caret::Left) => "a character back".to_owned(),
         Action::Caret(Caret::Right) => "a character on".to_owned(),
