@@ -17,7 +17,7 @@ use std::time::Duration;
 pub use amount::{Amount, in_whole_unit};
 pub use commands::{dashboard_commands, dashboard_listing, listing};
 pub use groundwave_captures::words::{layer_word, mode_word, outcome_words};
-pub use parameters::known as known_parameters;
+pub use parameters::{default_of as known_default, known as known_parameters};
 pub use preset::names as preset_names;
 pub use refusal::Standing;
 pub use tuning::Tuning;

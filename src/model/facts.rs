@@ -18,6 +18,7 @@ use super::link::{Connection, Link};
 use super::log::{Log, Subject};
 use super::motors::Motors;
 use super::panels::Panel;
+use super::parameters::Parameters;
 use super::plots::Plots;
 use super::robot::{Robot, STATE_STALE};
 use super::tally::Counted;
@@ -26,7 +27,7 @@ use crate::event::{
     AlarmEvent, AlarmStatus, CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Recording,
 };
 use crate::playback::Tally;
-use crate::request::Request;
+use crate::request::{Request, Tuning};
 
 /// Everything that follows from events.
 #[derive(Clone, Debug)]
@@ -45,6 +46,7 @@ pub struct Facts {
     pub(crate) plots: Plots,
     /// Values of the robot's own lines.
     pub(crate) fields: Fields,
+    pub(crate) parameters: Parameters,
     told: ToldFields,
     pub(crate) recording: Recording,
     life: Life,
@@ -78,6 +80,7 @@ impl Facts {
             alarm_changes: Vec::new(),
             plots: Plots::default(),
             fields: Fields::default(),
+            parameters: Parameters::default(),
             told: ToldFields::default(),
             recording: Recording::default(),
             life: Life::default(),
@@ -290,6 +293,7 @@ impl Facts {
                     .add(now, Level::Info, Subject::Robot, text.as_str());
             }
             Body::Parameter(parameter) => {
+                self.parameters.take(*parameter);
                 let text = words::parameter(parameter);
                 self.log.add(now, Level::Info, Subject::Robot, text);
             }
@@ -364,6 +368,7 @@ impl Facts {
     fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
         self.robot.take_restart();
+        self.parameters.take_restart();
         self.chart.start_afresh();
         self.log
             .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
@@ -460,6 +465,10 @@ impl Facts {
             return;
         };
         let asked = &entry.request;
+        if let (CommandStatus::Confirmed { .. }, Request::Parameter(Tuning::Save)) = (status, asked)
+        {
+            self.parameters.take_saved();
+        }
         let (level, text) = match status {
             CommandStatus::Queued
             | CommandStatus::Sent { .. }

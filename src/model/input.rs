@@ -163,6 +163,10 @@ impl Ui {
                 self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));
             }
             Action::AskPalette => self.overlay = Overlay::Palette(Palette::default()),
+            Action::ShowParameters => return self.open_parameters(facts),
+            Action::ReadParameters | Action::SaveParameters | Action::DefaultParameter => {
+                return self.act_on_parameters(facts, action);
+            }
             Action::EditRoute => self.open_editor(),
             Action::Route(action) => return self.edit_route(facts, action),
             Action::Help => {
@@ -185,15 +189,7 @@ impl Ui {
             Action::AcknowledgeAlarms => return self.acknowledge_all(facts, now),
             Action::AcknowledgeAlarm => return self.acknowledge_one(facts, now),
             Action::ShelveAlarm => return self.shelve_one(facts, now),
-            Action::ToggleBell => {
-                self.bell = !self.bell;
-                let words = if self.bell {
-                    "the bell rings for alarms and songs"
-                } else {
-                    "the bell is silent"
-                };
-                self.pass_on(now, Passing::Words(words.to_owned()));
-            }
+            Action::ToggleBell => self.toggle_bell(now),
             Action::ToggleRecording => return vec![Effect::ToggleRecording],
             Action::AskMoment => self.overlay = Overlay::Text(TextEntry::new(Purpose::Moment)),
             Action::AskSearch => self.overlay = Overlay::Text(TextEntry::new(Purpose::Search)),
@@ -239,6 +235,16 @@ impl Ui {
             | Action::Recall(_) => return self.act_on_overlay(facts, now, action, repeated),
         }
         Vec::new()
+    }
+
+    fn toggle_bell(&mut self, now: Moment) {
+        self.bell = !self.bell;
+        let words = if self.bell {
+            "the bell rings for alarms and songs"
+        } else {
+            "the bell is silent"
+        };
+        self.pass_on(now, Passing::Words(words.to_owned()));
     }
 
     fn next_theme(&mut self, now: Moment) {
@@ -302,6 +308,9 @@ impl Ui {
         action: Action,
         repeated: bool,
     ) -> Vec<Effect> {
+        if self.context() == Context::Parameters {
+            return self.act_on_parameters(facts, action);
+        }
         let is_looking = self.is_looking();
         match (action, &mut self.overlay) {
             (Action::Push { ahead, right }, Overlay::Drive(stick)) => {

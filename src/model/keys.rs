@@ -41,11 +41,13 @@ pub(crate) enum Context {
     Runs,
     /// A text found in the log.
     Search,
+    /// The robot's parameters.
+    Parameters,
 }
 
 impl Context {
     /// Every context.
-    pub(crate) const ALL: [Self; 13] = [
+    pub(crate) const ALL: [Self; 14] = [
         Self::Dashboard,
         Self::Route,
         Self::Drive,
@@ -59,6 +61,7 @@ impl Context {
         Self::Why,
         Self::Runs,
         Self::Search,
+        Self::Parameters,
     ];
 
     /// Its name in the configuration.
@@ -77,6 +80,7 @@ impl Context {
             Self::Why => "why-window",
             Self::Runs => "runs-window",
             Self::Search => "search",
+            Self::Parameters => "parameters",
         }
     }
 }
@@ -134,7 +138,8 @@ const fn row(
 }
 
 use Context::{
-    Dashboard, Drive, Help, Jump, Modes, Palette, Question, Route, Runs, Search, Text, Trace, Why,
+    Dashboard, Drive, Help, Jump, Modes, Palette, Parameters, Question, Route, Runs, Search, Text,
+    Trace, Why,
 };
 
 /// Every key. STOP is the first of each context: Space, and Ctrl-S where Space is a character.
@@ -153,6 +158,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "d", &[plain('d')], Action::EnterDrive, "drive by hand (asks)", "drive"),
     row(Dashboard, "v", &[plain('v')], Action::Scan, "look around once", ""),
     row(Dashboard, "O", &[plain('O')], Action::ResetPose, "make this the origin (asks)", ""),
+    row(Dashboard, "P", &[plain('P')], Action::ShowParameters, "the robot's parameters", ""),
     row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "give up commands under way", "give up"),
     row(Dashboard, ":", &[plain(':')], Action::AskCommand, "type a command", "command"),
     row(Dashboard, "Ctrl-P", &[ctrl('p')], Action::AskPalette, "find it by a few letters", "find"),
@@ -327,6 +333,16 @@ const TABLE: &[Binding] = &[
     row(Runs, ":", &[plain(':')], Action::AskCommand, "", "command"),
     row(Runs, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "back"),
     row(Runs, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
+    row(Parameters, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
+    row(Parameters, "arrows", &[bare(KeyCode::Up), plain('k')], Action::Choose(-1), "", "choose"),
+    row(Parameters, "", &[bare(KeyCode::Down), plain('j'), bare(KeyCode::Tab)], Action::Choose(1), "", ""),
+    row(Parameters, "Enter", &[bare(KeyCode::Enter)], Action::Submit, "", "change"),
+    row(Parameters, "d", &[plain('d')], Action::DefaultParameter, "", "default"),
+    row(Parameters, "s", &[plain('s')], Action::SaveParameters, "", "save"),
+    row(Parameters, "r", &[plain('r')], Action::ReadParameters, "", "read"),
+    row(Parameters, ":", &[plain(':')], Action::AskCommand, "", "command"),
+    row(Parameters, "Esc", &[bare(KeyCode::Esc), plain('q')], Action::Close, "", "back"),
+    row(Parameters, "Ctrl-C", &[ctrl('c')], Action::Quit, "", ""),
     row(Search, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Search, "n", &[plain('n'), bare(KeyCode::Enter), bare(KeyCode::Up), plain('k')], Action::Find(1), "", "older"),
     row(Search, "N", &[plain('N'), bare(KeyCode::Down), plain('j')], Action::Find(-1), "", "newer"),

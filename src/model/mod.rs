@@ -29,6 +29,7 @@ pub(crate) mod motors;
 pub(crate) mod news;
 pub(crate) mod palette;
 mod panels;
+mod parameters;
 mod playback;
 pub(crate) mod plots;
 mod pointer;

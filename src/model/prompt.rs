@@ -71,6 +71,7 @@ impl Ui {
                 .into_iter()
                 .flat_map(|request| self.ask_or_send(request))
                 .collect(),
+            (Err(_), ["param"]) => self.open_parameters(facts),
             (Err(_), ["quit" | "q"]) => vec![Effect::Quit],
             (Err(_), ["help"]) => {
                 self.help_page = HELP_OF_COMMANDS;

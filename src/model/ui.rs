@@ -107,6 +107,8 @@ pub struct Ui {
     /// The moment of the mark that is being named.
     pub(super) marked_at: Moment,
     pub(super) waits: Vec<Begun>,
+    /// The chosen parameter, while their screen is open.
+    pub(crate) parameters: Option<usize>,
     /// Lines for the log.
     notices: Vec<Effect>,
     revision: u64,
@@ -140,6 +142,7 @@ impl Ui {
             tour: Tour::default(),
             marked_at: Moment::ZERO,
             waits: Vec::new(),
+            parameters: None,
             notices: Vec::new(),
             revision: 0,
         }
@@ -243,6 +246,7 @@ impl Ui {
     /// The part of the screen that has the keyboard.
     pub(crate) const fn context(&self) -> Context {
         match self.overlay {
+            Overlay::None if self.parameters.is_some() => Context::Parameters,
             Overlay::None if self.editor.is_some() => Context::Route,
             Overlay::None => Context::Dashboard,
             Overlay::Help => Context::Help,

@@ -93,18 +93,31 @@ pub(crate) const fn power(power: Power) -> &'static str {
     }
 }
 
+/// A value of a parameter in the unit that [`parameter_unit`] names.
+pub(crate) fn parameter_number(value: i32, unit: &str) -> String {
+    match unit.strip_prefix("1/") {
+        Some(parts) => format!("{value}/{parts}"),
+        None => request::in_whole_unit(value, unit).map_or(value.to_string(), |(number, _)| number),
+    }
+}
+
+/// The unit in which a parameter is shown: none for a fraction, whose figures contain it, and for a switch.
+pub(crate) fn parameter_unit(line: &ParameterLine) -> &str {
+    let unit = line.unit.as_str();
+    match request::in_whole_unit(line.value, unit) {
+        Some((_, whole)) => whole,
+        None if unit.starts_with("1/") || ["1", "0 or 1"].contains(&unit) => "",
+        None => unit,
+    }
+}
+
 /// A parameter as reported.
 pub(crate) fn parameter(line: &ParameterLine) -> String {
     let unit = line.unit.as_str();
-    let number = |value: i32| match unit.strip_prefix("1/") {
-        Some(parts) => format!("{value}/{parts}"),
-        None => request::in_whole_unit(value, unit).map_or(value.to_string(), |(number, _)| number),
-    };
-    // The unit of a fraction is in its figures, and a switch has none.
-    let whole = match request::in_whole_unit(line.value, unit) {
-        Some((_, whole)) => format!(" {whole}"),
-        None if unit.is_empty() || unit.starts_with("1/") || unit == "0 or 1" => String::new(),
-        None => format!(" {unit}"),
+    let number = |value| parameter_number(value, unit);
+    let whole = match parameter_unit(line) {
+        "" => String::new(),
+        unit => format!(" {unit}"),
     };
     let kept = if line.value == line.kept {
         String::new()

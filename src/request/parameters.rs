@@ -8,6 +8,14 @@ pub fn known() -> impl Iterator<Item = (&'static str, &'static str)> {
     all.map(|one| (one.definition().name, one.about()))
 }
 
+/// The default of a parameter, counts of its unit.
+#[must_use]
+pub fn default_of(name: &str) -> Option<i16> {
+    let all = Parameter::ALL.iter().map(|one| one.definition());
+    let named = all.into_iter().find(|one| one.name == name);
+    named.map(|one| one.default)
+}
+
 /// The known name that `name` is probably a typing error of.
 pub(super) fn meant(name: &str) -> Option<&'static str> {
     crate::suggest::nearest(name, known().map(|(known, _)| known)).filter(|known| *known != name)

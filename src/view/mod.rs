@@ -51,6 +51,7 @@ mod log;
 mod map;
 mod overlay;
 mod palette;
+mod parameters;
 mod pixels;
 mod plots;
 mod pointer;

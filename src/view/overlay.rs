@@ -48,6 +48,9 @@ const ASCII_BORDER: border::Set<'_> = border::Set {
 
 impl Screen<'_> {
     pub(super) fn overlay(&self, buffer: &mut Buffer, area: Rect) {
+        if let Some(chosen) = self.ui.parameters {
+            self.parameters(buffer, area, chosen);
+        }
         match &self.ui.overlay {
             Overlay::Question(question) => self.question(buffer, area, question),
             Overlay::Help => self.help(buffer, area),
@@ -66,14 +69,15 @@ impl Screen<'_> {
 
     /// Whether a window may cover the map.
     pub(super) const fn is_covered(&self) -> bool {
-        matches!(
-            self.ui.overlay,
-            Overlay::Question(_)
-                | Overlay::Help
-                | Overlay::Palette(_)
-                | Overlay::Why
-                | Overlay::Runs(_)
-        )
+        self.ui.parameters.is_some()
+            || matches!(
+                self.ui.overlay,
+                Overlay::Question(_)
+                    | Overlay::Help
+                    | Overlay::Palette(_)
+                    | Overlay::Why
+                    | Overlay::Runs(_)
+            )
     }
 
     /// Draws the error of the typed text over the rows above if it is longer than one row.

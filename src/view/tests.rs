@@ -17,6 +17,7 @@ mod narrow;
 mod own;
 mod palette;
 mod panels;
+mod parameters;
 mod pointer;
 mod property;
 mod rebound;

@@ -1,0 +1,76 @@
+//! The screen of the robot's parameters.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::{Screen, put, split_bottom};
+use crate::model::words::{parameter_number, parameter_unit};
+use crate::request::{known_default, known_parameters};
+
+/// Preferred width of the window, columns.
+const WIDTH: u16 = 100;
+
+/// Rows of the frame, the heading, and the meaning of the chosen one.
+const ROWS_BESIDE: u16 = 5;
+
+impl Screen<'_> {
+    pub(super) fn parameters(&self, buffer: &mut Buffer, area: Rect, chosen: usize) {
+        let theme = &self.theme;
+        // The hint and the keys stay visible.
+        let (above, _) = split_bottom(area, 2);
+        let heard = self.facts.parameters.heard();
+        let title = match (heard.first(), self.facts.parameters.is_partial()) {
+            (Some(first), true) => {
+                format!(" parameters: {} of {} heard ", heard.len(), first.count)
+            }
+            (Some(_), false) => " parameters ".to_owned(),
+            (None, _) => " parameters: none heard yet ".to_owned(),
+        };
+        let height = (heard.len() as u16).saturating_add(ROWS_BESIDE);
+        let inner = self.window(buffer, above, (WIDTH, height), &title);
+        let width = usize::from(inner.width);
+        let (list, below) = split_bottom(inner, 2);
+        let heading = row("  ", ["name", "value", "", "range", "default"], "");
+        put(buffer, list, 0, &Line::styled(heading, theme.dim));
+        let rows = usize::from(list.height.saturating_sub(1)).max(1);
+        let skipped = chosen.saturating_sub(rows - 1);
+        for (at, (place, line)) in (1..).zip(heard.iter().enumerate().skip(skipped).take(rows)) {
+            let number = |value| parameter_number(value, line.unit.as_str());
+            let default = known_default(line.name.as_str()).map(i32::from);
+            let is_saved = line.value == line.kept;
+            let note = if is_saved {
+                String::new()
+            } else {
+                format!("not saved, {} after a reset", number(line.kept))
+            };
+            let (mark, style) = match place {
+                _ if place == chosen => (theme.glyphs.holds, theme.holder),
+                _ if !is_saved => (" ", theme.strong),
+                _ => (" ", theme.plain),
+            };
+            let columns = [
+                line.name.as_str(),
+                &number(line.value),
+                parameter_unit(line),
+                &format!("{} to {}", number(line.least), number(line.most)),
+                &default.map(number).unwrap_or_default(),
+            ];
+            let line = Line::styled(row(&format!("{mark} "), columns, &note), style);
+            put(buffer, list, at, &self.cut(line, width));
+        }
+        let name = heard.get(chosen).map(|line| line.name.as_str());
+        let about = name.and_then(|name| known_parameters().find(|(known, _)| *known == name));
+        let about = about.map(|(_, about)| about).unwrap_or_default();
+        put(
+            buffer,
+            below,
+            1,
+            &self.cut(Line::from(Span::styled(about, theme.plain)), width),
+        );
+    }
+}
+
+fn row(mark: &str, [name, value, unit, range, default]: [&str; 5], note: &str) -> String {
+    format!("{mark}{name:<19}{value:>7} {unit:<7}{range:<18}{default:>7}  {note}")
+}
