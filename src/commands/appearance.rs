@@ -3,7 +3,10 @@
 
 use std::env;
 
-use super::config::{self, MapSigns, Theme};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+
+use super::config::{self, Clock, MapSigns, Theme};
 use crate::io::terminal;
 use crate::model::{Colors, Config, MapLines, Marker};
 
@@ -43,12 +46,18 @@ pub(super) fn appearance(config: &config::Config, theme: Option<Theme>) -> Confi
         },
         bell: dashboard.bell == Some(true),
         mouse: dashboard.mouse != Some(false),
+        local_offset_s: (dashboard.clock == Some(Clock::Local)).then(local_offset_s),
         own_commands: config.own.commands.keys().cloned().collect(),
         limits: config.limits.clone(),
         alarms: config.alarms.clone(),
         keys: config.keys.clone(),
         ..Config::default()
     }
+}
+
+/// Seconds by which local time is ahead of UTC now.
+fn local_offset_s() -> i32 {
+    TimeZone::system().to_offset(Timestamp::now()).seconds()
 }
 
 fn colors(foreground_background: Option<&str>) -> Colors {

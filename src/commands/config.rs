@@ -92,6 +92,8 @@ pub struct Dashboard {
     pub bell: Option<bool>,
     /// The mouse selects and zooms.
     pub mouse: Option<bool>,
+    /// The clock of the status line and of replays.
+    pub clock: Option<Clock>,
 }
 
 /// `[robot.NAME]`
@@ -125,6 +127,16 @@ pub struct OwnRobot {
     pub lines: Option<Profile>,
     /// Its commands by name.
     pub commands: BTreeMap<String, OwnCommand>,
+}
+
+/// The time of day on the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Clock {
+    /// UTC alone.
+    Utc,
+    /// Local time beside it.
+    Local,
 }
 
 /// Colours of the screen.

@@ -34,6 +34,8 @@ pub struct Config {
     pub alarms: Vec<AlarmSetting>,
     /// Time since 1970 at the start of the session; `None` shows no clock.
     pub unix: Option<Duration>,
+    /// Seconds by which local time is ahead of UTC; `None` shows UTC alone.
+    pub local_offset_s: Option<i32>,
 }
 
 /// Characters of 2 by 4 dots, or fewer, for maps and plots.

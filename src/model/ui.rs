@@ -230,10 +230,27 @@ impl Ui {
         expiries.into_iter().flatten().min()
     }
 
-    /// The time of day, since midnight UTC; `None` where no clock is shown.
-    pub(crate) fn time_of_day(&self, now: Moment) -> Option<Duration> {
+    /// The present time of day, `22:17Z`; `None` where no clock is shown.
+    pub(crate) fn clock(&self, now: Moment) -> Option<String> {
         let unix = self.config.unix.filter(|_| self.playback.is_none())?;
-        Some(Duration::from_secs((unix + now).as_secs() % 86_400))
+        Some(self.times_of_day(unix + now, |h, m, _| format!("{h:02}:{m:02}")))
+    }
+
+    /// A time since 1970 in UTC and, if the operator asked for it, beside it in local time.
+    pub(crate) fn times_of_day(
+        &self,
+        unix: Moment,
+        words: impl Fn(u64, u64, u64) -> String,
+    ) -> String {
+        let at = |s: u64| words(s / 3600 % 24, s / 60 % 60, s % 60);
+        let utc = at(unix.as_secs());
+        match self.config.local_offset_s {
+            None => format!("{utc}Z"),
+            Some(ahead) => {
+                let local = unix.as_secs().saturating_add_signed(ahead.into());
+                format!("{utc}Z, {} local", at(local))
+            }
+        }
     }
 
     /// When the clock shows another minute.

@@ -184,10 +184,8 @@ impl Screen<'_> {
         let robot = &self.facts.robot;
         let mut spans = Vec::new();
         let is_wide = width >= WIDTH_FULL;
-        if let Some(time) = self.ui.time_of_day(self.now).filter(|_| is_wide) {
-            let minutes = time.as_secs() / 60;
-            let clock = format!("{:02}:{:02}Z  ", minutes / 60, minutes % 60);
-            spans.push(Span::styled(clock, theme.dim));
+        if let Some(clock) = self.ui.clock(self.now).filter(|_| is_wide) {
+            spans.push(Span::styled(clock + "  ", theme.dim));
         }
         if let Some(state) = robot.state {
             let style = match state.value.mode {

@@ -88,9 +88,11 @@ impl Screen<'_> {
             words.push(format!(" reading {percent:.0} %"));
         }
         if let Some(unix) = playback.unix {
-            let s = (unix + playback.at).as_secs();
-            let (h, m, s) = (s / 3600 % 24, s / 60 % 60, s % 60);
-            words.push(format!(" {h:02}:{m:02}:{s:02}Z"));
+            let time = |h, m, s| format!("{h:02}:{m:02}:{s:02}");
+            words.push(format!(
+                " {}",
+                self.ui.times_of_day(unix + playback.at, time)
+            ));
         }
         if playback.is_live {
             words.push(format!(" {} ", glyphs.back));

@@ -117,6 +117,7 @@ fn dashboard(robot: &Robot, all: &Dashboard) -> Dashboard {
         map: robot.map.or(all.map),
         bell: robot.bell.or(all.bell),
         mouse: robot.mouse.or(all.mouse),
+        clock: all.clock,
     }
 }
 

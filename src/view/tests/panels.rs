@@ -492,3 +492,19 @@ fn measured_walls_stand_for_walls_that_are_not_known() {
     scene.type_text("t");
     row(&screen(&scene, 120, 40), "walls: measured");
 }
+
+#[test]
+fn local_time_stands_beside_utc_on_request() {
+    let scene = |local_offset_s| {
+        Scene::new(Config {
+            unix: Some(Moment::from_hours(23)),
+            local_offset_s,
+            ..demo()
+        })
+    };
+    assert!(screen(&scene(None), 120, 40).contains(" 23:00Z  "));
+    let beside = screen(&scene(Some(-5400)), 120, 40);
+    assert!(beside.contains(" 23:00Z, 21:30 local  "), "{beside}");
+    let ahead = screen(&scene(Some(7200)), 120, 40);
+    assert!(ahead.contains(" 23:00Z, 01:00 local  "), "{ahead}");
+}
