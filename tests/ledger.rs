@@ -2,13 +2,14 @@
 //! every moment at which the row may change.
 
 use crate::common::{CoSimulation, Rng, on_all_cores, seeds};
-use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent};
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use groundwave::event::{CommandId, CommandStatus, Effect, Event, LinkEvent};
 use groundwave::model::{Config, Model};
 use groundwave::request::Request;
 use groundwave::view;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::status_codes::Mode;
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::Body;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -211,5 +212,39 @@ fn no_row_says_more_than_is_so_at_the_robot() {
             "{}",
             watched.co.context()
         );
+    });
+}
+
+/// `4`, a second, `4`: forbidden, then allowed again, however late and noisy the radio is.
+#[test]
+fn a_layer_key_pressed_twice_forbids_and_allows_again() {
+    let sonar = LayerMask::NONE.with(Layer::Sonar);
+    let channels = ["", "delay=400ms", "delay=1500ms", "ber=1e-3"];
+    on_all_cores(seeds(100), |seed| {
+        let channel = channels[seed as usize % channels.len()];
+        let mut watched = Watched::new(seed, channel);
+        watched.run_until("a line B", 60, |watched| watched.co.allowed.is_some());
+        let before_ms = 37 * seed;
+        let mut fates = Vec::new();
+        for (wait_ms, expected) in [
+            (before_ms, Request::Disable(sonar)),
+            (1000, Request::Enable(sonar)),
+        ] {
+            (0..wait_ms).for_each(|_| watched.step());
+            let key = KeyEvent::new(KeyCode::Char('4'), KeyModifiers::NONE);
+            let effects = watched.model.update(watched.co.now(), Event::Key(key));
+            assert_eq!(
+                effects,
+                [Effect::Send(expected.clone())],
+                "{}",
+                watched.co.context()
+            );
+            fates.push(watched.co.request(expected));
+        }
+        watched.run_until("both ended", 120, |watched| {
+            fates.iter().all(|id| watched.co.fate(*id).is_some())
+        });
+        let allowed = watched.co.simulation.robot().allowed();
+        assert!(allowed.contains(Layer::Sonar), "{}", watched.co.context());
     });
 }

@@ -8,11 +8,14 @@ use std::time::Duration;
 
 use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use crate::pty::OnTerminal;
-use crate::recordings::messages;
+use crate::recordings::{START_S, messages, session, wall};
 use groundwave::capture::messages::OutageMessage;
-use groundwave::event::{Event, NoticeCode};
+use groundwave::capture::{Existing, Recorder};
+use groundwave::event::{Event, LinkEvent, NoticeCode};
+use groundwave::recorded::to_recorded;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
+use groundwave_protocol::telemetry::{Ack, Body, CountersLine, FirmwareVersion, Line, StateLine};
 use prost::Message as _;
 use serde_json::Value;
 use sr04_sim::{Simulation, SimulationConfig, World};
@@ -107,6 +110,232 @@ fn an_outage_has_the_same_figures_everywhere() {
     replay.type_keys("q");
     assert_eq!(replay.wait(), 0);
     fs::remove_dir_all(folder).unwrap();
+}
+
+/// Lines that a robot sends in five minutes, three a second, and its second at each.
+struct Robot {
+    boots: u16,
+    booted_s: f64,
+    sent: u64,
+}
+
+impl Robot {
+    fn line(&mut self, at_s: f64) -> [u8; 80] {
+        let body = if self.sent.is_multiple_of(12) {
+            Body::Counters(CountersLine {
+                robot_id: 4,
+                uptime_s: (at_s - self.booted_s) as u32,
+                boots: self.boots,
+                version: FirmwareVersion::default(),
+                ticks_won: [0; 9],
+                frames_heard: 0,
+                frames_rejected: 0,
+                ticks_late: 0,
+                bumps: 0,
+                failsafe: None,
+            })
+        } else {
+            Body::State(StateLine {
+                x_tenths_in: (at_s * 10.0) as i32,
+                ..StateLine::BLANK
+            })
+        };
+        let sequence = (self.sent % 100) as u8;
+        self.sent += 1;
+        let boot = (self.boots % 8) as u8;
+        let ack = Ack {
+            boot,
+            ..Ack::default()
+        };
+        let line = Line {
+            sequence,
+            body,
+            ack,
+        };
+        line.encode()
+    }
+}
+
+/// The events and bytes of a session: 55 s of silence, 165 lines; unplugged for 5 s, 15 lines; suspended for 10 s, 30 lines; and
+/// a robot that boots anew.
+fn eventful() -> Vec<(Duration, Result<[u8; 80], Event>)> {
+    let mut robot = Robot {
+        boots: 4,
+        booted_s: 0.0,
+        sent: 0,
+    };
+    let mut session = Vec::new();
+    for n in 0..900_u32 {
+        let at = Duration::from_millis(u64::from(n) * 1000 / 3);
+        let s = f64::from(n) / 3.0;
+        let open = LinkEvent::Opened {
+            name: "radio".to_owned(),
+            can_send: false,
+        };
+        let lost = LinkEvent::Lost {
+            reason: "unplugged".to_owned(),
+        };
+        let event = match n {
+            0 | 465 => Some(Event::Link(open)),
+            450 => Some(Event::Link(lost)),
+            630 => Some(Event::Suspended(Duration::from_secs(10))),
+            _ => None,
+        };
+        session.extend(event.map(|event| (at, Err(event))));
+        if n == 750 {
+            robot = Robot {
+                boots: 5,
+                booted_s: s,
+                sent: 0,
+            };
+        }
+        let line = robot.line(s);
+        let is_lost = [180..345, 450..465, 600..630]
+            .iter()
+            .any(|it| it.contains(&n));
+        if !is_lost {
+            session.push((at, Ok(line)));
+        }
+    }
+    session
+}
+
+/// Records the session; returns the outages that a station tells meanwhile, and its figures at the end.
+fn record_eventful(path: &Path) -> [Value; 2] {
+    let mut recorder = Recorder::start(path, Existing::Refuse, &session()).unwrap();
+    let mut station = Station::new(Config::new(1), false);
+    let (mut live, mut end) = (Vec::new(), Duration::ZERO);
+    for (now, what) in eventful() {
+        end = now;
+        match what {
+            Ok(line) => {
+                recorder.handle_rx(now, wall(now), &line);
+                station.handle_bytes(now, &line);
+            }
+            Err(event) => {
+                recorder.handle_event(now, wall(now), &to_recorded(&event).unwrap());
+                match event {
+                    Event::Link(link) => station.handle_link(now, link),
+                    Event::Suspended(duration) => station.handle_suspension(now, duration),
+                    _ => {}
+                }
+            }
+        }
+        let outages = std::iter::from_fn(|| station.poll_event()).filter_map(|event| match event {
+            Event::Outage(outage) if outage.end.is_some() => Some(outage),
+            _ => None,
+        });
+        live.extend(outages);
+    }
+    recorder.finish().unwrap();
+    // Headless output prints both as they are.
+    let statistics = station.statistics(end);
+    [
+        serde_json::to_value(live).unwrap(),
+        serde_json::to_value(statistics).unwrap(),
+    ]
+}
+
+/// One recording with every kind of outage: the same loss and the same outages wherever they are told.
+#[test]
+fn a_session_has_the_same_loss_and_outages_everywhere() {
+    const LOST: u64 = 165 + 15 + 30;
+    let folder = scratch("eventful");
+    let recording = folder.join("a.mcap");
+    let [live, statistics] = record_eventful(&recording);
+    let recording = recording.to_str().unwrap();
+    let json = |verb: &str| object(&expect(0, &[verb, recording, "--json"]).0, "lines_lost");
+    let (info, verify) = (json("info"), json("verify"));
+    let outages = info["outages"].as_array().unwrap();
+    let told = outages.iter().map(|outage| {
+        let end_s = outage["end_s"].as_f64().unwrap().round() as u64;
+        let lost = outage["lines_lost"].as_u64().unwrap();
+        (outage["code"].as_str().unwrap(), end_s, lost)
+    });
+    assert_eq!(
+        told.collect::<Vec<_>>(),
+        [
+            ("silent", 115, 165),
+            ("unplugged", 155, 15),
+            ("suspended", 210, 30),
+            ("rebooted", 250, 0)
+        ]
+    );
+    assert_eq!(live, info["outages"]);
+    assert_eq!(verify["outages"], info["outages"]);
+    assert_eq!(verify["gaps"], info["gaps"]);
+    let runs = json("runs");
+    for (place, figures) in [
+        ("info", &info),
+        ("verify", &verify),
+        ("runs", &runs),
+        ("live", &statistics),
+    ] {
+        for key in ["lines_lost", "lines_lost_max"] {
+            assert_eq!(figures[key], LOST, "{place}");
+        }
+        let pct = figures["loss_pct"].as_f64().unwrap();
+        let expected = 100.0 * LOST as f64 / 900.0;
+        assert!((pct - expected).abs() < 1e-9, "{place}: {pct}");
+    }
+    are_exported(outages, recording);
+    let svg = folder.join("a.svg");
+    let to_svg = ["--to", "svg", "-o", svg.to_str().unwrap()];
+    expect(0, &[&["export", recording][..], &to_svg].concat());
+    let svg = fs::read_to_string(svg).unwrap();
+    let gaps = format!("not received ({} gaps)", info["gaps"]);
+    for words in ["outage (4)", "4 outages, the longest: silent 55.3 s", &gaps] {
+        assert!(svg.contains(words), "no {words}");
+    }
+    let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", recording], 160, 60);
+    replay.wait_for("the beginning", |text| text.contains("REPLAY"));
+    replay.type_keys("G");
+    replay.wait_for("the loss and the outages", |text| {
+        let shown = [
+            "loss 23.3 %",
+            "silent 55.3 s from 59.7 s: 165 lines lost",
+            "unplugged 5.0 s from 150.0 s: 15 lines lost",
+            "suspended 10.0 s from 200.0 s: 30 lines lost",
+            "rebooted 0.3 s from 249.7 s",
+        ];
+        shown.iter().all(|words| text.contains(words))
+    });
+    replay.type_keys("q");
+    assert_eq!(replay.wait(), 0);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// CSV, JSON and the recording's own messages have these outages.
+fn are_exported(outages: &[Value], recording: &str) {
+    const KEYS: [&str; 5] = ["code", "begin_s", "end_s", "lines_lost", "lines_lost_max"];
+    let exported = |to: &str| expect(0, &["export", recording, "--to", to, "-o", "-"]).0;
+    let (rows, csv) = (exported("jsonl"), exported("csv"));
+    let rows = rows
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let rows: Vec<_> = rows.filter(|row| row["event"] == "outage").collect();
+    let recorded = &messages(Path::new(recording))["/outages"];
+    let recorded = recorded
+        .iter()
+        .map(|message| OutageMessage::decode(&message[..]).unwrap());
+    let recorded: Vec<_> = recorded.filter(|it| it.end_ns.is_some()).collect();
+    assert_eq!((rows.len(), recorded.len()), (outages.len(), outages.len()));
+    let seconds = |ns: u64| (ns - START_S * 1_000_000_000) as f64 / 1e9;
+    for ((outage, row), message) in outages.iter().zip(rows).zip(recorded) {
+        assert_eq!(KEYS.map(|key| &row[key]), KEYS.map(|key| &outage[key]));
+        let [code, begin_s, end_s, lost, lost_max] = KEYS.map(|key| outage[key].clone());
+        let code = code.as_str().unwrap();
+        let row = format!(",{code},,{begin_s},{end_s},{lost},{lost_max}");
+        assert!(csv.contains(&row), "no {row} in {csv}");
+        assert_eq!(message.code, code);
+        let (begin, end) = (seconds(message.begin_ns), seconds(message.end_ns.unwrap()));
+        assert!((begin - begin_s.as_f64().unwrap()).abs() < 1e-6, "{begin}");
+        assert!((end - end_s.as_f64().unwrap()).abs() < 1e-6, "{end}");
+        assert_eq!(
+            [message.lines_lost, message.lines_lost_max].map(Value::from),
+            [lost, lost_max]
+        );
+    }
 }
 
 /// Another robot is named within five seconds; its lines are kept apart and make no loss.

@@ -387,6 +387,35 @@ fn headless_watch_speaks_json() {
     watch.wait().unwrap();
 }
 
+/// A hook that neither reads nor ends, and starts ever more processes, holds up neither the lines nor the end.
+#[cfg(unix)]
+#[test]
+fn an_endless_alarm_hook_does_not_delay_the_link() {
+    let folder = scratch("endless-hook");
+    let (config, marker) = (folder.join("config.toml"), folder.join("begun"));
+    // It ends with the marker, so that the test leaves nothing behind.
+    let text = format!(
+        "[limits]\nbattery_low_dv = 250\nbattery_for_s = 0\n[alarms]\nrun = \"M={}; echo > $M; while test -e $M; do sleep 1 & sleep 0.05; done\"\n",
+        marker.display()
+    );
+    fs::write(&config, text).unwrap();
+    let config = config.to_str().unwrap();
+    let mut watch = Telling::start(&["--config", config, "watch", "sim", "--headless"]);
+    let is_line = |event: &serde_json::Value| event["event"] == "line";
+    watch.wait_for("a line with the hook under way", |event| {
+        is_line(event) && marker.exists()
+    });
+    for _ in 0..20 {
+        watch.wait_for_new("a line", is_line);
+    }
+    let failed = |event: &serde_json::Value| event["code"] == "alarm-hook";
+    assert!(!watch.said.iter().any(failed), "{:?}", watch.said);
+    let pid = watch.process.0.id().to_string();
+    let signal = Command::new("kill").args(["-INT", &pid]).status().unwrap();
+    assert!(signal.success() && watch.process.0.wait().unwrap().success());
+    fs::remove_dir_all(folder).unwrap();
+}
+
 /// The command gets each event of an alarm, and its failure is told.
 #[cfg(unix)]
 #[test]

@@ -3,15 +3,17 @@
 
 use std::fs;
 use std::process::Command;
+use std::time::Duration;
 
 use crate::common::CoSimulation;
 use crate::programs::{GROUNDWAVE, scratch};
-use groundwave::capture::Capture;
+use crate::recordings::{session, wall};
 use groundwave::capture::info::Info;
 use groundwave::capture::messages::RawBytes;
 use groundwave::capture::runs::Label;
 use groundwave::capture::session_writer::{CHUNK_BYTES, TopicWriter};
 use groundwave::capture::topics::{Topic, TopicMessage};
+use groundwave::capture::{Capture, Existing, Recorder};
 use groundwave::event::{CommandStatus, Event};
 use groundwave::request::Request;
 use groundwave::statistics::Resync;
@@ -182,7 +184,7 @@ fn a_station_measures_what_it_does() {
     assert!(told.len() > 5, "{told:?}");
     assert!(
         told.windows(2)
-            .all(|pair| pair[1] >= pair[0] + std::time::Duration::from_secs(1)),
+            .all(|pair| pair[1] >= pair[0] + Duration::from_secs(1)),
         "{told:?}"
     );
 }
@@ -204,6 +206,52 @@ fn a_bad_channel_shows_in_every_figure() {
         resync.mean_bytes > 20.0 && resync.worst_bytes >= 80,
         "{resync:?}"
     );
+}
+
+/// Damaged lines are not lost: they are told by kind and type. A radio that breaks every line B loses nothing.
+#[test]
+fn a_bad_line_b_among_good_lines_a_is_damaged_and_not_lost() {
+    let run = fs::read("captures/house-clean.txt").unwrap();
+    let mut lines: Vec<Vec<u8>> = run.chunks_exact(80).map(<[u8]>::to_vec).collect();
+    let mut count = 0;
+    for line in lines.iter_mut().filter(|line| line[0] == b'B') {
+        line[40] ^= 1;
+        count += 1;
+    }
+    assert!(count > 20);
+    let path = scratch("bad-status").join("run.txt");
+    fs::write(&path, lines.concat()).unwrap();
+    let info = serde_json::to_value(Info::read(&mut Capture::open(&path).unwrap())).unwrap();
+    assert_eq!(
+        (&info["lines_lost"], &info["loss_pct"]),
+        (&0.into(), &0.0.into())
+    );
+    assert_eq!(info["damaged"]["checksum"], count, "{info}");
+    assert_eq!(info["damaged"]["B"], count, "{info}");
+}
+
+/// Also in a recording: the airtime is of the port's rate.
+#[test]
+fn airtime_of_a_recording_is_of_its_rate() {
+    for (baud, expected_pct) in [(1200, 50.0), (9600, 6.25), (115_200, 0.520_8)] {
+        let path = scratch("airtime").join("run.mcap");
+        let mut session = session();
+        session
+            .notes
+            .insert("baud".into(), f64::from(baud).to_string());
+        let mut recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();
+        for n in 0..100_u8 {
+            let now = Duration::from_millis(u64::from(n) * 4000 / 3);
+            recorder.handle_rx(now, wall(now), &line(n));
+        }
+        recorder.finish().unwrap();
+        let info = Info::read(&mut Capture::open(&path).unwrap());
+        let pct = info.airtime_down_pct.unwrap();
+        assert!(
+            (pct - expected_pct).abs() < 0.01 * expected_pct,
+            "{baud}: {pct}"
+        );
+    }
 }
 
 #[test]

@@ -147,6 +147,7 @@ impl Facts {
             Event::Asked { id, request, by } => self.take_asked(now, *id, request, by.as_deref()),
             Event::Recording(recording) => is_shown = self.take_recording(now, recording),
             Event::Outage(outage) => {
+                self.plots.take_outage(outage);
                 is_shown = outage.end.is_some();
                 if is_shown {
                     let text = outage.to_string();

@@ -1,10 +1,13 @@
-//! Figures over time in bounded memory: least and greatest value per stretch, for several windows.
+//! Figures over time in bounded memory: least and greatest value per stretch, for several windows; and the outages among them.
+
+use std::collections::VecDeque;
 
 use groundwave_protocol::telemetry::{StateLine, StatusLine};
 
 use super::link::Link;
 use super::robot::{STATE_STALE, STATUS_STALE, ordered_wheels_in_s};
 use crate::event::Moment;
+use crate::outages::Outage;
 use crate::statistics::Statistics;
 
 /// Stretches in a window.
@@ -80,6 +83,9 @@ impl Figure for f32 {
     const GREATEST: Self = Self::INFINITY;
     const LEAST: Self = Self::NEG_INFINITY;
 }
+
+/// Maximum outages that are kept, the newest.
+const OUTAGES_MAX: usize = 100;
 
 /// Least and greatest figure of a stretch; empty when the least is greater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -223,10 +229,18 @@ pub(crate) struct Plots {
     series: [Series<i16>; TRACES],
     /// The first figure of the session.
     since: Option<Moment>,
+    /// Begin and end of each outage.
+    outages: VecDeque<(Moment, Moment)>,
+    /// The beginning of an outage after which no line A has come.
+    silent_since: Option<Moment>,
 }
 
 impl Plots {
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine, link: &Link) {
+        // The outage itself is told at the next line C.
+        if let Some(begin) = self.silent_since.take() {
+            self.add_outage(begin, now);
+        }
         let [order_left, order_right] = ordered_wheels_in_s(state).map(|in_s| in_s as i16);
         let whole = |value: u16| i16::try_from(value).unwrap_or(i16::MAX);
         let figures = [
@@ -249,6 +263,42 @@ impl Plots {
                 self.push(trace, now, value, STATE_STALE);
             }
         }
+    }
+
+    /// Takes an outage that has begun or ended.
+    pub(super) fn take_outage(&mut self, outage: &Outage) {
+        match outage.end {
+            Some(end) => self.add_outage(outage.begin, end),
+            None => self.silent_since = Some(outage.begin),
+        }
+    }
+
+    fn add_outage(&mut self, begin: Moment, end: Moment) {
+        if self.outages.back() != Some(&(begin, end)) {
+            self.outages.push_back((begin, end));
+        }
+        if self.outages.len() > OUTAGES_MAX {
+            self.outages.pop_front();
+        }
+    }
+
+    /// The columns of a time span until `now` that outages touch, as ranges from 0 to the number of `columns`.
+    pub(crate) fn outages(
+        &self,
+        span: Span,
+        now: Moment,
+        columns: usize,
+    ) -> impl Iterator<Item = (f64, f64)> {
+        let lasting = self.silent_since.map(|begin| (begin, now));
+        let start_s = now.as_secs_f64() - span.length().as_secs_f64();
+        let column = move |at: Moment| {
+            let share = (at.as_secs_f64() - start_s) / span.length().as_secs_f64();
+            share.clamp(0.0, 1.0) * columns as f64
+        };
+        let outages = self.outages.iter().copied().chain(lasting);
+        outages
+            .filter(move |(_, end)| end.as_secs_f64() > start_s)
+            .map(move |(begin, end)| (column(begin), column(end)))
     }
 
     pub(super) fn take_statistics(&mut self, now: Moment, statistics: &Statistics, link: &Link) {

@@ -162,6 +162,7 @@ impl Screen<'_> {
             (height - share * height).round()
         };
         let mut raster = Raster::new(picture);
+        self.shade_outages(&mut raster, picture);
         super::plots::draw_trace(&mut raster, &steps, Ink::Trail, y);
         raster.draw(buffer, picture, &self.theme);
         let label = Rect {

@@ -1,4 +1,4 @@
-//! Plots over time. A gap in the telemetry is a gap in the plot.
+//! Plots over time. A gap in the telemetry is a gap in the plot; an outage is shaded.
 //!
 //! Left and right differ without colours: the left trace is solid, the right one dotted, and each ends with its letter.
 //! Ordered values are faint dots. With ASCII only, traces are letters.
@@ -244,6 +244,7 @@ impl Screen<'_> {
             let y = y(limit);
             raster.line((0.0, y), (dots as f64, y), 6, Ink::Furniture);
         }
+        self.shade_outages(&mut raster, picture);
         let mut letters = vec![String::new(); usize::from(picture.height)];
         for (letter, columns, ink) in &traces {
             draw_trace(&mut raster, columns, *ink, y);
@@ -268,6 +269,20 @@ impl Screen<'_> {
             );
         }
         self.plot_label(buffer, label, plot, (low, high));
+    }
+
+    /// Shades the outages, as `info` lists them.
+    pub(super) fn shade_outages(&self, raster: &mut Raster, picture: Rect) {
+        let dots = usize::from(picture.width) * 2;
+        let bottom = f64::from(picture.height) * 4.0 - 1.0;
+        let outages = self.facts.plots.outages(self.plot_span(), self.now, dots);
+        for (begin, end) in outages {
+            // Every other column, and the first also of an outage shorter than a column.
+            let (first, last) = (begin.floor() as usize, end.ceil() as usize);
+            for x in (first..last.max(first + 1)).step_by(2) {
+                raster.line((x as f64, 2.0), (x as f64, bottom), 4, Ink::Furniture);
+            }
+        }
     }
 
     /// Draws a plot's name, newest figures and range.

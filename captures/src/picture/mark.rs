@@ -125,6 +125,10 @@ pub(super) fn event(shapes: &mut Vec<Shape>, event: Event, (x, y): Spot) {
             (x + 6.5, y),
             (x, y + 6.5),
         ])],
+        Event::Outage => vec![
+            vec![(x - 6.0, y + 6.5), (x, y - 6.5)],
+            vec![(x, y + 6.5), (x + 6.0, y - 6.5)],
+        ],
     };
     outlined(shapes, lines);
 }

@@ -111,7 +111,7 @@ fn same_in_both_forms(picture: &Picture) {
 #[test]
 fn long_names_counts_and_problems_are_within_the_picture() {
     let mut track = track(vec![point(0.0, 0.0, 1)]);
-    track.events = [10_000, 20_000, 1, 0, 2].map(|count| Events {
+    track.events = [10_000, 20_000, 1, 0, 2, 3].map(|count| Events {
         count,
         places_in: vec![(0.0, 0.0)],
     });
@@ -264,7 +264,7 @@ fn any_track() -> impl Strategy<Value = Track> {
     (
         proptest::collection::vec((place(), any::<bool>(), 0..8_usize), 1..40),
         proptest::collection::vec(1..40_u64, 0..6),
-        proptest::array::uniform5(proptest::collection::vec(place(), 0..4)),
+        proptest::array::uniform6(proptest::collection::vec(place(), 0..4)),
         proptest::collection::vec(place(), 0..10),
         proptest::collection::vec((-900..900_i16, -900..900_i16, any::<bool>()), 0..12),
     )

@@ -202,6 +202,27 @@ fn airtime_is_of_the_latest_twenty_seconds() {
     assert_eq!(share(&meter, 60), (0, 0));
 }
 
+/// The robot's 240 bytes a second are all of 2400 baud, a quarter of 9600, and twice as much as 1200 baud carries.
+#[test]
+fn airtime_is_of_the_radios_rate() {
+    for (baud, bytes_per_s, expected_pct) in [
+        (1200, 120, 100.0),
+        (1200, 60, 50.0),
+        (2400, 240, 100.0),
+        (9600, 240, 25.0),
+        (115_200, 240, 100.0 * 2400.0 / 115_200.0),
+    ] {
+        let mut meter = LinkMeter::default();
+        meter.set_baud(baud);
+        for tenth in 0..600 {
+            meter.take_received(at_ms(tenth * 100), bytes_per_s / 10);
+        }
+        let seen = meter.statistics(Moment::from_mins(1), &Counters::default());
+        let pct = seen.airtime_down_pct;
+        assert!((pct - expected_pct).abs() < 1.5, "{baud}: {pct}");
+    }
+}
+
 /// A reader delivers whole lines: the first one was in the air for a third of a second before.
 #[test]
 fn a_full_radio_is_in_use_all_the_time_and_no_more() {

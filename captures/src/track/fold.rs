@@ -1,6 +1,6 @@
 //! Reads a track from the lines of a capture.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 use std::time::Duration;
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
@@ -13,7 +13,7 @@ use super::{Event, Holder, Place, Point, Track};
 use crate::bumps::Bumps;
 use crate::gaps::Gaps;
 use crate::odometer::{Odometer, Step};
-use crate::outages::OutageList;
+use crate::outages::{Outage, OutageList};
 use crate::pieces::Piece;
 use crate::{Capture, CaptureError, Session};
 
@@ -26,6 +26,9 @@ const EVENTS_MAX: usize = 2_000;
 /// Maximum detections kept of each sensor, and the cell that has one of them, inches.
 const DETECTIONS_MAX: usize = 20_000;
 const CELL_IN: f32 = 2.0;
+
+/// Newest lines whose places are known; an outage is listed at the next line C.
+const PLACES_MAX: usize = 4096;
 
 /// Minimum distance of two points, inches; shorter steps are joined.
 const STEP_IN: f32 = 0.4;
@@ -55,6 +58,10 @@ pub(super) struct Fold {
     is_kept: bool,
     gaps: Gaps,
     outages: OutageList,
+    /// Outages with a place so far.
+    located: usize,
+    /// Where the robot was after each of the newest lines.
+    places: VecDeque<(Duration, Place)>,
     counters: Counters,
     has_restarted: bool,
     active: [bool; 2],
@@ -79,6 +86,7 @@ impl Fold {
                     }
                     while let Some(received) = decoder.next_own_line(&mut bytes) {
                         self.outages.handle_line(at, &received, decoder.counters());
+                        self.locate_outages();
                         self.take(at, &received, decoder.counters());
                         take(at, &received);
                     }
@@ -88,12 +96,14 @@ impl Fold {
                         self.interrupt(decoder);
                     }
                     self.outages.handle_event(at, &event);
+                    self.locate_outages();
                     self.routes.take_event(&event);
                 }
                 Piece::Missing(_) | Piece::Damaged(_) => {
                     decoder.skip();
                     self.gaps.interrupt();
                     self.outages.handle_missing();
+                    self.locate_outages();
                 }
                 Piece::Sent(_) | Piece::Repeated(_) => {}
             }
@@ -117,13 +127,20 @@ impl Fold {
         }
         self.counters = *counters;
         let step = self.odometer.take(at, received);
-        let Received::Line(line, _) = received else {
-            return;
-        };
-        match &line.body {
+        if let Received::Line(line, _) = received {
+            self.take_body(&line.body, step.map(|(step, _)| step));
+        }
+        self.places.push_back((at, self.place()));
+        if self.places.len() > PLACES_MAX {
+            self.places.pop_front();
+        }
+    }
+
+    fn take_body(&mut self, body: &Body, step: Option<Step>) {
+        match body {
             Body::State(state) => {
                 self.mode = Some(state.mode);
-                self.take_state(state, step.map(|(step, _)| step));
+                self.take_state(state, step);
             }
             Body::Status(status) => self.routes.take_status(self.mode, status),
             Body::Counters(counters) => self.bumps.take_counters(counters),
@@ -242,6 +259,22 @@ impl Fold {
         }
     }
 
+    /// Marks the outages that have ended since the last call, which begin at a line.
+    fn locate_outages(&mut self) {
+        while let Some(outage) = self.outages.ended().get(self.located) {
+            let outage = *outage;
+            self.locate(&outage);
+        }
+    }
+
+    fn locate(&mut self, outage: &Outage) {
+        let after = self.places.partition_point(|(at, _)| *at <= outage.begin);
+        let before = self.places.get(after.saturating_sub(1));
+        let place = before.map_or_else(|| self.place(), |(_, place)| *place);
+        self.happen(Event::Outage, place);
+        self.located += 1;
+    }
+
     /// The robot's place.
     fn place(&self) -> Place {
         self.last.map_or((0.0, 0.0), |point| point.place)
@@ -284,6 +317,9 @@ impl Fold {
         self.track.lines_lost = self.counters.lost().min;
         let outages = std::mem::take(&mut self.outages);
         self.track.outages = outages.into_outages(self.track.duration);
+        for outage in self.track.outages.clone().iter().skip(self.located) {
+            self.locate(outage);
+        }
         self.track.events[Event::Bump as usize].count = self.bumps.total();
         self.track.distance_in = self.odometer.distance_in;
         self.track.waypoints = std::mem::take(&mut self.routes.waypoints);

@@ -65,16 +65,19 @@ pub enum Event {
     Restart,
     /// The odometer was reset without a restart, mostly because the operator set the position; the new place.
     OdometerReset,
+    /// A time without lines; the last place before.
+    Outage,
 }
 
 impl Event {
     /// Every kind.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Bump,
         Self::Edge,
         Self::Stall,
         Self::Restart,
         Self::OdometerReset,
+        Self::Outage,
     ];
 
     /// Word for a legend.
@@ -86,6 +89,7 @@ impl Event {
             Self::Stall => "stall",
             Self::Restart => "restart",
             Self::OdometerReset => "odometer reset",
+            Self::Outage => "outage",
         }
     }
 }
@@ -128,7 +132,7 @@ pub struct Track {
     /// Times without lines, as a summary lists them.
     pub outages: Vec<Outage>,
     /// Events, indexed as [`Event::ALL`].
-    pub events: [Events; 5],
+    pub events: [Events; 6],
     /// Waypoints, by route and number.
     pub waypoints: Vec<DrivenTo>,
     /// Where the sonars measured an echo, inches.

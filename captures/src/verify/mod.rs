@@ -19,6 +19,9 @@ use serde::Serialize;
 use super::source::Form;
 use super::text::TextReader;
 use super::topics::RAW_RX;
+use crate::gaps::Gaps;
+use crate::messages::StationEvent;
+use crate::outages::{Outage, OutageList};
 use crate::statistics::{Damaged, Loss};
 pub use raw_file::RawCopy;
 pub use recording::verify_mcap;
@@ -42,10 +45,12 @@ pub struct Verdict {
     pub loss: Loss,
     /// Damaged lines.
     pub damaged: Damaged,
-    /// Gaps in the sequence.
+    /// Places between two intact lines where lines were lost or damaged, or the link was interrupted.
     pub gaps: u64,
     /// The longest gap.
     pub worst_gap: Option<Gap>,
+    /// Times without lines.
+    pub outages: Vec<Outage>,
     /// Messages by topic.
     pub messages: BTreeMap<String, u64>,
     /// Derived messages equal to those that the bytes and events give today.
@@ -80,6 +85,7 @@ impl Verdict {
             damaged: Damaged::default(),
             gaps: 0,
             worst_gap: None,
+            outages: Vec::new(),
             messages: BTreeMap::new(),
             derived_equal: 0,
             derived_unchecked: 0,
@@ -127,6 +133,13 @@ impl Verdict {
                 self.gaps, gap.lines, gap.until_s
             )?,
         }
+        if let Some(longest) = self.outages.iter().max_by_key(|it| it.duration()) {
+            writeln!(
+                output,
+                "outages    {}, the longest: {longest}",
+                self.outages.len()
+            )?;
+        }
         if self.form == Form::Mcap {
             let messages: u64 = self.messages.values().sum();
             let topics = self.messages.len();
@@ -173,34 +186,58 @@ pub fn verify_raw(source: impl Read) -> io::Result<Verdict> {
     Ok(verdict)
 }
 
-/// Counts lines and gaps in a stream.
+/// Counts lines, gaps and outages in a stream.
 #[derive(Default)]
 struct Lines {
     decoder: Decoder,
+    gaps: Gaps,
+    outages: OutageList,
+    end: Duration,
 }
 
 impl Lines {
+    /// Takes a place where bytes are missing.
+    fn skip(&mut self) {
+        self.decoder.skip();
+        self.gaps.interrupt();
+        self.outages.handle_missing();
+    }
+
+    /// Takes an event of the station.
+    fn take_event(&mut self, event: &StationEvent, at: Duration) {
+        if event.is_loss_of_link() {
+            self.decoder.interrupt();
+            self.gaps.interrupt();
+        }
+        self.outages.handle_event(at, event);
+    }
+
     fn take(&mut self, mut bytes: &[u8], at: Duration, verdict: &mut Verdict) {
         let mut before = self.decoder.counters().lost().min;
-        while self.decoder.next_own_line(&mut bytes).is_some() {
-            let counted = self.decoder.counters().lost().min;
+        if !bytes.is_empty() {
+            self.end = at;
+        }
+        while let Some(received) = self.decoder.next_own_line(&mut bytes) {
+            let counters = self.decoder.counters();
+            self.outages.handle_line(at, &received, counters);
+            self.gaps.take_line(at, &received, counters);
+            let counted = counters.lost().min;
             // The number of lost lines may fall after a late line or a reboot.
             let lost = counted.saturating_sub(before);
             before = counted;
-            if lost > 0 {
-                verdict.gaps += 1;
-                if verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
-                    let until_s = at.as_secs_f64();
-                    verdict.worst_gap = Some(Gap {
-                        lines: lost,
-                        until_s,
-                    });
-                }
+            if lost > 0 && verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
+                let until_s = at.as_secs_f64();
+                verdict.worst_gap = Some(Gap {
+                    lines: lost,
+                    until_s,
+                });
             }
         }
     }
 
-    fn finish(&self, verdict: &mut Verdict) {
+    fn finish(self, verdict: &mut Verdict) {
+        verdict.gaps = self.gaps.count();
+        verdict.outages = self.outages.into_outages(self.end);
         let counters = self.decoder.counters();
         verdict.bytes = counters.bytes;
         verdict.lines = counters.intact();

@@ -42,7 +42,7 @@ pub fn verify_mcap<R: Read>(source: R, raw: Option<RawCopy>) -> io::Result<Verdi
         match entry {
             Entry::Damage(damage) => {
                 check.verdict.fault(damage.to_string());
-                check.lines.decoder.skip();
+                check.lines.skip();
                 check.derived.lose_track();
             }
             Entry::Message {
@@ -111,14 +111,19 @@ impl Check {
             return self.take_received(header, data);
         }
         if topic == Topic::Station.name()
-            && StationEvent::decode(data).is_ok_and(|event| event.is_loss_of_link())
+            && let Ok(event) = StationEvent::decode(data)
         {
-            self.lines.decoder.interrupt();
+            self.lines.take_event(&event, self.since_start(&header));
         }
         if let Some(topic) = Topic::from_name(topic) {
             self.derived.take(topic, header, data, &mut self.verdict);
         }
         Ok(())
+    }
+
+    fn since_start(&self, header: &MessageHeader) -> Duration {
+        let start_ns = self.start_ns.unwrap_or(header.log_time);
+        Duration::from_nanos(header.log_time.saturating_sub(start_ns))
     }
 
     fn take_received(&mut self, header: MessageHeader, data: &[u8]) -> io::Result<()> {
@@ -141,11 +146,10 @@ impl Check {
             self.verdict.missing_bytes += missing;
             let what = format!("{RAW_RX}: {missing} bytes are missing at {received}");
             self.verdict.fault(what);
-            self.lines.decoder.skip();
+            self.lines.skip();
             self.derived.lose_track();
         }
-        let start_ns = self.start_ns.unwrap_or(header.log_time);
-        let at = Duration::from_nanos(header.log_time.saturating_sub(start_ns));
+        let at = self.since_start(&header);
         self.lines.take(&raw.data, at, &mut self.verdict);
         if !self.is_unfinished {
             self.derived

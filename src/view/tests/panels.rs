@@ -1,14 +1,16 @@
 //! Alarms, plots, the robot from above, and a silent robot.
 
+use groundwave_protocol::decoder::Lost;
 use groundwave_protocol::status_codes::{Arm, Cliff, Power};
 use groundwave_protocol::telemetry::HOLDERS;
 
 use ratatui::style::{Color, Modifier};
 
 use super::*;
-use crate::event::Moment;
+use crate::event::{Moment, OutageCause};
 use crate::model::Panel;
 use crate::model::keys::{Action, Context, Keymap};
+use crate::outages::Outage;
 
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
@@ -238,6 +240,44 @@ fn plots_have_gaps_in_silence() {
     ascii.drive(30, 3.0, 2);
     ascii.press(&[KeyCode::F(4)]);
     assert!(screen(&ascii, 80, 24).is_ascii());
+}
+
+/// As `info` lists them: from the last line to the next, and while one lasts to the present.
+#[test]
+fn outages_are_shaded_in_plots() {
+    let mut scene = flight(mono());
+    scene.press(&[KeyCode::F(4)]);
+    scene.type_text("z");
+    // The limits of an alarm are drawn the same, in rows of their own.
+    let shaded = |scene: &Scene| {
+        let shown = screen(scene, 120, 40);
+        let row = row(&shown, "wheels in/s").to_owned();
+        row.matches(':').count()
+    };
+    assert_eq!(shaded(&scene), 0);
+    let begin = scene.now;
+    let outage = |end| {
+        Event::Outage(Outage {
+            cause: OutageCause::Silent,
+            begin,
+            end,
+            lost: Lost::default(),
+        })
+    };
+    scene.wait_ms(6_000);
+    scene.event(outage(None));
+    let lasting = shaded(&scene);
+    assert!(lasting > 5, "{lasting}");
+    scene.wait_ms(6_000);
+    let longer = shaded(&scene);
+    assert!(longer > lasting, "{longer} after {lasting}");
+    scene.drive(1, 3.0, 2);
+    let end = scene.now;
+    scene.drive(3, 3.0, 2);
+    let ended = shaded(&scene);
+    assert!(ended.abs_diff(longer) <= 2, "{ended} after {longer}");
+    scene.event(outage(Some(end)));
+    assert_eq!(shaded(&scene), ended, "its lines are known now");
 }
 
 #[test]
