@@ -55,9 +55,10 @@ fn notes(track: &Track, problem: Option<&CaptureError>) -> Vec<String> {
         ));
     }
     if let Some(longest) = track.outages.iter().max_by_key(|it| it.duration()) {
-        let plural = if track.outages.len() == 1 { "" } else { "s" };
-        let count = track.outages.len();
-        notes.push(format!("{count} outage{plural}, the longest: {longest}."));
+        notes.push(match track.outages.len() {
+            1 => format!("1 outage: {longest}."),
+            count => format!("{count} outages, the longest: {longest}."),
+        });
     }
     notes.extend(problem.map(ToString::to_string));
     notes

@@ -64,6 +64,8 @@ pub(crate) enum Figure {
     Median { unit: &'static str, digits: usize },
     /// Least of the values, without an interval.
     Least { unit: &'static str, digits: usize },
+    /// Greatest of the values, without an interval.
+    Greatest { unit: &'static str, digits: usize },
     /// Mean of the first values of the pairs divided by the mean of the second.
     MeanRatio { unit: &'static str, digits: usize },
     /// Events per hour.
@@ -155,6 +157,7 @@ impl Figure {
             Self::Mean { .. } => statistics::mean(&values()),
             Self::Median { .. } => statistics::median(&values()),
             Self::Least { .. } => statistics::least(&values()),
+            Self::Greatest { .. } => statistics::greatest(&values()),
             Self::MeanRatio { .. } => {
                 let pairs = readings.iter().filter_map(|reading| match *reading {
                     Reading::Pair(one, other) => Some((one, other)),
@@ -182,6 +185,13 @@ impl Required {
     /// Compares a figure with the requirement.
     pub(crate) fn judge(self, estimate: &Estimate) -> Verdict {
         let Estimate { figure, low, high } = *estimate;
+        // An extreme value has no interval: it is missed or met.
+        let has_interval = low.is_finite() || high.is_finite();
+        let (low, high) = if has_interval {
+            (low, high)
+        } else {
+            (figure, figure)
+        };
         let (is_met, is_within_reach) = match self {
             Self::AtLeast(least) => (figure >= least, high >= least),
             Self::AtMost(most) => (figure <= most, low <= most),
@@ -244,6 +254,8 @@ mod tests {
             judge(Required::MoreThan(0.0), 0.0, 0.0, 0.0),
             Verdict::ClearFail
         );
+        let (none, any) = (f64::NEG_INFINITY, f64::INFINITY);
+        assert_eq!(judge(most, 3.0, none, any), Verdict::ClearFail);
         assert_eq!(judge(Required::Nothing, 0.0, 0.0, 0.0), Verdict::Pass);
     }
 

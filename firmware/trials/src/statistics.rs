@@ -60,8 +60,17 @@ pub(crate) fn median(values: &[f64]) -> Estimate {
 
 /// The least value; there is no interval.
 pub(crate) fn least(values: &[f64]) -> Estimate {
+    extreme(values.iter().copied().fold(f64::INFINITY, f64::min))
+}
+
+/// The greatest value; there is no interval.
+pub(crate) fn greatest(values: &[f64]) -> Estimate {
+    extreme(values.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+}
+
+const fn extreme(figure: f64) -> Estimate {
     Estimate {
-        figure: values.iter().copied().fold(f64::INFINITY, f64::min),
+        figure,
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,
     }

@@ -106,6 +106,7 @@ fn number(figure: Figure, value: f64) -> String {
         Figure::Mean { digits, .. }
         | Figure::Median { digits, .. }
         | Figure::Least { digits, .. }
+        | Figure::Greatest { digits, .. }
         | Figure::MeanRatio { digits, .. } => format!("{value:.digits$}"),
         Figure::PerHour => format!("{value:.3}"),
         Figure::Share | Figure::HoursTo => format!("{value:.1}"),
@@ -118,6 +119,7 @@ fn with_unit(figure: Figure, value: f64) -> String {
         Figure::Mean { unit, .. }
         | Figure::Median { unit, .. }
         | Figure::Least { unit, .. }
+        | Figure::Greatest { unit, .. }
         | Figure::MeanRatio { unit, .. } => unit,
         Figure::PerHour => "an hour",
         Figure::HoursTo if value.is_infinite() => "",

@@ -27,17 +27,30 @@ const fn falls(says: &'static str) -> Claim {
 const PERFECT: Experiment = Experiment {
     name: "edges",
     trials: [400, 70_000],
-    run: |trial| approach(trial, Faults::default()),
-    claims: &[falls(
-        "approaches from every direction, prowling or driven by hand in any arc, ahead and backward, at 4 to 12 in/s, to \
-         straight, diagonal, rounded, convex (90 and 45 degrees, turned in every direction) and concave edges: falls",
-    )],
+    run: |trial| {
+        let (kind, fell) = approach(trial, Faults::default());
+        let of = |row: Kind| fell.filter(|_| row == kind);
+        let kinds = [Kind::Stairwell, Kind::Acute, Kind::Rounded, Kind::Concave];
+        [fell].into_iter().chain(kinds.map(of)).collect()
+    },
+    claims: &[
+        falls(
+            "approaches from every direction, prowling or driven by hand in any arc, ahead and backward, at 4 to 12 in/s, \
+             to edges of the shapes below: falls",
+        ),
+        falls(
+            "of these, to the sides and the convex corners of 90 degrees of a stairwell, straight and diagonal: falls",
+        ),
+        falls("of these, to the sides and the convex corners of a wedge of 45 degrees: falls"),
+        falls("of these, to rounded edges, convex and concave, with radii of 9 to 48 in: falls"),
+        falls("of these, to the sides and the corners of an L, one of them concave: falls"),
+    ],
 };
 
 const WORN: Experiment = Experiment {
     name: "edges-worn",
     trials: [400, 60_000],
-    run: |trial| approach(trial, Faults::WORN),
+    run: |trial| vec![approach(trial, Faults::WORN).1],
     claims: &[falls(
         "the same with worn sensors (edge sensors miss 5 % of their ticks, drop out 20 times an hour for up to 2 s and \
          see a false edge in 0.01 %; bumpers miss 5 %; encoders miss and invent 0.2 %): falls",
@@ -53,7 +66,7 @@ const HALF_BLIND: Experiment = Experiment {
             edge_false: 0.01,
             ..Faults::default()
         };
-        approach(trial, faults)
+        vec![approach(trial, faults).1]
     },
     claims: &[falls(
         "the same with edge sensors that miss half of their ticks and see a false edge in 1 % (29 sensors, so a false one \
@@ -64,7 +77,7 @@ const HALF_BLIND: Experiment = Experiment {
 const ROTTEN: Experiment = Experiment {
     name: "edges-rotten",
     trials: [400, 20_000],
-    run: |trial| approach(trial, Faults::ROTTEN),
+    run: |trial| vec![approach(trial, Faults::ROTTEN).1],
     claims: &[Claim {
         required: Required::Nothing,
         ..falls(
@@ -112,28 +125,41 @@ const TURNS: usize = 8;
 /// Whether there is no floor at a place, relative to the middle of the drop.
 type Shape = fn(f64, f64) -> bool;
 
-const SHAPES: [Shape; 6] = [
-    // A stairwell of 30 by 60 in: straight edges and convex corners.
-    |x, y| x.abs() < 15.0 && y.abs() < 30.0,
+/// Kinds of shapes with a row of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Stairwell,
+    Acute,
+    Rounded,
+    Concave,
+}
+
+const SHAPES: [(Kind, Shape); 6] = [
+    // 30 by 60 in: straight edges and convex corners.
+    (Kind::Stairwell, |x, y| x.abs() < 15.0 && y.abs() < 30.0),
     // An acute corner of 45 degrees.
-    |x, y| (-20.0..30.0).contains(&y) && x.abs() < (y + 20.0) * 0.414,
-    // Rounded.
-    |x, y| x.hypot(y) < 25.0,
-    |x, y| x.hypot(y) < 9.0,
-    // A concave corner.
-    |x, y| x.abs() < 35.0 && y.abs() < 35.0 && (x > -10.0 || y > -10.0),
+    (Kind::Acute, |x, y| {
+        (-20.0..30.0).contains(&y) && x.abs() < (y + 20.0) * 0.414
+    }),
+    (Kind::Rounded, |x, y| x.hypot(y) < 25.0),
+    (Kind::Rounded, |x, y| x.hypot(y) < 9.0),
+    (Kind::Concave, |x, y| {
+        x.abs() < 35.0 && y.abs() < 35.0 && (x > -10.0 || y > -10.0)
+    }),
     // A ring around an island on which the robot may start.
-    |x, y| (36.0..48.0).contains(&x.hypot(y)),
+    (Kind::Rounded, |x, y| (36.0..48.0).contains(&x.hypot(y))),
 ];
 
 /// The floors: each shape in each of its turns.
-fn floors() -> &'static [World] {
-    static FLOORS: OnceLock<Vec<World>> = OnceLock::new();
+fn floors() -> &'static [(Kind, World)] {
+    static FLOORS: OnceLock<Vec<(Kind, World)>> = OnceLock::new();
     FLOORS.get_or_init(|| {
         let kinds = SHAPES
             .iter()
             .flat_map(|&shape| (0..TURNS).map(move |turn| (shape, turn)));
-        kinds.map(|(shape, turn)| floor(shape, turn)).collect()
+        kinds
+            .map(|((kind, shape), turn)| (kind, floor(shape, turn)))
+            .collect()
     })
 }
 
@@ -191,9 +217,10 @@ fn place(world: &World, rng: &mut Rng, backward: bool) -> Pose {
     }
 }
 
-fn approach(trial: &Trial, faults: Faults) -> Vec<Option<Reading>> {
+/// The kind of edge that a trial approaches, and whether the robot fell; no reading if its sensors met no edge.
+fn approach(trial: &Trial, faults: Faults) -> (Kind, Option<Reading>) {
     let mut rng = trial.rng();
-    let world = &floors()[rng.below(floors().len())];
+    let (kind, world) = &floors()[rng.below(floors().len())];
     let by_hand = rng.below(3) > 0;
     let backward = by_hand && rng.below(3) == 0;
     let start = place(world, &mut rng, backward);
@@ -203,7 +230,7 @@ fn approach(trial: &Trial, faults: Faults) -> Vec<Option<Reading>> {
         4 + rng.below(9) as i16
     };
     let Some(world) = world.started_at(start) else {
-        return vec![None];
+        return (*kind, None);
     };
     let layers: &[Layer] = if rng.below(2) == 0 {
         &[]
@@ -232,10 +259,10 @@ fn approach(trial: &Trial, faults: Faults) -> Vec<Option<Reading>> {
         run.tick();
         met |= run.simulation.inputs().cliff.is_some_and(Edges::any);
         if run.simulation.truth().has_fallen {
-            return vec![success(true)];
+            return (*kind, success(true));
         }
     }
-    vec![met.then_some(Reading::Success(false))]
+    (*kind, met.then_some(Reading::Success(false)))
 }
 
 /// Time of an approach and of the robot's reaction.
@@ -257,8 +284,8 @@ mod tests {
                     trace: None,
                     traced: std::cell::Cell::new(0),
                 };
-                let fell = approach(&trial, faults);
-                assert_ne!(fell, [Some(Reading::Success(true))], "trial {index}");
+                let (_, fell) = approach(&trial, faults);
+                assert_ne!(fell, success(true), "trial {index}");
             }
         }
     }

@@ -7,6 +7,7 @@ mod cliff;
 mod crowded;
 mod dead_reckoning;
 mod edges;
+mod encoder;
 mod home;
 mod hooks;
 mod infrared;
@@ -29,6 +30,7 @@ pub(crate) fn all() -> Vec<&'static Experiment> {
     [
         pid::ALL,
         odometry::ALL,
+        encoder::ALL,
         user::ALL,
         bumpers::ALL,
         hooks::ALL,
