@@ -318,18 +318,22 @@ fn the_picture_shows_what_happened() {
     ] {
         assert!(svg.contains(&format!("aria-label=\"{word}")), "no {word}");
     }
-    // Every bump is a cross of two strokes, and the legend has another one.
-    let is_cross = |line: &&str| {
+    // Every bump and every outage is a sign of two strokes, and the legend has another one of each.
+    let is_sign = |line: &&str| {
         let count = |letter| line.matches(letter).count();
         line.contains("stroke=\"#000000\" stroke-width=\"2\"") && (count('M'), count('L')) == (2, 2)
     };
-    let crosses = svg.lines().filter(is_cross).count();
+    let signs = svg.lines().filter(is_sign).count();
+    let (_, outages) = svg.split_once("aria-label=\"outage (").unwrap();
+    let (outages, _) = outages.split_once(')').unwrap();
+    let outages: usize = outages.parse().unwrap();
     let (_, bumps) = svg.split_once("aria-label=\"bump (").unwrap();
     let (bumps, _) = bumps.split_once(')').unwrap();
     // The robot's count may differ from the bumps in its lines.
     let shown = bumps.split(", ").last().unwrap();
     let shown = shown.trim_end_matches(" shown");
-    assert_eq!(crosses, shown.parse::<usize>().unwrap() + 1);
+    let bumps: usize = shown.parse().unwrap();
+    assert_eq!(signs, bumps + 1 + outages + 1);
 
     let png = tiny_skia::Pixmap::load_png(file("a.png")).unwrap();
     assert_eq!(size(&svg), (png.width() / 2, png.height() / 2));
