@@ -280,7 +280,7 @@ mod tests {
 
     #[test]
     fn mistakes_are_named_by_file_and_line() {
-        for (text, told) in [
+        for (text, expected) in [
             ("", "a.toml:1: no parameters"),
             ("\ntop-speed", "a.toml:2: `top-speed` is not `name = value`"),
             (
@@ -299,9 +299,9 @@ mod tests {
             let error = ParameterFile::parse("a.toml", text)
                 .unwrap_err()
                 .to_string();
-            assert!(error.starts_with(told), "{error}");
+            assert!(error.starts_with(expected), "{error}");
         }
-        for (text, told) in [
+        for (text, expected) in [
             (
                 "# a comment\ntop-speed = 13",
                 "a.toml:2: `top-speed = 13`: it takes 2 to 12 (in/s)",
@@ -314,7 +314,7 @@ mod tests {
         ] {
             let read = ParameterFile::parse("a.toml", text).unwrap();
             let error = read.differences(&robot()).unwrap_err().to_string();
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(expected), "{error}");
         }
     }
 }

@@ -368,7 +368,7 @@ fn the_map_is_a_picture_for_terminals_that_show_pictures() {
     }
 }
 
-/// The demo names one key at a time. Whoever ends the tour is not given it again.
+/// The demo names one key at a time. After the tour was ended, it is not shown again.
 #[test]
 fn the_demo_gives_its_tour_until_it_is_ended() {
     let state = scratch("tour");

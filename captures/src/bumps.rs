@@ -34,7 +34,7 @@ impl Bumps {
         let now = (counters.uptime_s, counters.boots, counters.bumps);
         let seen = std::mem::take(&mut self.seen);
         self.counted += match self.last.replace(now) {
-            // A robot without a lasting count of its boots is told by its uptime.
+            // A robot without a lasting count of its boots is recognized by its uptime.
             Some((uptime_s, boots, bumps))
                 if boots == counters.boots && uptime_s <= counters.uptime_s =>
             {

@@ -14,7 +14,7 @@ use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
-use super::own_lines::{Line, ToldFields, each_line, recognizer};
+use super::own_lines::{DescribedFields, Line, each_line, recognizer};
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
 
@@ -92,7 +92,7 @@ impl<W: Write> Records<'_, W> {
         let (mut outages, mut now) = (OutageList::default(), Duration::ZERO);
         let mut written = 0;
         let mut own: Option<Recognizer> = None;
-        let mut told = ToldFields::default();
+        let mut described = DescribedFields::default();
         loop {
             let table = if own.is_none() {
                 capture.session_ahead()?
@@ -109,7 +109,7 @@ impl<W: Write> Records<'_, W> {
                     each_line(
                         decoder,
                         own,
-                        &mut told,
+                        &mut described,
                         bytes,
                         |line, counters| match line {
                             Line::Wire(received) => {

@@ -48,16 +48,16 @@ pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
 
 /// Fields that a robot describes in lines F, for the values of its lines V.
 #[derive(Clone, Debug, Default)]
-pub struct ToldFields(Vec<Option<Told>>);
+pub struct DescribedFields(Vec<Option<Described>>);
 
 #[derive(Clone, Debug)]
-struct Told {
+struct Described {
     field: Arc<Field>,
     /// The value in the line is divided by it: that gives the nearest number to the decimal one.
     divisor: f64,
 }
 
-impl ToldFields {
+impl DescribedFields {
     /// Takes the content of a line; returns the values that it holds, as lines of the robot's own hold them. A value whose line F has
     /// not come is left out.
     pub fn take(&mut self, body: &Body) -> Option<OwnLine> {
@@ -77,17 +77,17 @@ impl ToldFields {
                 };
                 if known.as_ref().is_none_or(|known| *known.field != field) {
                     let field = Arc::new(field);
-                    *known = Some(Told { field, divisor });
+                    *known = Some(Described { field, divisor });
                 }
                 None
             }
             Body::Values(line) => {
-                let told = self.0.iter().zip(line.values());
-                let samples = told.filter_map(|(told, value)| {
-                    let told = told.as_ref()?;
+                let described = self.0.iter().zip(line.values());
+                let samples = described.filter_map(|(described, value)| {
+                    let described = described.as_ref()?;
                     Some(Sample {
-                        field: Arc::clone(&told.field),
-                        value: Value::Number(f64::from(value?) / told.divisor),
+                        field: Arc::clone(&described.field),
+                        value: Value::Number(f64::from(value?) / described.divisor),
                     })
                 });
                 let samples: Vec<_> = samples.collect();
@@ -119,7 +119,7 @@ pub(super) enum Line {
 pub(super) fn each_line<E>(
     decoder: &mut Decoder,
     own: &mut Recognizer,
-    told: &mut ToldFields,
+    described: &mut DescribedFields,
     bytes: &[u8],
     mut take: impl FnMut(Line, &Counters) -> Result<(), E>,
 ) -> Result<(), E> {
@@ -128,7 +128,7 @@ pub(super) fn each_line<E>(
         let mut rest = run;
         while let Some(received) = decoder.next_own_line(&mut rest) {
             let values = match &received {
-                Received::Line(line, _) => told.take(&line.body),
+                Received::Line(line, _) => described.take(&line.body),
                 Received::Ack(_) => None,
             };
             take(Line::Wire(Box::new(received)), decoder.counters())?;
@@ -146,8 +146,8 @@ pub(super) fn each_line<E>(
 
 /// Whether received bytes hold an intact line, or one of the robot's own with values.
 pub fn has_line(decoder: &mut Decoder, own: &mut Recognizer, bytes: &[u8]) -> bool {
-    let told = &mut ToldFields::default();
-    let found = each_line(decoder, own, told, bytes, |line, _| match line {
+    let described = &mut DescribedFields::default();
+    let found = each_line(decoder, own, described, bytes, |line, _| match line {
         Line::Own(line) if !matches!(line.content, Content::Values(_)) => Ok(()),
         Line::Own(_) | Line::Wire(_) => Err(()),
     });

@@ -72,15 +72,15 @@ mod tests {
 
     #[test]
     fn every_song_of_the_firmware_means_something_of_its_own() {
-        let told: Vec<_> = Song::ALL
+        let words: Vec<_> = Song::ALL
             .into_iter()
             .map(|song| {
                 let note = |&(hz, ticks): &(u16, u8)| Note { hz, ticks };
                 meaning(&SongLine::new(song.notes().iter().map(note)))
             })
             .collect();
-        for (song, said) in Song::ALL.into_iter().zip(&told) {
-            let alike = told.iter().filter(|other| *other == said);
+        for (song, said) in Song::ALL.into_iter().zip(&words) {
+            let alike = words.iter().filter(|other| *other == said);
             assert!(said.is_some() && alike.count() == 1, "{song:?}: {said:?}");
         }
         assert_eq!(meaning(&SongLine::new([])), None);

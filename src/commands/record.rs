@@ -87,7 +87,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let driver = driver
             .advising(port_baud)
             .reading(config.own.recognizer()?, BTreeMap::new())
-            .telling(keeper.event_sink())
+            .observed_by(keeper.event_sink())
             .hooked(config.start_alarm_hook()?)
             .shared(share)
             .watched(foxglove);

@@ -7,6 +7,7 @@ mod parameter_task;
 mod report;
 mod script;
 mod shared_link;
+mod step;
 
 use super::cli::{Connection, Send};
 use super::config::Config;

@@ -224,7 +224,7 @@ impl Plan {
             self.config.own.recognizer()?,
             self.config.own.commands.clone(),
         )
-        .telling(keeper.event_sink())
+        .observed_by(keeper.event_sink())
         .hooked(self.config.start_alarm_hook()?)
         .shared(share)
         .simulating(self.truth.clone())

@@ -13,3 +13,4 @@ pub mod signals;
 pub mod terminal;
 #[cfg(unix)]
 mod unix_socket;
+pub mod usb;

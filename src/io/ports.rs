@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 
 use serialport::{SerialPortInfo, SerialPortType};
 
-use super::link::{Plugged, UsbIdentity};
+use super::usb::{Plugged, UsbIdentity};
 use crate::hint;
 
 /// The name of a port as this system names them, for messages and examples.
@@ -176,7 +176,7 @@ mod tests {
             find_identity("0403:6001", &ports[1..]),
             Ok("/dev/ttyUSB1".to_owned())
         );
-        for (identity, told) in [
+        for (identity, expected) in [
             (
                 "0403:6001",
                 "several adapters are usb:0403:6001: /dev/ttyUSB0, /dev/ttyUSB1",
@@ -187,7 +187,7 @@ mod tests {
             ("ftdi:6001", "is not usb:VID:PID"),
         ] {
             let error = find(identity).expect_err(identity);
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(expected), "{error}");
         }
     }
 }

@@ -38,18 +38,18 @@ mod tests {
     #[test]
     fn an_age_changes_when_its_words_do_and_not_before() {
         let since = Moment::from_millis(1700);
-        let told = |now: Moment| words(now.saturating_sub(since));
+        let shown = |now: Moment| words(now.saturating_sub(since));
         let mut now = since;
         for _ in 0..120 {
             let next = next_change(since, now);
             assert!(next > now);
             let just_before = next.saturating_sub(Moment::from_millis(1));
-            assert_eq!(told(now), told(just_before));
-            assert_ne!(told(now), told(next));
+            assert_eq!(shown(now), shown(just_before));
+            assert_ne!(shown(now), shown(next));
             now = next;
         }
         assert_eq!(
-            told(now),
+            shown(now),
             "11 m 00 s",
             "a minute by the second, then by ten"
         );

@@ -11,7 +11,6 @@ use groundwave_lines::OwnLine;
 use groundwave_protocol::decoder::Received;
 
 use super::age;
-use super::config::Config;
 use crate::event::{AlarmEvent, AlarmStatus, Moment};
 pub(crate) use attended::Attended;
 use own::FieldLimit;
@@ -118,8 +117,8 @@ pub(crate) struct Alarms {
 }
 
 impl Alarms {
-    pub(super) fn new(config: &Config) -> Self {
-        let rules = rules(&config.limits, &config.alarms);
+    pub(super) fn new(limits: &Limits, settings: &[AlarmSetting]) -> Self {
+        let rules = rules(limits, settings);
         Self {
             standings: vec![Standing::default(); rules.len()],
             has_fields: rules.iter().any(|rule| matches!(rule.look, Look::Field(_))),

@@ -12,7 +12,7 @@ const UNDO_MAX: usize = 64;
 /// Distance ahead of a new waypoint without a previous leg, inches.
 const STEP_IN: f64 = 12.0;
 
-/// A change of the draft that was refused; for [`Keymap::told`](super::keys::Keymap::told).
+/// A change of the draft that was refused; for [`Keymap::with_keys`](super::keys::Keymap::with_keys).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum DraftError {
     #[error("the robot's list holds no more than {WAYPOINTS_MAX} waypoints")]

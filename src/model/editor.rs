@@ -3,6 +3,7 @@
 use groundwave_protocol::Waypoint;
 
 use super::draft::Edit;
+use super::keys::RouteAction;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Level, SaveProblem};
@@ -22,30 +23,6 @@ pub(crate) struct Editor {
     pub(crate) whole: bool,
     /// Why the last key did nothing.
     pub(crate) problem: Option<String>,
-}
-
-/// What a key of the editor does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RouteAction {
-    Append,
-    Insert,
-    AppendAtRobot,
-    Delete,
-    Clear,
-    Undo,
-    Redo,
-    Select(isize),
-    Step { east: i8, north: i8, fine: bool },
-    Whole,
-    Rotate(i16),
-    Mirror,
-    Scale(i8),
-    Reverse,
-    TakeRobots,
-    Send,
-    AskToLoad,
-    AskToSave,
-    Leave,
 }
 
 impl Ui {
@@ -132,7 +109,7 @@ impl Ui {
                 return Vec::new();
             }
         };
-        let problem = result.err().map(|error| self.told(&error.to_string()));
+        let problem = result.err().map(|error| self.with_keys(&error.to_string()));
         // A refused change keeps the place under the cursor.
         if problem.is_none() {
             self.show_selected();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use groundwave_captures::own_lines::ToldFields;
+use groundwave_captures::own_lines::DescribedFields;
 use groundwave_lines::{Content, OwnLine};
 use groundwave_protocol::decoder::Received;
 use groundwave_protocol::life::Life;
@@ -17,9 +17,9 @@ use super::ledger::Ledger;
 use super::link::{Connection, Link};
 use super::log::{Log, Subject};
 use super::motors::Motors;
-use super::panels::Panel;
-use super::parameters::Parameters;
+use super::panel::Panel;
 use super::plots::Plots;
+use super::reported_parameters::Parameters;
 use super::robot::{Robot, STATE_STALE};
 use super::tally::Counted;
 use super::{age, failsafe, why, words};
@@ -47,7 +47,7 @@ pub struct Facts {
     /// Values of the robot's own lines.
     pub(crate) fields: Fields,
     pub(crate) parameters: Parameters,
-    told: ToldFields,
+    described: DescribedFields,
     pub(crate) recording: Recording,
     life: Life,
     counted: Counted,
@@ -69,7 +69,7 @@ impl Facts {
     #[must_use]
     pub fn new(config: Arc<Config>) -> Self {
         Self {
-            alarms: Alarms::new(&config),
+            alarms: Alarms::new(&config.limits, &config.alarms),
             config,
             link: Link::default(),
             robot: Robot::default(),
@@ -81,7 +81,7 @@ impl Facts {
             plots: Plots::default(),
             fields: Fields::default(),
             parameters: Parameters::default(),
-            told: ToldFields::default(),
+            described: DescribedFields::default(),
             recording: Recording::default(),
             life: Life::default(),
             counted: Counted::default(),
@@ -305,7 +305,7 @@ impl Facts {
             }
             Body::Abilities(_) => {}
             Body::Field(_) | Body::Values(_) => {
-                if let Some(values) = self.told.take(&line.body) {
+                if let Some(values) = self.described.take(&line.body) {
                     self.fields.take(now, &values);
                     self.plots.begin(now);
                 }
@@ -314,7 +314,7 @@ impl Facts {
     }
 
     fn take_own_line(&mut self, now: Moment, line: &OwnLine) {
-        let told = self.fields.take(now, line);
+        let found = self.fields.take(now, line);
         match line.content {
             Content::Damaged => return,
             Content::Text => {
@@ -325,11 +325,11 @@ impl Facts {
         }
         self.link.take_own_line(now);
         self.counted.tally.lines += 1;
-        if let Some(pose) = told.pose {
+        if let Some(pose) = found.pose {
             self.chart.take_pose(now, pose);
             self.follow();
         }
-        if told.is_bumped {
+        if found.is_bumped {
             let place = self
                 .chart
                 .pose()
@@ -341,12 +341,12 @@ impl Facts {
             self.log.add(now, Level::Warning, Subject::Bump, text);
             self.take_contact();
         }
-        if let Some(mode) = told.mode {
+        if let Some(mode) = found.mode {
             let text = format!("the robot reports mode {mode}");
             self.log.add(now, Level::Info, Subject::Behaviour, text);
             self.counted.tally.behaviours += 1;
         }
-        if let Some(text) = told.text {
+        if let Some(text) = found.text {
             self.log.add(now, Level::Info, Subject::Robot, text);
         }
     }

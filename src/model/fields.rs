@@ -103,7 +103,7 @@ pub(crate) fn words(number: f64) -> String {
 
 /// Values of roles that came with one line.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Told {
+pub(super) struct Found {
     /// The robot's pose.
     pub(super) pose: Option<Pose>,
     /// The new mode.
@@ -132,18 +132,18 @@ pub(crate) struct Fields {
 
 impl Fields {
     /// Takes a line; returns the values of roles.
-    pub(super) fn take(&mut self, now: Moment, line: &OwnLine) -> Told {
+    pub(super) fn take(&mut self, now: Moment, line: &OwnLine) -> Found {
         self.newest = Some(line.text.clone());
         let samples = match &line.content {
             Content::Damaged => {
                 self.damaged += 1;
-                return Told::default();
+                return Found::default();
             }
             Content::Text => &[][..],
             Content::Values(samples) => samples,
         };
         self.lines += 1;
-        let mut told = Told::default();
+        let mut found = Found::default();
         let mut has_pose = false;
         for sample in samples {
             let before = self.take_sample(now, sample);
@@ -154,14 +154,14 @@ impl Fields {
             match sample.field.role {
                 Some(Role::X | Role::Y | Role::Heading) => has_pose = true,
                 Some(Role::Mode) if before.as_ref() != Some(&sample.value) => {
-                    told.mode = Some(value_words(&sample.value));
+                    found.mode = Some(value_words(&sample.value));
                 }
                 Some(Role::Bump) => {
                     let was = before.as_ref().is_some_and(is_set);
-                    told.is_bumped = is_set(&sample.value) && !was;
+                    found.is_bumped = is_set(&sample.value) && !was;
                 }
                 Some(Role::Text) if before.as_ref() != Some(&sample.value) => {
-                    told.text = Some(value_words(&sample.value));
+                    found.text = Some(value_words(&sample.value));
                 }
                 Some(Role::Sequence) => {
                     let before = match before {
@@ -171,14 +171,14 @@ impl Fields {
                     // A smaller number is a restart, or the modulus, which is unknown.
                     let steps = before.zip(number).map(|(before, number)| number - before);
                     let steps = steps.filter(|steps| (1.0..LOST_MAX).contains(steps));
-                    told.lost = steps.map_or(0, |steps| steps as u64 - 1);
-                    self.lost += told.lost;
+                    found.lost = steps.map_or(0, |steps| steps as u64 - 1);
+                    self.lost += found.lost;
                 }
                 _ => {}
             }
         }
-        told.pose = has_pose.then(|| self.pose()).flatten();
-        told
+        found.pose = has_pose.then(|| self.pose()).flatten();
+        found
     }
 
     /// Takes a value; returns the one before.

@@ -59,7 +59,7 @@ impl Ui {
         if let Overlay::Drive(_) = self.overlay {
             let words = "hand drive: <drive/push-ahead..> drive, <drive/stop> stops, <drive/leave-drive> lets go; other \
                          keys do nothing";
-            self.pass_on(now, Passing::Words(self.told(words)));
+            self.pass_on(now, Passing::Words(self.with_keys(words)));
         }
         if let KeyCode::Char(c) = key.code
             && !key
@@ -278,7 +278,7 @@ impl Ui {
             Action::AddWaypoint if map.cursor.is_none() => {
                 map.move_cursor(robot, 0, 0);
                 let text = "the cursor is up: <move-cursor-left..> move it, <add-waypoint> drafts a waypoint there";
-                self.note(Level::Info, self.told(text));
+                self.note(Level::Info, self.with_keys(text));
             }
             Action::AddWaypoint if !map.add_waypoint(robot) => {
                 self.warn("the robot's list holds no more waypoints");
@@ -363,7 +363,7 @@ impl Ui {
     /// Notes that the robot stays in mode user until another command.
     fn tell_what_follows_driving(&mut self) {
         let text = "it stands in mode user: <modes/mode-prowl> prowls, <modes/mode-go-home> goes home, <enter-drive> drives on";
-        self.note(Level::Info, self.told(text));
+        self.note(Level::Info, self.with_keys(text));
     }
 
     pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {
@@ -380,7 +380,7 @@ impl Ui {
             return;
         }
         let (text, then) = match &request {
-            Request::Mode(Mode::User) => (self.told(DRIVE_QUESTION), Then::Drive),
+            Request::Mode(Mode::User) => (self.with_keys(DRIVE_QUESTION), Then::Drive),
             Request::Route(_) => (
                 "Clear the robot's list of waypoints?".to_owned(),
                 Then::Send(vec![request]),
@@ -441,7 +441,7 @@ impl Ui {
 
     pub(super) fn send_draft(&mut self) -> Vec<Effect> {
         if self.map.draft.waypoints().is_empty() {
-            let text = self.told("no draft yet: move the cursor, press <add-waypoint>");
+            let text = self.with_keys("no draft yet: move the cursor, press <add-waypoint>");
             self.warn(&text);
             return Vec::new();
         }

@@ -8,8 +8,8 @@ mod words;
 use crossterm::event::{KeyCode, KeyModifiers};
 use groundwave_protocol::status_codes::{Layer, Mode};
 
-use super::editor::RouteAction;
-use super::{Caret, Panel};
+use super::panel::Panel;
+use super::text_entry::Caret;
 use crate::playback::{Control, Landmark};
 
 /// The part of the screen that has the keyboard.
@@ -85,7 +85,7 @@ impl Context {
     }
 }
 
-pub(crate) use action::{Action, Group};
+pub(crate) use action::{Action, Group, RouteAction};
 pub(crate) use map::Row;
 pub use map::{KeyMistake, Keymap, Rebinding};
 

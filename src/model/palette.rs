@@ -4,7 +4,7 @@ use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
 use super::config::Config as Configured;
-use super::editor::RouteAction;
+use super::keys::RouteAction;
 use super::keys::{Action, Context, Group};
 use super::text_entry::TEXT_MAX;
 use super::{Facts, Overlay, Panel, Purpose, TextEntry, Ui};
@@ -116,7 +116,7 @@ fn entries(config: &Configured) -> Vec<Entry> {
         }
     });
     let keys = keys.map(|row| {
-        let does = keymap.told(&row.does());
+        let does = keymap.with_keys(&row.does());
         let title = match (row.context, row.action.group()) {
             (Context::Dashboard, Group::Route) => format!("draft: {does}"),
             (_, group @ (Group::Route | Group::Map | Group::Time)) => {

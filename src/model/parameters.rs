@@ -1,6 +1,4 @@
-//! The robot's parameters: as it reported them, and the screen that changes them.
-
-use groundwave_protocol::telemetry::ParameterLine;
+//! The screen that changes the robot's parameters.
 
 use super::keys::Action;
 use super::words::parameter_number;
@@ -8,47 +6,8 @@ use super::{Facts, Overlay, Purpose, TextEntry, Ui};
 use crate::event::Effect;
 use crate::request::{Request, Tuning, known_default};
 
-/// The robot's parameters.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Parameters(Vec<ParameterLine>);
-
-impl Parameters {
-    /// Takes the report of one.
-    pub(super) fn take(&mut self, line: ParameterLine) {
-        match self
-            .0
-            .binary_search_by_key(&line.place, |known| known.place)
-        {
-            Ok(at) => self.0[at] = line,
-            Err(at) => self.0.insert(at, line),
-        }
-    }
-
-    /// The robot keeps all values over a reset from now on.
-    pub(super) fn take_saved(&mut self) {
-        self.0.iter_mut().for_each(|line| line.kept = line.value);
-    }
-
-    /// The robot restarted: its values are those it keeps.
-    pub(super) fn take_restart(&mut self) {
-        self.0.iter_mut().for_each(|line| line.value = line.kept);
-    }
-
-    /// Those heard, in the robot's order.
-    pub(crate) fn heard(&self) -> &[ParameterLine] {
-        &self.0
-    }
-
-    /// Whether the robot has others.
-    pub(crate) fn is_partial(&self) -> bool {
-        self.0
-            .first()
-            .is_none_or(|line| usize::from(line.count) > self.0.len())
-    }
-}
-
 impl Ui {
-    /// Opens the screen; asks the robot for its parameters unless it has told all.
+    /// Opens the screen; asks the robot for its parameters unless all are known.
     pub(super) fn open_parameters(&mut self, facts: &Facts) -> Vec<Effect> {
         self.overlay = Overlay::None;
         self.parameters = Some(0);
@@ -96,7 +55,7 @@ impl Ui {
 #[cfg(test)]
 mod tests {
     use crossterm::event::KeyCode;
-    use groundwave_protocol::telemetry::{Body, ParameterName, Printable};
+    use groundwave_protocol::telemetry::{Body, ParameterLine, ParameterName, Printable};
 
     use super::*;
     use crate::event::CommandStatus;

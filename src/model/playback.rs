@@ -3,8 +3,8 @@
 use groundwave_protocol::status_codes::Mode;
 
 use super::drive::Stick;
-use super::editor::RouteAction;
 use super::keys::Action;
+use super::keys::RouteAction;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, TextEntry, Ui, age};
 use crate::event::{Effect, Level, Moment, Remark};
@@ -138,7 +138,7 @@ impl Ui {
                     if other == Effect::Send(Request::Stop) {
                         let aside =
                             "STOP is sent to the robot now; <playback-newest> shows its status";
-                        self.aside = Some(self.told(aside));
+                        self.aside = Some(self.with_keys(aside));
                     }
                     rest.push(other);
                 }
@@ -182,7 +182,7 @@ impl Ui {
                 }
                 if self.shows_past() {
                     let aside = "it is sent to the robot now; <playback-newest> shows its status";
-                    self.aside = Some(self.told(aside));
+                    self.aside = Some(self.with_keys(aside));
                 }
                 requests.into_iter().map(Effect::Send).collect()
             }
@@ -355,8 +355,8 @@ mod tests {
         assert_eq!(scene.type_text("a"), std::slice::from_ref(&mark));
         scene.type_text("lamp fell");
         assert_eq!(scene.press(&[KeyCode::Enter]), []);
-        let told = scene.model.ui.aside.as_deref();
-        assert_eq!(told, Some("note: lamp fell"), "nothing is recorded");
+        let aside = scene.model.ui.aside.as_deref();
+        assert_eq!(aside, Some("note: lamp fell"), "nothing is recorded");
         scene.event(Event::Recording(Recording {
             mcap: Some("evening.mcap".to_owned()),
             ..Recording::default()
@@ -456,7 +456,7 @@ mod tests {
         assert_eq!(
             scene.model.facts.tally().commands,
             2,
-            "one's own is told once"
+            "one's own is shown once"
         );
         scene.event(Event::Notice(Notice::new(
             NoticeCode::Other,

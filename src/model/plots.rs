@@ -237,7 +237,7 @@ pub(crate) struct Plots {
 
 impl Plots {
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine, link: &Link) {
-        // The outage itself is told at the next line C.
+        // The outage itself is reported at the next line C.
         if let Some(begin) = self.silent_since.take() {
             self.add_outage(begin, now);
         }

@@ -105,7 +105,7 @@ impl Ui {
         let goes = matches!(&self.overlay, Overlay::Text(entry) if entry.waits && entry.goes());
         let mut text = format!("{path}: {} waypoints drafted", waypoints.len());
         if !goes {
-            text += &self.told("; <send-draft> sends them");
+            text += &self.with_keys("; <send-draft> sends them");
         }
         self.note(Level::Info, text);
         self.map.take_draft(&waypoints);

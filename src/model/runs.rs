@@ -90,7 +90,7 @@ impl Ui {
             let error =
                 "nothing is recorded: <toggle-recording> begins a recording, with the last minutes";
             self.overlay = Overlay::Text(TextEntry {
-                error: Some(self.told(error)),
+                error: Some(self.with_keys(error)),
                 ..entry
             });
             return Vec::new();

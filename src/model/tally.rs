@@ -17,9 +17,9 @@ pub(super) struct Counted {
 impl Counted {
     /// Takes the acknowledgement in a line.
     pub(super) fn take_ack(&mut self, ack: Ack) {
-        let told = |ack: Ack| (ack.boot, ack.session, ack.sequence, ack.outcome);
+        let identity = |ack: Ack| (ack.boot, ack.session, ack.sequence, ack.outcome);
         let before = self.ack.replace(ack);
-        let is_new = before.is_some_and(|before| told(before) != told(ack));
+        let is_new = before.is_some_and(|before| identity(before) != identity(ack));
         if is_new && !self.knows_commands {
             self.tally.commands += 1;
         }

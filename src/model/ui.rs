@@ -12,7 +12,8 @@ use super::keys::Context;
 use super::map::MapView;
 use super::news::Passing;
 use super::palette::Palette;
-use super::panels::{Large, Panel};
+use super::panel::Panel;
+use super::panels::Large;
 use super::plots::WINDOWS;
 use super::runs::Runs;
 use super::search::Search;
@@ -293,8 +294,8 @@ impl Ui {
     }
 
     /// A text with the keys that it names.
-    pub(crate) fn told(&self, text: &str) -> String {
-        self.config.keys.told(text)
+    pub(crate) fn with_keys(&self, text: &str) -> String {
+        self.config.keys.with_keys(text)
     }
 
     /// A route that did not arrive becomes the draft again, so that it can be sent again.

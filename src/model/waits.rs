@@ -29,7 +29,7 @@ impl Ui {
         };
         self.note(
             Level::Info,
-            self.told(&format!("{wait}: begun; <cancel-commands> gives it up")),
+            self.with_keys(&format!("{wait}: begun; <cancel-commands> gives it up")),
         );
         self.waits.push((now, Waiting::new(wait, PATIENCE)));
         Some(Ok(()))

@@ -493,7 +493,7 @@ impl<C: Cursor> Player<C> {
             markers: self.markers.clone(),
             repeat: self.repeat,
             is_looking: self.target.is_some(),
-            note: note.map(|note| self.facts().config().keys.told(&note)),
+            note: note.map(|note| self.facts().config().keys.with_keys(&note)),
         }
     }
 }

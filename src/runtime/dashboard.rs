@@ -77,7 +77,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
         replay: None,
     };
     let mut recording = dashboard.recording;
-    let mut told = Recording::default();
+    let mut shown = Recording::default();
     running.refresh();
     let (width, height) = running.screen.size();
     let mut leave = running.tell(Event::Resize { width, height })?;
@@ -95,8 +95,8 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
         if asked_at.is_none_or(|at| at.elapsed() >= period) {
             asked_at = Some(Instant::now());
             let now = recording();
-            if now != told {
-                told = now.clone();
+            if now != shown {
+                shown = now.clone();
                 leave |= running.tell(Event::Recording(now))?;
             }
             leave |= running.tell_notices()?;
@@ -126,7 +126,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
                 false
             }
             () = sleep_until_some(wake_at) => running.tick()?,
-            () = sleep_until_some(asked_at.map(|at| at + period_silent)), if told != Recording::default() || running.keeper.is_some() => false,
+            () = sleep_until_some(asked_at.map(|at| at + period_silent)), if shown != Recording::default() || running.keeper.is_some() => false,
         };
     }
     let (source, ui, replay) = (running.source, running.ui, running.replay);
@@ -378,10 +378,10 @@ impl Running {
                 label.take(at.map(tenths_s), &remark);
                 label.keep(path)
             });
-            let told =
+            let result =
                 kept.map_or_else(|error| notice(Level::Warning, error.to_string()), |()| said);
             // The dashboard may have ended; the label is kept.
-            let _ = readers.blocking_send(told);
+            let _ = readers.blocking_send(result);
         });
     }
 

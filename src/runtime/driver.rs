@@ -68,9 +68,9 @@ pub struct Driver {
     radio: Radio,
     started: Instant,
     sent: SentSink,
-    told: Option<EventSink>,
+    observer: Option<EventSink>,
     /// Bytes not accepted by the device at the last notice, and its time.
-    told_not_taken: (u64, Option<Moment>),
+    reported_not_taken: (u64, Option<Moment>),
     /// When the latest step began.
     stepped_at: Option<Moment>,
     share: Option<ShareServer>,
@@ -106,8 +106,8 @@ impl Driver {
             radio,
             started,
             sent,
-            told: None,
-            told_not_taken: (0, None),
+            observer: None,
+            reported_not_taken: (0, None),
             stepped_at: None,
             share: None,
             live: None,
@@ -157,8 +157,8 @@ impl Driver {
 
     /// Passes every event to a sink, in the order of [`Self::poll_event`].
     #[must_use]
-    pub fn telling(mut self, told: EventSink) -> Self {
-        self.told = Some(told);
+    pub fn observed_by(mut self, observer: EventSink) -> Self {
+        self.observer = Some(observer);
         self
     }
 
@@ -357,9 +357,9 @@ impl Driver {
     fn tell_not_taken(&mut self) {
         let now = self.now();
         let bytes = self.link.not_taken_bytes();
-        let (told, at) = self.told_not_taken;
-        if bytes > told && at.is_none_or(|at| now.saturating_sub(at) >= NOT_TAKEN_REST) {
-            self.told_not_taken = (bytes, Some(now));
+        let (reported, at) = self.reported_not_taken;
+        if bytes > reported && at.is_none_or(|at| now.saturating_sub(at) >= NOT_TAKEN_REST) {
+            self.reported_not_taken = (bytes, Some(now));
             self.events.push_back(Event::Notice(Notice::new(
                 NoticeCode::NotTaken,
                 Level::Warning,
@@ -482,8 +482,8 @@ impl Driver {
             self.serve_share();
         }
         let event = event.or_else(|| self.events.pop_front())?;
-        if let Some(told) = &mut self.told {
-            told(Instant::now(), &event);
+        if let Some(observer) = &mut self.observer {
+            observer(Instant::now(), &event);
         }
         let now = self.now();
         if let Some(live) = &mut self.live {

@@ -51,7 +51,7 @@ struct Inner {
     /// Another thread is beginning a recording.
     is_beginning: bool,
     /// The recorder's problem that was reported last.
-    told: Option<String>,
+    reported: Option<String>,
     /// Number of threads that begin, end or recover a recording.
     threads: usize,
     /// Their reports.
@@ -110,7 +110,7 @@ impl Keeper {
             started,
             started_wall,
             is_beginning: false,
-            told: None,
+            reported: None,
             threads: 0,
             notices: VecDeque::new(),
             finished: Vec::new(),
@@ -298,7 +298,7 @@ impl Keeper {
         let path = recorder.path();
         let ended = self.list(path.clone(), recorder.finish());
         let mut inner = self.lock();
-        let told = inner.told.take();
+        let reported = inner.reported.take();
         match ended {
             Ok(bytes) => {
                 let text = format!("recorded {}: {bytes} bytes", path.display());
@@ -308,7 +308,7 @@ impl Keeper {
             Err(error) => {
                 inner.history.put_back(history);
                 let text = error.to_string();
-                if told.as_ref() != Some(&text) {
+                if reported.as_ref() != Some(&text) {
                     inner.notices.push_back((Level::Alarm, text));
                 }
                 Some(path)
@@ -427,7 +427,7 @@ impl Inner {
             (_, _, Some(recorder)) => recorder.is_stalled(),
             _ => false,
         };
-        self.told.clone_from(&recorder_problem);
+        self.reported.clone_from(&recorder_problem);
         Recording {
             tee: self.tee.as_ref().map(|tee| name(tee.path())),
             mcap: (self.recorder.as_ref()).map(|recorder| name(&recorder.path())),

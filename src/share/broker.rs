@@ -120,7 +120,7 @@ impl Broker {
         }
     }
 
-    /// Takes the world of a simulated robot, for every later client. A world too large for a line is not told.
+    /// Takes the world of a simulated robot, for every later client. A world too large for a line is left out.
     pub fn handle_truth(&mut self, truth: Truth) {
         let length = serde_json::to_vec(&truth).map_or(usize::MAX, |json| json.len());
         self.truth = (length <= LINE_MAX / 2).then_some(truth);

@@ -149,7 +149,7 @@ mod tests {
         ]))
     }
 
-    fn told(uplink: &mut OwnUplink) -> (Vec<String>, Vec<(u32, CommandStatus)>) {
+    fn drained(uplink: &mut OwnUplink) -> (Vec<String>, Vec<(u32, CommandStatus)>) {
         let sent = std::iter::from_fn(|| uplink.poll_transmit());
         let sent = sent
             .map(|bytes| String::from_utf8(bytes).expect("text"))
@@ -165,15 +165,15 @@ mod tests {
         uplink.handle_request(Moment::ZERO, CommandId(1), &goto);
         let sent = CommandStatus::Sent { frames: 1 };
         assert_eq!(
-            told(&mut uplink),
+            drained(&mut uplink),
             (vec!["G 48 -3\n".to_owned()], vec![(1, sent)])
         );
         uplink.handle_line("temp:21.5");
-        assert_eq!(told(&mut uplink).1, []);
+        assert_eq!(drained(&mut uplink).1, []);
         uplink.handle_line("OK G 48 -3\r");
-        assert_eq!(told(&mut uplink).1, [(1, CommandStatus::Echoed)]);
+        assert_eq!(drained(&mut uplink).1, [(1, CommandStatus::Echoed)]);
         uplink.handle_line("OK G");
-        assert_eq!(told(&mut uplink).1, []);
+        assert_eq!(drained(&mut uplink).1, []);
         assert!(uplink.is_settled());
     }
 
@@ -185,17 +185,17 @@ mod tests {
             CommandId(1),
             &Request::Own("goto 1 2".to_owned()),
         );
-        told(&mut uplink);
+        drained(&mut uplink);
         uplink.handle_request(Moment::ZERO, CommandId(2), &Request::Stop);
-        let (sent, statuses) = told(&mut uplink);
+        let (sent, statuses) = drained(&mut uplink);
         assert_eq!(sent, ["S\n"]);
         assert_eq!(statuses[0], (1, CommandStatus::Failed(Failure::Stopped)));
         let again_at = uplink.poll_timeout().expect("it is repeated");
         uplink.handle_timeout(again_at);
-        assert_eq!(told(&mut uplink).0, ["S\n"]);
+        assert_eq!(drained(&mut uplink).0, ["S\n"]);
         uplink.handle_timeout(PATIENCE);
         let timed_out = CommandStatus::Failed(Failure::TimedOut);
-        assert_eq!(told(&mut uplink).1.last(), Some(&(2, timed_out)));
+        assert_eq!(drained(&mut uplink).1.last(), Some(&(2, timed_out)));
         assert_eq!(uplink.poll_timeout(), None);
     }
 
@@ -206,7 +206,7 @@ mod tests {
             let request = Request::Own(words.to_owned());
             uplink.handle_request(Moment::ZERO, CommandId(1), &request);
             let failed = CommandStatus::Failed(Failure::NotConfigured);
-            assert_eq!(told(&mut uplink), (vec![], vec![(1, failed)]));
+            assert_eq!(drained(&mut uplink), (vec![], vec![(1, failed)]));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Delivery by another station that shares its link: commands leave as its lines, its answers become statuses.
 //!
 //! One command is under way at a time, as on a radio; STOP overtakes. A STOP is repeated on the next connection; another
-//! command that was under way on a lost connection is told as not confirmed, and one that waits for a connection soon too.
+//! command that was under way on a lost connection is reported as not confirmed, and one that waits for a connection too, after a while.
 
 use std::collections::VecDeque;
 use std::time::Duration;

@@ -39,7 +39,10 @@ impl Screen<'_> {
             1 => String::new(),
             n => format!("+{} more  ", n - 1),
         };
-        let right = Span::styled(self.told(&format!("{more}{ACKNOWLEDGE}")), self.theme.key);
+        let right = Span::styled(
+            self.with_keys(&format!("{more}{ACKNOWLEDGE}")),
+            self.theme.key,
+        );
         let words = self.alarm_words(rule, raised, now);
         let text = match raised.over_at {
             Some(_) => format!("{glyph} {when}{words}"),
@@ -112,7 +115,7 @@ impl Screen<'_> {
         let calling = self.facts.alarms.calling(&self.ui.attended).len();
         match calling {
             0 => String::new(),
-            n => self.told(&format!("{n} new, {ACKNOWLEDGE}")),
+            n => self.with_keys(&format!("{n} new, {ACKNOWLEDGE}")),
         }
     }
 
@@ -130,7 +133,7 @@ impl Screen<'_> {
 
     /// What to do, as a sentence.
     fn hint_of(&self, rule: &Rule) -> String {
-        let mut hint = self.told(rule.hint_of(&self.present.recording));
+        let mut hint = self.with_keys(rule.hint_of(&self.present.recording));
         if let Some(first) = hint.get_mut(..1) {
             first.make_ascii_uppercase();
         }

@@ -124,7 +124,7 @@ impl Screen<'_> {
                 let next = if drives {
                     String::new()
                 } else {
-                    self.told(". Press <modes/mode-prowl> to drive it")
+                    self.with_keys(". Press <modes/mode-prowl> to drive it")
                 };
                 format!("confirmed{after}{next}")
             }
@@ -196,7 +196,7 @@ impl Screen<'_> {
             } else {
                 format!("not sent; {send} sends, {undo} undoes")
             };
-            let fate = self.told(&fate);
+            let fate = self.with_keys(&fate);
             let words = format!(
                 "{} draft: {drafted} {waypoints}, {fate}",
                 self.theme.glyphs.draft,

@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 use super::lines::columns;
 use super::text::start_of;
 use super::{Screen, put, put_right, width_of};
-use crate::model::editor::RouteAction;
+use crate::model::keys::RouteAction;
 use crate::model::keys::{Action, Context, Row};
 use crate::model::runs::Runs;
 use crate::model::{Large, Overlay, Purpose};

@@ -72,7 +72,7 @@ impl Screen<'_> {
         };
         Some(match (&entry.error, entry.purpose) {
             (None, _) if entry.waits => {
-                let words = self.told("reading that file; <text/close> cancel");
+                let words = self.with_keys("reading that file; <text/close> cancel");
                 Line::styled(words, self.theme.plain)
             }
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
@@ -81,7 +81,7 @@ impl Screen<'_> {
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
             (None, Purpose::Search) => Line::styled("a text in the log", self.theme.dim),
             (None, Purpose::Mark) => Line::styled(
-                self.told("marked; a text for it, or <text/submit> alone"),
+                self.with_keys("marked; a text for it, or <text/submit> alone"),
                 self.theme.dim,
             ),
             (None, Purpose::SaveRoute) => Line::styled(
@@ -129,7 +129,7 @@ impl Screen<'_> {
                     "commands go to the robot now, after a question; ",
                     self.theme.plain,
                 ),
-                Span::styled(self.told("<playback-newest>"), self.theme.key),
+                Span::styled(self.with_keys("<playback-newest>"), self.theme.key),
                 Span::styled(" returns to now", self.theme.plain),
             ])
         })
@@ -207,7 +207,7 @@ impl Screen<'_> {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));
         } else {
-            facts.push(self.told("<toggle-recording>: record"));
+            facts.push(self.with_keys("<toggle-recording>: record"));
         }
         if let Some(command) = &self.ui.config.raw_copy {
             let how = if short {

@@ -49,7 +49,7 @@ impl Screen<'_> {
             Focus::Follow => "<follow>: show all",
             Focus::Robot(_) | Focus::Everything | Focus::Floor(_) => "<follow>: follow robot",
         };
-        let right = Span::styled(self.told(focus), self.theme.dim);
+        let right = Span::styled(self.with_keys(focus), self.theme.dim);
         let below = self.panel(buffer, area, &self.map_title(), Some(right));
         let (picture, legend) = split_bottom(below, 1);
         let projection = Projection::of(chart, map, picture);

@@ -208,7 +208,7 @@ impl Screen<'_> {
             "groundwave".to_owned(),
             format!("needs {}x{}", SIZE_MIN.0, SIZE_MIN.1),
             format!("this is {}x{}", area.width, area.height),
-            self.told("<stop>: STOP"),
+            self.with_keys("<stop>: STOP"),
         ];
         let top = area.height.saturating_sub(text.len() as u16) / 2;
         for (row, text) in (top..).zip(text) {
@@ -228,8 +228,8 @@ impl Screen<'_> {
     }
 
     /// A text with the keys that it names.
-    fn told(&self, text: &str) -> String {
-        self.ui.config.keys.told(text)
+    fn with_keys(&self, text: &str) -> String {
+        self.ui.config.keys.with_keys(text)
     }
 
     /// The key that shows a panel.

@@ -150,7 +150,7 @@ impl Screen<'_> {
             _ => ("keys", "more"),
         };
         let (more, back) = ("<help-screen/turn-page-more>", "<help-screen/close>");
-        let title = keymap.told(&format!(
+        let title = keymap.with_keys(&format!(
             " {what} ({}/{pages}); {more}: {next}; {back}: back ",
             page + 1
         ));
@@ -196,7 +196,7 @@ impl Screen<'_> {
             let label = format!("{} ", row.label);
             let line = Line::from(vec![
                 Span::styled(format!("{label:<LABEL_COLUMNS$}"), self.theme.key),
-                Span::raw(self.told(&row.help)),
+                Span::raw(self.with_keys(&row.help)),
             ]);
             if let Some(block) = blocks.last_mut() {
                 block.push(line);
@@ -210,7 +210,7 @@ impl Screen<'_> {
         for (row, (words, does)) in (0..).zip(dashboard_listing()) {
             let line = Line::from(vec![
                 Span::styled(format!("{words:<COMMAND_COLUMNS$}"), self.theme.key),
-                Span::raw(self.told(does)),
+                Span::raw(self.with_keys(does)),
             ]);
             put(buffer, area, row, &self.cut(line, usize::from(area.width)));
         }
@@ -290,7 +290,7 @@ mod tests {
     fn every_command_fits_a_row_of_80_columns() {
         let model = Model::new(Config::default());
         for (words, does) in dashboard_listing() {
-            let does = model.ui.told(does);
+            let does = model.ui.with_keys(does);
             assert!(words.len() < COMMAND_COLUMNS && does.len() <= 58, "{words}");
         }
     }

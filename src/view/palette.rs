@@ -29,7 +29,7 @@ impl Screen<'_> {
         let rows = usize::from(inner.height.saturating_sub(1)).max(1);
         let chosen = palette.chosen(&found);
         if chosen.is_none() {
-            let words = self.told("No match. Closest (<palette/choose-less..> choose):");
+            let words = self.with_keys("No match. Closest (<palette/choose-less..> choose):");
             put_right(buffer, inner, 0, &Line::styled(words, theme.dim));
         }
         let first = chosen.unwrap_or_default().saturating_sub(rows - 1);

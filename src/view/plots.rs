@@ -168,7 +168,7 @@ impl Screen<'_> {
         } else {
             String::new()
         };
-        let note = self.plot_window_words() + &self.told(&turn);
+        let note = self.plot_window_words() + &self.with_keys(&turn);
         let note = Span::styled(note, self.theme.dim);
         let title = self.titled(Panel::Plots, "plots");
         let below = self.panel(buffer, area, &title, Some(note));
@@ -210,7 +210,7 @@ impl Screen<'_> {
     /// The key that changes the time that the plots show, and that time.
     pub(super) fn plot_window_words(&self) -> String {
         let window = length_words(self.plot_span().length());
-        self.told(&format!("<next-plot-window>: {window}"))
+        self.with_keys(&format!("<next-plot-window>: {window}"))
     }
 
     /// The time that the plots show.

@@ -23,7 +23,7 @@ const RIGHT_COLUMNS: u16 = 22;
 const MINUTE_COLUMNS: u16 = 10;
 
 impl Screen<'_> {
-    /// Draws the readings and the last minute beside the rungs, which take so many columns, and the latest changes below.
+    /// Draws the readings and the last minute beside the rungs, whose widths `taken` holds, and the latest changes below.
     pub(super) fn reasons(&self, buffer: &mut Buffer, area: Rect, taken: &[usize]) {
         let Some(state) = self.facts.robot.state else {
             return;

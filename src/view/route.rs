@@ -76,7 +76,7 @@ impl Screen<'_> {
                 }
             };
             let room = usize::from(list.width);
-            for (row, text) in (1..).zip(wrap(&self.told(text), room, room)) {
+            for (row, text) in (1..).zip(wrap(&self.with_keys(text), room, room)) {
                 put(buffer, list, row, &Line::styled(text, theme.dim));
             }
         }
@@ -89,7 +89,7 @@ impl Screen<'_> {
             ("the marked one (<route/route-whole>: all)", theme.dim)
         };
         let (what, style) = arrows;
-        let arrows = self.told(&format!("<route/route-step-left..> move {what}"));
+        let arrows = self.with_keys(&format!("<route/route-step-left..> move {what}"));
         put(
             buffer,
             notes,
@@ -113,7 +113,7 @@ impl Screen<'_> {
         if !draft.is_empty() && status.digest == digest(draft.iter()) {
             return format!("same as the robot's route, {driven} of {count} driven");
         }
-        self.told(&match count {
+        self.with_keys(&match count {
             0 => "the robot has no route; <route/route-send> sends this".to_owned(),
             _ => format!(
                 "the robot has another route of {count}, {driven} driven; <route/route-send> replaces it"

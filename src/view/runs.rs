@@ -52,7 +52,9 @@ impl Screen<'_> {
         let title = format!(
             " runs in {}: {} ",
             list.folder,
-            self.told("<runs-window/submit> replays, <runs-window/compare-run> on two compares")
+            self.with_keys(
+                "<runs-window/submit> replays, <runs-window/compare-run> on two compares"
+            )
         );
         let inner = self.window(buffer, area, SIZE, &title);
         let problems = list.problems.len().min(3) as u16;
@@ -62,8 +64,9 @@ impl Screen<'_> {
             self.rows(
                 buffer,
                 rest,
-                &[self
-                    .told("no finished capture here; <toggle-recording> records one, and ends it")],
+                &[self.with_keys(
+                    "no finished capture here; <toggle-recording> records one, and ends it",
+                )],
             );
             return;
         }

@@ -109,7 +109,7 @@ impl Screen<'_> {
         });
         let note = note.filter(|note| !note.content.is_empty());
         let note = if pages > 1 {
-            let turn = self.told(&format!("{key} {}/{pages}", page + 1));
+            let turn = self.with_keys(&format!("{key} {}/{pages}", page + 1));
             let words =
                 note.map_or_else(|| turn.clone(), |note| format!("{}  {turn}", note.content));
             // The key that turns the page comes before other notes.

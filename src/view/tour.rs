@@ -13,10 +13,10 @@ impl Screen<'_> {
         let theme = &self.theme;
         let line = Line::from(vec![
             Span::styled(format!(" tour {number}/{of} "), theme.lit),
-            Span::styled(format!(" {}", self.told(text)), theme.strong),
+            Span::styled(format!(" {}", self.with_keys(text)), theme.strong),
         ]);
         let dismissal = if self.ui.closing_ends_tour() {
-            self.told("<close>: no tour")
+            self.with_keys("<close>: no tour")
         } else {
             String::new()
         };

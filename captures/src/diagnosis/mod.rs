@@ -1,4 +1,4 @@
-//! Mistakes in the lines that a robot sends, told from damage by the radio.
+//! Mistakes in the lines that a robot sends, distinguished from damage by the radio.
 //!
 //! A line with a valid checksum and an unreadable field is the robot's mistake in any case: the radio makes one in 10^9 damaged
 //! lines. A wrong checksum or shape is one if it recurs and a usual mistake explains it.

@@ -15,7 +15,7 @@ use crate::chunk::Chunk;
 use crate::gaps::Gaps;
 use crate::odometer::Odometer;
 use crate::outages::OutageList;
-use crate::own_lines::{Line as AnyLine, OwnSummary, ToldFields, each_line, recognizer};
+use crate::own_lines::{DescribedFields, Line as AnyLine, OwnSummary, each_line, recognizer};
 use crate::session::Session;
 use crate::statistics::{self, BITS_PER_BYTE, Damaged, Loss, OtherRobot, per_cent, share_pct};
 use crate::words::layer_word;
@@ -61,7 +61,7 @@ impl Survey {
         decoder: &mut Decoder,
     ) -> Result<(), CaptureError> {
         let mut own: Option<Recognizer> = None;
-        let mut told = ToldFields::default();
+        let mut described = DescribedFields::default();
         while let Some(chunk) = capture.next_chunk()? {
             let own = own.get_or_insert_with(|| recognizer(chunk.session));
             chunk.tell_gap(decoder);
@@ -79,7 +79,7 @@ impl Survey {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
             };
-            let Ok(()) = each_line(decoder, own, &mut told, bytes, |line, counters| {
+            let Ok(()) = each_line(decoder, own, &mut described, bytes, |line, counters| {
                 match line {
                     AnyLine::Own(line) => self.own.take(&line),
                     AnyLine::Wire(received) => {

@@ -22,7 +22,7 @@ use crate::event::{
 };
 use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
 use crate::outages::{Outage, Outages};
-use crate::own_lines::{ToldFields, Values, intact};
+use crate::own_lines::{DescribedFields, Values, intact};
 use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
 use crate::words::outcome_words;
@@ -62,7 +62,7 @@ pub struct Deriver {
     decoder: Decoder,
     own: Recognizer,
     own_lines: u64,
-    told: ToldFields,
+    described: DescribedFields,
     outages: Outages,
     lines: Lines,
     clock: RobotClock,
@@ -493,7 +493,7 @@ impl Deriver {
             Body::Text(_) | Body::Parameter(_) | Body::Song(_) | Body::Abilities(_) => {}
             Body::Field(_) | Body::Values(_) => {
                 if let Some(Content::Values(samples)) =
-                    self.told.take(&line.body).map(|line| line.content)
+                    self.described.take(&line.body).map(|line| line.content)
                 {
                     self.encoder.encode(&Values::from(&samples[..]));
                     take(self.encoder.message(Topic::Values, now_ns, robot_ns))?;

@@ -17,7 +17,7 @@ pub enum DamageKind {
 /// Rows of [`Damaged`] besides the types of long lines: short lines, and lines of an unrecognizable type.
 const OTHER_ROWS: usize = 2;
 
-/// Number of types that are told apart.
+/// Number of types distinguished.
 const ROWS: usize = LineType::ALL.len() + OTHER_ROWS;
 
 /// Damaged lines: received and not intact.

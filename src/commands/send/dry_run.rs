@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 
 use super::super::cli::Send;
 use super::super::{Fault, show, show_line};
-use super::script::{Line, Script, Step};
+use super::script::Script;
+use super::step::{Line, Step};
 use crate::request::Request;
 use crate::station::plan::{BOOT, OWNER, Plan, Planner, ROBOT_ID};
 

@@ -73,15 +73,15 @@ pub(in super::super) fn not_confirmed(
 mod tests {
     use super::*;
 
-    /// Two clients that send STOP at once share one frame, which the second is not told of.
+    /// Two clients that send STOP at once share one frame; the second does not know of it.
     #[test]
     fn joined_stop_is_not_reported_as_unsent() {
-        let told = |request, frames| {
+        let text = |request, frames| {
             let waited = Duration::from_millis(10);
             not_confirmed(&request, Heard::default(), waited, frames).to_string()
         };
-        assert!(told(Request::Stop, 0).ends_with("The robot may or may not have executed it."));
-        assert!(told(Request::Scan, 0).ends_with("It was not sent."));
-        assert!(told(Request::Scan, 1).ends_with("The robot may or may not have executed it."));
+        assert!(text(Request::Stop, 0).ends_with("The robot may or may not have executed it."));
+        assert!(text(Request::Scan, 0).ends_with("It was not sent."));
+        assert!(text(Request::Scan, 1).ends_with("The robot may or may not have executed it."));
     }
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::super::cli::Send;
 use super::super::{Exit, Fault, show_line};
-use super::script::{Line, read_text, usage};
+use super::step::{Line, read_text, usage};
 use crate::event::SaveProblem;
 use crate::io::files;
 use crate::parameter_file::{self, ParameterFile};
@@ -64,7 +64,7 @@ impl ParameterTask {
         options: &Send,
         robot: &[ParameterLine],
     ) -> Result<Vec<Line>, Fault> {
-        let told = |text: String| {
+        let say = |text: String| {
             if options.quiet || options.json {
                 Ok(())
             } else {
@@ -80,13 +80,13 @@ impl ParameterTask {
                     )),
                     SaveProblem::Failed(error) => Fault::new(Exit::Failed, error),
                 })?;
-                told(format!("saved {} parameters to {path}", robot.len()))?;
+                say(format!("saved {} parameters to {path}", robot.len()))?;
                 Ok(Vec::new())
             }
             Self::Load(file) => {
                 let differences = file.differences(robot).map_err(usage)?;
                 let count = file.entries().len();
-                told(format!(
+                say(format!(
                     "{} of {count} parameters differ",
                     differences.len()
                 ))?;
@@ -112,7 +112,7 @@ impl ParameterTask {
                 }
                 let differ = match differences.len() {
                     0 => {
-                        told(format!("the robot has the values of {}", file.name()))?;
+                        say(format!("the robot has the values of {}", file.name()))?;
                         return Ok(Vec::new());
                     }
                     1 => "1 parameter differs".to_owned(),

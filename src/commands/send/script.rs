@@ -1,35 +1,17 @@
 //! The steps to take: a command given as words, or a script of commands and waits, one per line.
 
-use std::io;
 use std::path::Path;
 
 use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::ParameterLine;
 
+use super::super::Fault;
 use super::super::cli::Send;
-use super::super::{Exit, Fault};
 use super::parameter_task::ParameterTask;
-use crate::capture::{files, text_file};
-use crate::hint;
+use super::step::{Line, Step, is_standard_input, name_of, read_text, usage};
 use crate::request::Request;
 use crate::route;
 use crate::wait::Wait;
-
-/// A command and its place in the script.
-#[derive(Clone)]
-pub(super) struct Line {
-    pub(super) request: Request,
-    /// Line number, from 1; `None` for a command given as words.
-    pub(super) number: Option<usize>,
-}
-
-/// A step of a script.
-#[derive(Clone)]
-pub(super) enum Step {
-    Send(Line),
-    /// A wait or a check, and its line number.
-    Wait(Wait, Option<usize>),
-}
 
 /// Steps in their order.
 pub(super) struct Script {
@@ -213,22 +195,6 @@ impl Script {
     }
 }
 
-pub(super) fn usage(message: impl std::fmt::Display) -> Fault {
-    Fault::new(Exit::Usage, message)
-}
-
-fn is_standard_input(path: &Path) -> bool {
-    path.as_os_str() == "-"
-}
-
-fn name_of(path: &Path) -> String {
-    if is_standard_input(path) {
-        "standard input".to_owned()
-    } else {
-        path.display().to_string()
-    }
-}
-
 fn read_step(words: &[&str], own: &[String], number: Option<usize>) -> Result<Vec<Step>, String> {
     if let Some(wait) = Wait::from_words(words) {
         return Ok(vec![Step::Wait(wait?, number)]);
@@ -253,18 +219,6 @@ fn read_words(words: &[&str], own: &[String]) -> Result<Vec<Request>, String> {
         ),
         _ => Request::all_from_words_or_own(words, own).map_err(|error| error.in_shell()),
     }
-}
-
-pub(super) fn read_text(path: &Path) -> Result<String, Fault> {
-    let read = if is_standard_input(path) {
-        text_file::read_to_end(io::stdin())
-    } else {
-        files::open(path).and_then(text_file::read_to_end)
-    };
-    read.map_err(|error| {
-        let why = hint::of_reading(&error);
-        usage(format!("cannot read {}: {why}", name_of(path)))
-    })
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::super::usb::{self, UsbIdentity, Whereabouts};
 use super::error::OpenError;
-use super::identity::{self, UsbIdentity, Whereabouts};
 use super::spec::LinkSpec;
 use crate::io::ports;
 use crate::io::share::find_token;
@@ -298,7 +298,7 @@ impl Reopener {
             return Connection::open_within(&self.spec, self.baud, RECONNECT_TIMEOUT);
         };
         let name = device_name(path);
-        match identity::find(&name, usb, &ports::plugged()) {
+        match usb::find(&name, usb, &ports::plugged()) {
             Whereabouts::Here(now) if now == name => {
                 open_serial(&path.display().to_string(), self.baud)
             }

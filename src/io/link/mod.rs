@@ -6,7 +6,6 @@
 mod backoff;
 mod connection;
 mod error;
-mod identity;
 mod reader;
 mod spec;
 mod tx_queue;
@@ -22,7 +21,6 @@ use tokio::sync::mpsc::Sender;
 
 pub use connection::Connection;
 pub use error::OpenError;
-pub use identity::{Plugged, UsbIdentity};
 pub use spec::{LinkSpec, has_port};
 
 use crate::share::{StationLine, Welcome};

@@ -142,7 +142,7 @@ impl<R: Reopen> Reader<R> {
     }
 
     fn reopen(&mut self) -> Option<Connection> {
-        let (mut latest, mut told) = (String::new(), String::new());
+        let (mut latest, mut reported) = (String::new(), String::new());
         while !self.inputs.is_closed() {
             match self.reopener.open() {
                 Ok(connection) => return Some(connection),
@@ -151,8 +151,8 @@ impl<R: Reopen> Reader<R> {
                     // A device that is present but cannot be opened is reported once, at the second attempt: a device that
                     // has just come back has the wrong permissions for a moment.
                     let reason = error.to_string();
-                    if reason == latest && reason != told {
-                        told.clone_from(&reason);
+                    if reason == latest && reason != reported {
+                        reported.clone_from(&reason);
                         self.tell(LinkInput::Lost(reason.clone()))?;
                     }
                     latest = reason;
@@ -204,9 +204,9 @@ impl<R: Reopen> Reader<R> {
                 Err(error) => match error.kind() {
                     io::ErrorKind::Interrupted => {}
                     io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => {
-                        let told = self.tell_opened(beginning);
-                        let told = told.and_then(|()| self.hand_over(&mut held));
-                        if self.inputs.is_closed() || told.is_none() {
+                        let handed = self.tell_opened(beginning);
+                        let handed = handed.and_then(|()| self.hand_over(&mut held));
+                        if self.inputs.is_closed() || handed.is_none() {
                             return End::Closed;
                         }
                     }

@@ -226,9 +226,9 @@ mod tests {
                 let bound = stations.into_iter().map(ScopedJoinHandle::join);
                 bound.map(|bound| bound.expect("no panic")).collect()
             });
-            let (won, told): (Vec<_>, Vec<_>) = bound.into_iter().partition(Result::is_ok);
+            let (won, failed): (Vec<_>, Vec<_>) = bound.into_iter().partition(Result::is_ok);
             assert_eq!(won.len(), 1, "round {round}");
-            for error in told.into_iter().filter_map(Result::err) {
+            for error in failed.into_iter().filter_map(Result::err) {
                 assert!(
                     error.to_string().contains("another program listens"),
                     "{error}"

@@ -140,7 +140,7 @@ pub(crate) struct Rule {
     pub(crate) code: Cow<'static, str>,
     pub(crate) level: Level,
     pub(crate) name: Cow<'static, str>,
-    /// What to do about it, for [`Keymap::told`](crate::model::keys::Keymap::told); may be empty.
+    /// What to do about it, for [`Keymap::with_keys`](crate::model::keys::Keymap::with_keys); may be empty.
     pub(crate) hint: Cow<'static, str>,
     /// Unit of the figure; empty where there is none.
     pub(crate) unit: &'static str,
@@ -515,7 +515,7 @@ impl Rule {
         };
         let hint = match &*self.hint {
             "" => String::new(),
-            hint => format!(": {}", keys.told(hint)),
+            hint => format!(": {}", keys.with_keys(hint)),
         };
         self.logged_here
             .then(|| format!("{}{figures}{hint}", self.name))

@@ -2,8 +2,8 @@
 
 use groundwave_protocol::status_codes::{Layer, Mode};
 
-use crate::model::editor::RouteAction;
-use crate::model::{Caret, Panel};
+use crate::model::panel::Panel;
+use crate::model::text_entry::Caret;
 use crate::playback::{Control, Landmark};
 
 /// The action of a key.
@@ -238,4 +238,28 @@ impl Action {
                 | Self::EnterDrive
         )
     }
+}
+
+/// What a key of the editor does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RouteAction {
+    Append,
+    Insert,
+    AppendAtRobot,
+    Delete,
+    Clear,
+    Undo,
+    Redo,
+    Select(isize),
+    Step { east: i8, north: i8, fine: bool },
+    Whole,
+    Rotate(i16),
+    Mirror,
+    Scale(i8),
+    Reverse,
+    TakeRobots,
+    Send,
+    AskToLoad,
+    AskToSave,
+    Leave,
 }

@@ -6,11 +6,9 @@ use std::sync::{Arc, LazyLock};
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use super::notation::Key;
 use super::{Action, Binding, Context, RouteAction, TABLE, notation, words};
 use crate::suggest;
-
-/// A key and its modifiers.
-pub(super) type Key = (KeyCode, KeyModifiers);
 
 /// The name of each row in the configuration.
 static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
@@ -113,17 +111,17 @@ impl Keymap {
     /// A text with key names in place of action names: `<scan>` becomes the first key of that action on the dashboard,
     /// `<route/route-undo>` that of another context, `<toggle-layer-bumpers..>` the keys of a row and of the rows it
     /// describes. An action without a key keeps its name, which the palette finds; other brackets stay.
-    pub(crate) fn told(&self, text: &str) -> String {
-        let (mut told, mut rest) = (String::new(), text);
+    pub(crate) fn with_keys(&self, text: &str) -> String {
+        let (mut shown, mut rest) = (String::new(), text);
         while let Some((before, after)) = rest.split_once('<') {
-            told += before;
+            shown += before;
             let named = after.split_once('>');
             let keys = named.and_then(|(name, after)| Some((self.named(name)?, after)));
             let (keys, after) = keys.unwrap_or_else(|| ("<".to_owned(), after));
-            told += &keys;
+            shown += &keys;
             rest = after;
         }
-        told + rest
+        shown + rest
     }
 
     /// The keys for the name in brackets.
@@ -166,7 +164,7 @@ impl Keymap {
                 Context::Dashboard => row.action.group().name(),
                 _ => "",
             };
-            let does = self.told(&row.does()).into();
+            let does = self.with_keys(&row.does()).into();
             let (context, name) = (row.context.name().into(), row.name.into());
             [context, group.into(), row.key_names().into(), name, does]
         })
@@ -305,14 +303,14 @@ impl Clash<'_> {
     /// The mistake, for its context.
     fn message(&self, place: &str) -> String {
         let list = |tell: fn(&Row) -> String| {
-            let told = self.owners.iter().map(|owner| {
+            let owned = self.owners.iter().map(|owner| {
                 if owner.context.name() == place {
                     tell(owner)
                 } else {
                     format!("{} in {}", tell(owner), section_of(owner.context))
                 }
             });
-            told.collect::<Vec<_>>().join(", ")
+            owned.collect::<Vec<_>>().join(", ")
         };
         let (key, taker) = (notation::name(self.key), self.taker.name);
         let from = match &self.owners[..] {
@@ -330,7 +328,7 @@ impl Clash<'_> {
 
 /// Describes a row with changed keys by itself, and so the rows it described or that described it.
 fn speak_for_themselves(rows: &mut [Row], at: usize) {
-    let first = (0..=at).rev().find(|&row| TABLE[row].is_told());
+    let first = (0..=at).rev().find(|&row| TABLE[row].has_description());
     let first = first.unwrap_or(at);
     for row in &mut rows[group(first)] {
         row.label = row.key_names().into();
@@ -361,7 +359,9 @@ fn labels(rows: &[Row], at: usize) -> Cow<'static, str> {
 
 /// A row of the table and the following rows without a description of their own.
 fn group(first: usize) -> Range<usize> {
-    let follow = TABLE[first + 1..].iter().take_while(|row| !row.is_told());
+    let follow = TABLE[first + 1..]
+        .iter()
+        .take_while(|row| !row.has_description());
     first..first + 1 + follow.count()
 }
 
@@ -439,7 +439,7 @@ fn table() -> impl Iterator<Item = Row> {
 
 impl Binding {
     /// Whether it has a description, which also covers the following rows without one.
-    const fn is_told(&self) -> bool {
+    const fn has_description(&self) -> bool {
         !self.help.is_empty() || !self.footer.is_empty()
     }
 }

@@ -4,7 +4,8 @@ use std::fmt::Debug;
 
 use crossterm::event::{KeyCode, KeyModifiers};
 
-use super::map::Key;
+/// A key and its modifiers.
+pub(super) type Key = (KeyCode, KeyModifiers);
 
 const NAMED: [(&str, KeyCode); 15] = [
     ("Space", KeyCode::Char(' ')),

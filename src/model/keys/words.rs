@@ -2,10 +2,8 @@
 
 use groundwave_protocol::status_codes::Mode;
 
-use super::super::Caret;
-use super::super::editor::RouteAction;
-use super::Action;
-use super::notation;
+use super::{Action, RouteAction, notation};
+use crate::model::text_entry::Caret;
 use crate::playback::Control;
 use crate::request::layer_word;
 

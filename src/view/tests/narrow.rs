@@ -315,7 +315,7 @@ fn every_key_is_in_the_help_however_small_the_screen() {
     }
     let keymap = Config::default().keys;
     for binding in keymap.rows() {
-        let help = keymap.told(&binding.help);
+        let help = keymap.with_keys(&binding.help);
         let is_told = told.contains(&format!("{:<8}{help}", binding.label));
         assert!(
             binding.help.is_empty() || is_told,

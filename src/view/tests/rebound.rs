@@ -260,7 +260,7 @@ fn texts_name_the_chosen_keys() {
     for (name, make, says) in MORE {
         for config in [demo(), otherwise()] {
             let scene = make(config);
-            let words = scene.model.ui.told(says);
+            let words = scene.model.ui.with_keys(says);
             let shown = SIZES.map(|(width, height)| screen(&scene, width, height));
             let is_said = shown.iter().any(|shown| shown.contains(&words));
             assert!(is_said, "{name}: `{words}`\n{}", shown[2]);
@@ -276,9 +276,9 @@ fn remedies_and_commands_name_existing_keys() {
     let hints = hints.chain([crate::model::alarms::DISK_IS_SILENT]);
     let listing = dashboard_listing().map(|(_, does)| does);
     for text in hints.chain(listing) {
-        let told = Keymap::default().told(text);
+        let told = Keymap::default().with_keys(text);
         assert!(!told.contains('<'), "{told}");
-        let told = all_otherwise().told(text);
+        let told = all_otherwise().with_keys(text);
         assert_eq!(keys_named(&told, &labels), [""; 0], "{told}");
     }
 }

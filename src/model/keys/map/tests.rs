@@ -83,7 +83,7 @@ fn rebinding_one_row_of_a_group_keeps_the_others_described() {
 #[test]
 fn text_names_keys_of_actions() {
     let text = "<scan> looks, <route/route-undo>, forbid one (<toggle-layer-bumpers..>), <move-cursor-left..> move, <1 s";
-    let told = Keymap::default().told(text);
+    let told = Keymap::default().with_keys(text);
     assert_eq!(told, "v looks, u, forbid one (1-7), arrows move, <1 s");
     let chosen = [
         ("dashboard", "scan", &[] as &[&str]),
@@ -91,13 +91,13 @@ fn text_names_keys_of_actions() {
         ("dashboard", "move-cursor-up", &[]),
         ("route", "route-undo", &["F12"]),
     ];
-    let told = with(&chosen).expect("they are free").told(text);
+    let told = with(&chosen).expect("they are free").with_keys(text);
     assert_eq!(
         told,
         "scan looks, F12, forbid one (1 2 3 F10 5 6 7), Left Right Down move, <1 s"
     );
     for text in ["", "<", "a <b> c", "<scan", ">"] {
-        assert_eq!(Keymap::default().told(text), text);
+        assert_eq!(Keymap::default().with_keys(text), text);
     }
 }
 
@@ -109,7 +109,7 @@ fn a_label_that_is_a_key_speaks_for_that_alone() {
     ];
     let keymap = with(&chosen).expect("they are free");
     for name in ["<help-screen/turn-page-more..>", "<text/close..>"] {
-        assert_eq!(keymap.told(name), "F12");
+        assert_eq!(keymap.with_keys(name), "F12");
     }
 }
 
