@@ -80,6 +80,11 @@ fn an_outage_has_the_same_figures_everywhere() {
         }
     }
     assert_eq!(info["gaps"], 1);
+    let worst = &json(&["verify", &recording, "--json"])["worst_gap"];
+    assert_eq!(
+        (&worst["lines"], &worst["until_s"]),
+        (&200.into(), &100.0.into())
+    );
     let outage = &info["outages"][0];
     assert_eq!(outage["code"], "silent");
     assert_eq!(

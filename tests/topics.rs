@@ -18,7 +18,8 @@ use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{
-    Ack, Body, Line, Note, ParameterLine, ParameterName, Printable, SongLine, TextLine,
+    Ack, Body, CountersLine, FirmwareVersion, Line, Note, ParameterLine, ParameterName, Printable,
+    SongLine, TextLine,
 };
 use proptest::prelude::*;
 use prost::Message;
@@ -171,6 +172,19 @@ fn messages_are_as_derived_encoders_write_them() {
             [(523, 4), (0, 1)].map(|(hz, ticks)| Note { hz, ticks }),
         )),
         Body::Text(TextLine::new("")),
+        // The reboot before these is an outage, whose lines the next line C tells.
+        Body::Counters(CountersLine {
+            robot_id: 7,
+            uptime_s: 1,
+            boots: 8,
+            version: FirmwareVersion::default(),
+            ticks_won: [0; 9],
+            frames_heard: 0,
+            frames_rejected: 0,
+            ticks_late: 0,
+            bumps: 0,
+            failsafe: None,
+        }),
     ];
     let told = (1..).zip(told).map(|(sequence, body)| Line {
         sequence,

@@ -30,12 +30,18 @@ impl Chunk<'_> {
         self.is_after_missing || self.unplugged_at.is_some()
     }
 
-    /// Tells a decoder about the gap before these bytes.
-    pub const fn tell_gap(&self, decoder: &mut Decoder) {
+    /// Tells a decoder the time of these bytes, and the gap before them.
+    pub const fn tell(&self, decoder: &mut Decoder) {
+        set_time(decoder, self.at);
         if self.is_after_missing {
             decoder.skip();
         } else if self.unplugged_at.is_some() {
             decoder.interrupt();
         }
     }
+}
+
+/// Tells a decoder the time of the bytes that follow.
+pub(crate) const fn set_time(decoder: &mut Decoder, at: Duration) {
+    decoder.set_time(at.as_millis() as u64);
 }

@@ -12,6 +12,7 @@ use std::time::Duration;
 use groundwave_lines::{Content, OwnLine, Recognizer};
 use groundwave_protocol::decoder::{Decoder, Received};
 
+use super::chunk::set_time;
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
 use super::own_lines::{DescribedFields, Line, each_line, recognizer};
@@ -106,6 +107,7 @@ impl<W: Write> Records<'_, W> {
             match piece {
                 Piece::Received(bytes) => {
                     let own = own.get_or_insert_with(|| recognizer(table.as_ref()));
+                    set_time(decoder, at);
                     each_line(
                         decoder,
                         own,

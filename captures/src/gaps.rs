@@ -53,7 +53,9 @@ impl Gaps {
         }
         let lost = now.checked_sub(before).filter(|lost| *lost > 0);
         let is_interrupted = std::mem::take(&mut self.is_interrupted);
-        if is_interrupted || lost.is_some() {
+        let is_after_boot = counters.restarts > self.before.restarts
+            && counters.hidden.max > self.before.hidden.max;
+        if is_interrupted || lost.is_some() || is_after_boot {
             let lost = lost.filter(|_| !is_interrupted);
             self.open.push_back(Open { line: lines, lost });
         }

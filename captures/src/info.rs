@@ -37,8 +37,8 @@ pub struct Info {
     /// Reason why the run does not count; `None` if it counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
-    /// Time from the beginning to the last byte, seconds; for raw text without timestamps, the transmission time at
-    /// 2400 baud.
+    /// Time from the beginning to the last byte, seconds; for raw text without timestamps, the transmission time at the rate of the
+    /// robot's clock, or at 2400 baud.
     pub duration_s: f64,
     /// Bytes received.
     pub bytes: u64,

@@ -68,12 +68,14 @@ impl fmt::Display for Outage {
         }
         let lasted_s = self.duration().as_secs_f64();
         write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
-        if self.cause == OutageCause::Rebooted {
-            // How many lines the robot sent before is unknown.
-            return Ok(());
-        }
         let plural = if self.lost.max == 1 { "" } else { "s" };
-        write!(f, ": {} line{plural} lost", lost_words(self.lost))
+        let lost = lost_words(self.lost);
+        match (self.cause, self.lost.max) {
+            // How many lines the robot sent before is unknown.
+            (OutageCause::Rebooted, 0) => Ok(()),
+            (OutageCause::Rebooted, _) => write!(f, ": {lost} line{plural} lost since the boot"),
+            _ => write!(f, ": {lost} line{plural} lost"),
+        }
     }
 }
 
@@ -112,6 +114,7 @@ struct Seen {
     at: Moment,
     shown_lost: u64,
     hidden: Lost,
+    unsettled: u64,
     restarts: u64,
     noise_bytes: u64,
 }
@@ -141,7 +144,7 @@ impl Outages {
 
     /// Takes a gap in the capture: lines in it were received.
     pub fn handle_missing(&mut self) {
-        self.settle();
+        self.give_up_settling();
         self.latest = None;
     }
 
@@ -151,6 +154,7 @@ impl Outages {
             at: now,
             shown_lost: counters.lost().min.saturating_sub(counters.hidden.min),
             hidden: counters.hidden,
+            unsettled: counters.unsettled,
             restarts: counters.restarts,
             noise_bytes: counters.noise_bytes,
         };
@@ -158,13 +162,34 @@ impl Outages {
             return;
         };
         let has_restarted = counters.restarts > latest.restarts;
+        let mut hidden = seen.hidden.since(latest.hidden);
+        // Lines of the life before that counted as lost in the gap in which the robot booted.
+        let never_sent = latest.shown_lost.saturating_sub(seen.shown_lost);
+        let mut is_told = false;
+        if has_restarted && never_sent > 0 {
+            if let Some(gap) = self.longest_waiting() {
+                gap.lost.min = gap.lost.min.saturating_sub(never_sent);
+                gap.lost.max = gap.lost.max.saturating_sub(never_sent);
+                is_told = gap.cause == OutageCause::Silent;
+                if is_told {
+                    gap.cause = OutageCause::Rebooted;
+                }
+            }
+        } else if has_restarted {
+            self.add_hidden(Lost {
+                min: 0,
+                max: latest.unsettled,
+            });
+            hidden.max = hidden.max.saturating_sub(latest.unsettled);
+            self.settle();
+        }
         let (unplugged_at, suspended_at) = (self.unplugged_at.take(), self.suspended_at.take());
         self.has_begun = false;
         let pause = now.saturating_sub(latest.at);
         // Lines that waited while this station was suspended are no outage.
         let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
         let is_interrupted = unplugged_at.or(suspended_at).is_some();
-        if pause >= OUTAGE_AFTER || is_interrupted || has_restarted {
+        if pause >= OUTAGE_AFTER || is_interrupted || has_restarted && !is_told {
             let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
             let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
             let (cause, begin) = match (suspended_at, unplugged_at) {
@@ -197,12 +222,14 @@ impl Outages {
         if pause > longest.1.saturating_sub(longest.0) {
             *longest = (latest.at, now);
         }
-        if received.uptime_s().is_some() {
-            self.add_hidden(seen.hidden.since(latest.hidden));
-        }
-        if received.uptime_s().is_some() || has_restarted || self.waiting.len() >= WAITING_MAX {
+        self.add_hidden(hidden);
+        if received.uptime_s().is_some() || self.waiting.len() >= WAITING_MAX {
             self.settle();
         }
+    }
+
+    fn longest_waiting(&mut self) -> Option<&mut Outage> {
+        self.waiting.iter_mut().max_by_key(|it| it.duration())
     }
 
     /// Adds lines that only the robot's clock shows to the longest outage since the line C before.
@@ -210,7 +237,7 @@ impl Outages {
         if hidden.max == 0 {
             return;
         }
-        if let Some(outage) = self.waiting.iter_mut().max_by_key(|it| it.duration()) {
+        if let Some(outage) = self.longest_waiting() {
             outage.lost = outage.lost.and(hidden);
         } else {
             let (begin, end) = self.longest.unwrap_or_default();
@@ -221,6 +248,13 @@ impl Outages {
                 lost: hidden,
             });
         }
+    }
+
+    /// Reports the outages that have ended, before the robot's clock told how many lines were lost in them.
+    fn give_up_settling(&mut self) {
+        let max = self.latest.map_or(0, |latest| latest.unsettled);
+        self.add_hidden(Lost { min: 0, max });
+        self.settle();
     }
 
     /// Reports the outages that have ended, with what is known.
@@ -260,7 +294,7 @@ impl Outages {
 
     /// Takes the end: reports outages whose number of lost lines is not final. An outage that lasts is reported as begun.
     pub fn finish(&mut self, now: Moment) {
-        self.settle();
+        self.give_up_settling();
         self.handle_timeout(now);
         self.latest = None;
     }

@@ -125,6 +125,7 @@ pub(super) fn each_line<E>(
 ) -> Result<(), E> {
     for run in runs(bytes) {
         let before = intact(decoder.counters());
+        let damaged = decoder.counters().damaged;
         let mut rest = run;
         while let Some(received) = decoder.next_own_line(&mut rest) {
             let values = match &received {
@@ -138,6 +139,7 @@ pub(super) fn each_line<E>(
         }
         let is_wire = intact(decoder.counters()) != before;
         if let Some(line) = own.take(run, is_wire) {
+            decoder.disown(run.len(), damaged);
             take(Line::Own(line), decoder.counters())?;
         }
     }

@@ -342,7 +342,7 @@ impl Capture {
         mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
     ) -> Result<(), E> {
         while let Some(chunk) = self.next_chunk()? {
-            chunk.tell_gap(decoder);
+            chunk.tell(decoder);
             let mut bytes = chunk.bytes;
             while let Some(received) = decoder.next_own_line(&mut bytes) {
                 take(chunk.at, &received)?;

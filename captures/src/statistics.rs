@@ -96,6 +96,17 @@ impl Loss {
         })
     }
 
+    /// The share for a table: `7.5%`, or `62-73%`.
+    #[must_use]
+    pub fn short_share(&self) -> String {
+        let (min_pct, max_pct) = (self.loss_pct, self.loss_max_pct);
+        if min_pct < max_pct {
+            format!("{:.0}-{:.0}%", min_pct.floor(), max_pct.ceil())
+        } else {
+            format!("{max_pct:.1}%")
+        }
+    }
+
     /// The share.
     #[must_use]
     pub fn share(&self) -> String {

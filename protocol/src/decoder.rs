@@ -13,8 +13,8 @@ pub use crate::received::Received;
 use crate::telemetry::{ACK_LINE_BYTES, AckLine, FieldError, Line, SEQUENCE_MODULUS, is_intact};
 pub use damage::{DamageKind, Damaged};
 pub use reckoning::Lost;
-use reckoning::Reckoning;
-use robots::Robots;
+use reckoning::{AtCounters, Reckoning};
+use robots::{Robots, Sender};
 
 /// Counts of the decoder. Each byte belongs to an intact line or is noise; each line feed ends an intact
 /// line or is rejected for one reason.
@@ -35,13 +35,17 @@ pub struct Counters {
     /// Lines missing in the sequence. A gap of more than 93 lines counts short: 94 to 98 look like a late
     /// line, and longer gaps wrap.
     ///
-    /// The sequence begins anew after a reboot, so losses around it are not counted. If only line C reveals
+    /// The sequence begins anew after a reboot, so losses around it are not counted here. If only line C reveals
     /// the reboot, the longest gap since the line C before is taken for it and subtracted.
     pub lines_lost: u64,
     /// Reboots of the robot, as recognized by [`Life`].
     pub restarts: u64,
-    /// Lines lost that the sequence does not show, mostly whole hundreds, by the uptime in lines C.
+    /// Lines lost that the steps of the sequence do not show: mostly whole hundreds, by the uptime in lines C, and those between a
+    /// boot and the first line heard after it.
     pub hidden: Lost,
+    /// Lines that may be lost besides, by the ground's clock: whole hundreds in silences since the latest line C, of which the next
+    /// one tells the number.
+    pub unsettled: u64,
     /// Damaged lines. A line feed in noise ends none of them.
     pub damaged: Damaged,
     /// Damaged lines among `lines_lost`.
@@ -70,8 +74,14 @@ impl Counters {
         let shown = self.lines_lost.saturating_sub(self.damaged_in_gaps);
         self.hidden.and(Lost {
             min: shown,
-            max: shown,
+            max: shown + self.unsettled,
         })
+    }
+
+    /// Takes what is unsettled for an interval that no line C narrows any more.
+    const fn give_up_settling(&mut self) {
+        self.hidden.max += self.unsettled;
+        self.unsettled = 0;
     }
 }
 
@@ -87,6 +97,8 @@ pub struct Decoder {
     life: Life,
     /// Lines counted as lost in the longest gap since the latest line C.
     longest_step: u64,
+    /// What was known after it, and the damaged lines in it, in case that it was a boot.
+    after_longest: Option<(AtCounters, u64)>,
     reckoning: Reckoning,
     robots: Robots,
     /// Whether the latest line is of the robot that is followed.
@@ -107,6 +119,7 @@ impl Default for Decoder {
             newest: None,
             life: Life::default(),
             longest_step: 0,
+            after_longest: None,
             reckoning: Reckoning::default(),
             robots: Robots::default(),
             is_own: true,
@@ -140,6 +153,22 @@ impl Decoder {
         self.fresh = 0;
         self.longest_step = 0;
         self.reckoning.forget();
+        self.reckoning.forget_time();
+        self.counters.give_up_settling();
+    }
+
+    /// Sets the ground's time of the bytes that follow, ms. It bounds the lines lost in a silence until the robot's clock tells
+    /// them; without it they are not known until then.
+    pub const fn set_time(&mut self, now_ms: u64) {
+        self.reckoning.set_time(now_ms);
+    }
+
+    /// Takes a number of the latest bytes for a line of the robot's own: the lines damaged since `before` are none.
+    pub fn disown(&mut self, bytes: usize, before: Damaged) {
+        self.noise_before += bytes as u64;
+        let counted = self.counters.damaged.total() - before.total();
+        self.damaged = self.damaged.saturating_sub(counted);
+        self.counters.damaged = before;
     }
 
     /// The field error of the latest line that had a valid checksum and was not readable.
@@ -295,8 +324,13 @@ impl Decoder {
             Received::Line(..) => self.counters.lines += 1,
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
-        self.is_own = self.robots.take(received);
+        let sender = self.robots.take(received);
+        self.is_own = sender != Sender::Other;
         self.counters.other_robot = self.robots.other_id();
+        if sender == Sender::Successor {
+            self.skip();
+            self.life = Life::default();
+        }
         if !self.is_own {
             match received {
                 Received::Line(..) => self.counters.other_lines += 1,
@@ -304,7 +338,7 @@ impl Decoder {
             }
             return;
         }
-        self.count_lost(received.sequence(), received.ack().boot);
+        let is_boot = self.count_lost(received.sequence(), received.ack().boot, length);
         self.damaged = 0;
         self.noise_before = self.counters.noise_bytes;
         if matches!(received, Received::Ack(line) if line.listens) {
@@ -313,53 +347,97 @@ impl Decoder {
         let has_restarted = self.life.take(received);
         self.counters.restarts += u64::from(has_restarted);
         if has_restarted {
-            self.counters.lines_lost -= self.longest_step;
-            self.reckoning.forget();
+            // The boot counter in the acknowledgements may be the same.
+            if !is_boot {
+                self.counters.unsettled = 0;
+                self.reckoning.forget();
+                if let Some((boot, damaged)) = self.after_longest
+                    && self.longest_step > 0
+                {
+                    self.counters.lines_lost -= self.longest_step;
+                    self.counters.damaged_in_gaps -= damaged;
+                    self.begin_life(boot, damaged);
+                }
+            }
             if let Some(newest) = &mut self.newest {
                 // The gap is not counted, so late lines in it are not subtracted.
                 newest.arrived = !0;
             }
         }
         if let Some(uptime_s) = received.uptime_s() {
+            if self.reckoning.has_begun() {
+                self.counters.unsettled = 0;
+            } else {
+                self.counters.give_up_settling();
+            }
             let hidden = self.reckoning.take_uptime(uptime_s, &self.counters);
             self.counters.hidden = self.counters.hidden.and(hidden);
         }
         if has_restarted || received.uptime_s().is_some() {
             self.longest_step = 0;
+            self.after_longest = None;
         }
     }
 
-    fn count_lost(&mut self, sequence: u8, boot: u8) {
+    /// Begins a life of the robot, of which the first line has been heard after a number of damaged ones.
+    fn begin_life(&mut self, boot: AtCounters, damaged: u64) {
+        let max = boot.lines_before();
+        let min = max.saturating_sub(damaged);
+        self.counters.hidden = self.counters.hidden.and(Lost { min, max });
+        self.reckoning.begin(boot);
+    }
+
+    /// Counts the lines lost before one of the robot that is followed; returns whether its boot is another one.
+    fn count_lost(&mut self, sequence: u8, boot: u8, length: usize) -> bool {
         let Some(newest) = self.newest.as_mut().filter(|newest| newest.boot == boot) else {
-            // The sequence begins anew after a reboot, so there is no gap.
             self.longest_step = 0;
-            self.newest = Some(Newest {
+            let newest = Newest {
                 boot,
                 sequence,
                 arrived: !0,
                 is_late_possible: true,
-            });
-            self.reckoning.forget();
-            return;
+            };
+            self.reckoning.advance(1);
+            let most = self.reckoning.take_pause(false, length).unwrap_or(0);
+            let is_boot = self.newest.replace(newest).is_some();
+            if is_boot {
+                // The sequence begins anew after a reboot, so there is no gap.
+                self.counters.give_up_settling();
+                if sequence > 0 {
+                    self.counters.unsettled = hundreds_beyond(u64::from(sequence), most);
+                }
+                let boot = self.reckoning.boot(sequence, &self.counters, length);
+                self.begin_life(boot, self.damaged);
+            } else {
+                self.reckoning.forget();
+            }
+            return is_boot;
         };
         let ahead = (sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
         let behind = (SEQUENCE_MODULUS - ahead) % SEQUENCE_MODULUS;
+        let most = self.reckoning.take_pause(ahead == 1, length).unwrap_or(0);
+        // Late lines come soon.
+        if most >= FULL_ROUND {
+            newest.is_late_possible = false;
+        }
         if behind > LATE_LINES_MAX || behind > 0 && !newest.is_late_possible {
             self.reckoning.advance(ahead);
             let lost = u64::from(ahead - 1);
+            self.counters.unsettled += hundreds_beyond(lost, most);
             self.counters.lines_lost += lost;
-            let noise = self.counters.noise_bytes.saturating_sub(self.noise_before);
-            // The line feed of a line may be damaged, too.
-            if lost == 1 && self.damaged == 0 && ONE_LINE_NOISE.contains(&noise) {
-                self.counters.damaged.count(DamageKind::Shape, &[]);
-                self.damaged = 1;
-            }
-            self.counters.damaged_in_gaps += lost.min(self.damaged);
-            self.longest_step = self.longest_step.max(lost);
             newest.sequence = sequence;
             newest.is_late_possible = true;
             newest.arrived = newest.arrived.unbounded_shl(u32::from(ahead)) | 1;
-            return;
+            let damaged = self.count_damaged_in_gap(lost);
+            if lost > self.longest_step {
+                self.longest_step = lost;
+                let boot = self.reckoning.boot(sequence, &self.counters, length);
+                self.after_longest = Some((boot, damaged));
+            }
+            return false;
+        }
+        if behind == 0 && most >= FULL_ROUND {
+            self.counters.unsettled += FULL_ROUND + hundreds_beyond(FULL_ROUND, most);
         }
         self.reckoning.set_behind(behind);
         if newest.arrived & 1 << behind == 0 {
@@ -368,14 +446,59 @@ impl Decoder {
             self.counters.lines_lost -= 1;
             self.longest_step = self.longest_step.saturating_sub(1);
         }
+        false
     }
+
+    /// Counts the damaged lines among the `lost` ones of a gap, also those of which the line feed is damaged, too: the noise is as
+    /// long as they are. Returns their number.
+    fn count_damaged_in_gap(&mut self, lost: u64) -> u64 {
+        let noise = self.counters.noise_bytes.saturating_sub(self.noise_before);
+        let ended = self.damaged.min(lost);
+        let (long, short) = (LINE_BYTES as u64, ACK_LINE_BYTES as u64);
+        let is_all = |shorts: u64| {
+            noise.abs_diff(long * (lost - shorts) + short * shorts) <= LENGTH_TOLERANCE
+        };
+        let is_few = lost <= FEW_LINES;
+        let by_length = if is_few && self.reckoning.has_short() && (0..=lost).any(is_all) {
+            lost
+        } else {
+            ((noise + long / 2) / long).max(u64::from(noise >= NOISE_MIN))
+        };
+        // Noise of the radio itself has hardly any line ends.
+        let arrived = by_length.min(lost);
+        let arrived = if is_few || arrived <= 2 * ended {
+            arrived.max(ended)
+        } else {
+            ended
+        };
+        for _ in ended..arrived {
+            self.counters.damaged.count(DamageKind::Shape, &[]);
+        }
+        self.counters.damaged_in_gaps += arrived;
+        arrived
+    }
+}
+
+/// Lines lost between two of the same sequence, at least.
+const FULL_ROUND: u64 = SEQUENCE_MODULUS as u64 - 1;
+
+/// Whole hundreds of lines that may be lost besides `lost`, where `most` may be in all.
+const fn hundreds_beyond(lost: u64, most: u64) -> u64 {
+    let round = SEQUENCE_MODULUS as u64;
+    most.saturating_sub(lost) / round * round
 }
 
 /// Most lines by which a late or repeated line is behind the newest; beyond that it ends a long gap.
 const LATE_LINES_MAX: u8 = 5;
 
-/// Noise of a single damaged line, long or short, bytes.
-const ONE_LINE_NOISE: core::ops::RangeInclusive<u64> = 10..=90;
+/// Least noise of a damaged line, long or short, bytes.
+const NOISE_MIN: u64 = 10;
+
+/// Largest gap in which lines are recognized by the amount of noise alone.
+const FEW_LINES: u64 = 4;
+
+/// Bytes that damaged lines may lack or have too many.
+const LENGTH_TOLERANCE: u64 = 6;
 
 /// The newest line by its sequence, from which the next ones are counted.
 #[derive(Clone, Copy, Debug)]

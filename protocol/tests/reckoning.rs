@@ -200,7 +200,132 @@ fn lines_of_another_robot_are_kept_apart_and_not_lost() {
     assert_eq!(decoder.counters().other_robot, None);
 }
 
+/// Lines since a boot are lost as certainly as others, and the uptime bounds the hundreds among them.
+#[test]
+fn lines_between_a_boot_and_the_first_line_heard_are_lost() {
+    for (missed, boot) in [(0, 4), (1, 4), (57, 4), (157, 4), (57, 3)] {
+        let (mut before, mut after) = (Robot::new(7), Robot::new(7));
+        (after.boot, after.clock) = (boot, 0);
+        let mut decoder = Decoder::default();
+        hear(&mut decoder, &before.lines(50));
+        after.lines(missed);
+        hear(&mut decoder, &after.lines(40));
+        let counters = decoder.counters();
+        let (lost, case) = (counters.lost(), (missed, boot));
+        assert_eq!(counters.restarts, 1, "{case:?}");
+        assert_eq!(lost.min, missed % 100, "{case:?}");
+        assert!(
+            lost.max >= missed && lost.max <= missed + 100,
+            "{lost:?} {case:?}"
+        );
+        if missed < 100 {
+            assert!(lost.max < 100, "{lost:?} {case:?}");
+        }
+    }
+}
+
+/// Until the robot's next line C, the ground's clock says how many lines may have been lost in a silence.
+#[test]
+fn a_silence_may_hide_hundreds_until_the_robots_clock_tells_them() {
+    for missed in [20, 93, 94, 98, 99, 100, 165, 199, 520] {
+        let mut robot = Robot::new(7);
+        let mut decoder = Decoder::default();
+        let mut said = Vec::new();
+        for n in 0..200 {
+            if n == 121 {
+                robot.lines(missed);
+            }
+            decoder.set_time(robot.clock * 1000 / 240);
+            hear(&mut decoder, &robot.next());
+            said.push(decoder.counters().lost());
+        }
+        // The same sequence again could also be the same line.
+        let then = Lost {
+            min: if missed % 100 == 99 { 0 } else { missed % 100 },
+            max: missed,
+        };
+        assert_eq!((said[120], said[121]), (exactly(0), then), "{missed}");
+        assert_eq!(said[199], exactly(missed));
+        // Missing bytes end the knowledge, and not the doubt.
+        let mut decoder = Decoder::default();
+        let mut robot = Robot::new(7);
+        for n in 0..40 {
+            if n == 21 {
+                robot.lines(missed);
+            }
+            decoder.set_time(robot.clock * 1000 / 240);
+            hear(&mut decoder, &robot.next());
+            if n == 22 {
+                decoder.skip();
+            }
+        }
+        let lost = decoder.counters().lost();
+        assert!(
+            lost.min <= missed && lost.max == missed,
+            "{missed} {lost:?}"
+        );
+    }
+}
+
+#[test]
+fn a_robot_that_follows_another_one_has_not_restarted() {
+    let (mut first, mut second) = (Robot::new(7), Robot::new(9));
+    (second.boot, second.sent) = (5, 41);
+    let mut decoder = Decoder::default();
+    hear(&mut decoder, &first.lines(40));
+    hear(&mut decoder, &second.lines(100));
+    let counters = decoder.counters();
+    assert_eq!((counters.restarts, counters.lost()), (0, exactly(0)));
+    assert_eq!(counters.intact() + counters.other_lines, 140);
+}
+
+/// Lines of the robot's own among them are neither damaged nor noise of damaged lines.
+#[test]
+fn lines_of_the_robots_own_are_no_damaged_ones() {
+    let mut robot = Robot::new(7);
+    let mut decoder = Decoder::default();
+    for n in 0..100 {
+        let own = format!("battery=12.{n} x=4.5\r\n\r\n");
+        hear(&mut decoder, &robot.next());
+        let before = decoder.counters().damaged;
+        hear(&mut decoder, own.as_bytes());
+        decoder.disown(own.len(), before);
+        if n % 10 == 0 {
+            robot.next();
+        }
+    }
+    let counters = decoder.counters();
+    assert_eq!(
+        (counters.damaged.total(), counters.lost()),
+        (0, exactly(10))
+    );
+}
+
 proptest! {
+    /// Lines that arrive damaged are never lost, whichever bits are wrong, also those of their line ends.
+    #[test]
+    fn damaged_lines_are_never_lost(
+        errors in prop::collection::vec((0_u64..300, 0_usize..80, 0_u8..8), 1..40),
+        ends in prop::collection::vec((0_u64..300, 78_usize..80, 0_u8..8), 0..20),
+    ) {
+        let mut robot = Robot::new(7);
+        let mut decoder = Decoder::default();
+        let mut damaged = std::collections::BTreeSet::new();
+        for n in 0..320 {
+            let mut line = robot.next();
+            for (_, byte, bit) in errors.iter().chain(&ends).filter(|(of, ..)| *of == n) {
+                line[*byte] ^= 1 << bit;
+                damaged.insert(n);
+            }
+            hear(&mut decoder, &line);
+        }
+        let damaged = damaged.range(1..).count() as u64;
+        let counters = decoder.counters();
+        prop_assert_eq!(counters.lost(), exactly(0));
+        let told = counters.damaged.total();
+        prop_assert!(told.abs_diff(damaged) <= 1 + damaged / 20, "{told} of {damaged}");
+    }
+
     /// However the lines are missed, the true number is within the interval, and without short lines it is exact.
     #[test]
     fn the_true_number_is_in_the_interval(

@@ -182,6 +182,8 @@ impl Station {
     /// Takes a line, or a part of one, and the empty lines after it.
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
+        self.decoder.set_time(now.as_millis() as u64);
+        let damaged = self.decoder.counters().damaged;
         let mut bytes = run;
         let mut has_line = false;
         while let Some(received) = self.decoder.next_own_line(&mut bytes) {
@@ -197,6 +199,7 @@ impl Station {
             let is_intact = line.content != Content::Damaged;
             has_line |= is_intact;
             self.own_lines += u64::from(is_intact);
+            self.decoder.disown(run.len(), damaged);
             if let Some(uplink) = &mut self.own_uplink {
                 uplink.handle_line(&line.text);
                 self.settle_own(now);

@@ -64,7 +64,7 @@ impl Survey {
         let mut described = DescribedFields::default();
         while let Some(chunk) = capture.next_chunk()? {
             let own = own.get_or_insert_with(|| recognizer(chunk.session));
-            chunk.tell_gap(decoder);
+            chunk.tell(decoder);
             if chunk.is_interrupted() {
                 self.gaps.interrupt();
                 own.interrupt();
@@ -177,6 +177,7 @@ impl Survey {
         let share_pct = |bytes| plausible_share_pct(bytes, capture.end(), bytes_per_s);
         let airtime_down_pct = capture.uplink().and_then(|_| share_pct(after_first));
         let version = said("software_version").map(|version| format!(" {version}"));
+        let is_own = self.lines.total() == 0 && !self.own.is_empty();
         Info {
             start: said("start"),
             link: said("link"),
@@ -193,7 +194,12 @@ impl Survey {
             lines: self.lines,
             loss: Loss::of(seen),
             gaps: self.gaps.count(),
-            damaged: Damaged::of(seen),
+            // The first line of a robot of another kind may have been no own one yet.
+            damaged: if is_own {
+                Damaged::default()
+            } else {
+                Damaged::of(seen)
+            },
             other: OtherRobot::of(seen),
             outages: self.outages.into_outages(capture.end()),
             resync: self.noise.resync(),

@@ -49,6 +49,66 @@ impl Info {
         }
     }
 
+    /// Writes the bytes, and Groundwave's lines unless all lines are the robot's own.
+    fn write_received(&self, output: &mut impl Write) -> io::Result<()> {
+        let LineCounts {
+            a,
+            b,
+            c,
+            t,
+            k,
+            p,
+            s,
+            i,
+            f,
+            v,
+        } = self.lines;
+        let all = self.lines.total();
+        let is_own = all == 0 && self.own.is_some();
+        write!(output, "bytes      {} received", self.bytes)?;
+        if is_own {
+            writeln!(output)?;
+        } else {
+            let noise = self.noise_bytes - self.unfinished_bytes;
+            writeln!(output, ", {noise} noise")?;
+        }
+        if self.unfinished_bytes > 0 {
+            writeln!(
+                output,
+                "end        in the middle of a line, {} bytes of it",
+                self.unfinished_bytes
+            )?;
+        }
+        if self.missing_bytes > 0 {
+            writeln!(output, "missing    {} bytes", self.missing_bytes)?;
+        }
+        if is_own {
+            return Ok(());
+        }
+        let mut rare = match (p, s) {
+            (0, 0) => String::new(),
+            (p, s) => format!(", P {p}, S {s}"),
+        };
+        for (letter, count) in [('I', i), ('F', f), ('V', v)] {
+            if count > 0 {
+                let _ = write!(rare, ", {letter} {count}");
+            }
+        }
+        writeln!(
+            output,
+            "lines      {all} intact: {} long (A {a}, B {b}, C {c}, T {t}{rare}), {k} short (K)",
+            all - k
+        )?;
+        writeln!(
+            output,
+            "loss       {} lines, {}, {} gaps",
+            self.loss.lines(),
+            self.loss.share(),
+            self.gaps
+        )?;
+        self.write_damaged(output)
+    }
+
     /// Writes the lines of the robot's own and their fields.
     fn write_own(&self, output: &mut impl Write) -> io::Result<()> {
         let Some(own) = &self.own else {
@@ -96,59 +156,9 @@ impl Info {
     /// # Errors
     /// When writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        let LineCounts {
-            a,
-            b,
-            c,
-            t,
-            k,
-            p,
-            s,
-            i,
-            f,
-            v,
-        } = self.lines;
-        let all = self.lines.total();
         self.write_origin(output)?;
         writeln!(output, "duration   {}", duration_words(self.duration_s))?;
-        writeln!(
-            output,
-            "bytes      {} received, {} noise",
-            self.bytes,
-            self.noise_bytes - self.unfinished_bytes
-        )?;
-        if self.unfinished_bytes > 0 {
-            writeln!(
-                output,
-                "end        in the middle of a line, {} bytes of it",
-                self.unfinished_bytes
-            )?;
-        }
-        if self.missing_bytes > 0 {
-            writeln!(output, "missing    {} bytes", self.missing_bytes)?;
-        }
-        let mut rare = match (p, s) {
-            (0, 0) => String::new(),
-            (p, s) => format!(", P {p}, S {s}"),
-        };
-        for (letter, count) in [('I', i), ('F', f), ('V', v)] {
-            if count > 0 {
-                let _ = write!(rare, ", {letter} {count}");
-            }
-        }
-        writeln!(
-            output,
-            "lines      {all} intact: {} long (A {a}, B {b}, C {c}, T {t}{rare}), {k} short (K)",
-            all - k
-        )?;
-        writeln!(
-            output,
-            "loss       {} lines, {}, {} gaps",
-            self.loss.lines(),
-            self.loss.share(),
-            self.gaps
-        )?;
-        self.write_damaged(output)?;
+        self.write_received(output)?;
         self.write_own(output)?;
         self.write_outages(output)?;
         if let Some(resync) = self.resync {

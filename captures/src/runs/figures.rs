@@ -64,7 +64,7 @@ impl fmt::Display for Figures {
         let loss = if self.void.is_some() {
             "VOID".to_owned()
         } else {
-            format!("{:.1}%", self.loss.loss_max_pct)
+            self.loss.short_share()
         };
         let distance = format!("{:.1} in", self.distance_in);
         write!(

@@ -59,8 +59,11 @@ impl Rate {
     /// Shortest time from which a rate is concluded, seconds.
     const SECONDS_MIN: u64 = 4;
 
-    /// The rate by the robot's clock in the first lines, if it differs by a third or more from the usual one. Only parts without
-    /// a gap count.
+    /// Largest difference of a robot's clock and its radio's from the ground's, per cent.
+    const ERROR_PCT: u64 = 3;
+
+    /// The rate by the robot's clock in the first lines, if it differs from the usual one by more than the error. Only parts without
+    /// a gap count; the clock counts whole seconds, so each run of such parts is a second off at most.
     fn of(style: Style, mut head: &[u8]) -> Option<Self> {
         let mut decoder = Decoder::default();
         let mut rate = Self {
@@ -68,6 +71,7 @@ impl Rate {
             seconds: 0,
         };
         let mut latest: Option<(u32, Counters)> = None;
+        let (mut runs, mut is_in_run) = (0, false);
         while !head.is_empty() {
             let (piece, rest) = head.split_at(style.piece_bytes(head));
             head = rest;
@@ -78,6 +82,7 @@ impl Rate {
                     continue;
                 };
                 let now = *decoder.counters();
+                let was_in_run = std::mem::take(&mut is_in_run);
                 if let Some((then_s, then)) = latest.replace((uptime_s, now))
                     && now.lost() == then.lost()
                     && now.noise_bytes == then.noise_bytes
@@ -86,11 +91,14 @@ impl Rate {
                 {
                     rate.bytes += now.bytes - then.bytes;
                     rate.seconds += u64::from(passed_s);
+                    runs += u64::from(!was_in_run);
+                    is_in_run = true;
                 }
             }
         }
-        let usual = rate.seconds * u64::from(BYTES_PER_S);
-        let is_usual = rate.bytes * 4 > usual * 3 && rate.bytes * 3 < usual * 4;
+        let usual_s = rate.bytes / u64::from(BYTES_PER_S);
+        let is_usual =
+            usual_s.abs_diff(rate.seconds) <= runs + rate.seconds * Self::ERROR_PCT / 100;
         (rate.seconds >= Self::SECONDS_MIN && rate.bytes > 0 && !is_usual).then_some(rate)
     }
 

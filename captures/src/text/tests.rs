@@ -216,26 +216,35 @@ fn a_clock_without_a_date_is_followed_over_days() {
     }
 }
 
-/// A robot that sends twenty lines a second: its clock, in the lines C, runs six times as slowly as its bytes would take at 2400 baud.
+/// A robot that sends twenty lines a second, and others: the clock in the lines C runs that much slower than the bytes would take
+/// at 2400 baud.
 #[test]
 fn text_without_times_plays_as_fast_as_the_robot_spoke() {
     let plain = capture("house-clean.txt");
-    let fast: Vec<u8> = Decoder::default()
-        .lines(&plain)
-        .filter_map(|received| match received {
-            Received::Line(mut line, _) => {
-                if let groundwave_protocol::telemetry::Body::Counters(counters) = &mut line.body {
-                    counters.uptime_s /= 6;
+    let at_rate = |tenths: u32| -> Vec<u8> {
+        Decoder::default()
+            .lines(&plain)
+            .filter_map(|received| match received {
+                Received::Line(mut line, _) => {
+                    if let groundwave_protocol::telemetry::Body::Counters(counters) = &mut line.body
+                    {
+                        counters.uptime_s = counters.uptime_s * 10 / tenths;
+                    }
+                    Some(line.encode())
                 }
-                Some(line.encode())
-            }
-            Received::Ack(_) => None,
-        })
-        .flatten()
-        .collect();
+                Received::Ack(_) => None,
+            })
+            .flatten()
+            .collect()
+    };
     let end = |stored: &[u8]| pieces(stored).last().unwrap().0.as_secs_f64();
-    let ratio = end(&plain) / end(&fast);
-    assert!((5.5..6.5).contains(&ratio), "{ratio}");
+    let fast = at_rate(60);
+    // Also where it differs by little, but not by an error of the clock.
+    for tenths in [60, 40, 13, 12, 10, 8, 5] {
+        let ratio = end(&plain) / end(&at_rate(tenths));
+        let expected = f64::from(tenths) / 10.0;
+        assert!((ratio / expected - 1.0).abs() < 0.05, "{tenths}: {ratio}");
+    }
     let played = played(&mut *tape(&fast)).last().unwrap().0.as_secs_f64();
     assert!((played - end(&fast)).abs() < 0.001);
 }

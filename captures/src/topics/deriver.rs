@@ -17,6 +17,7 @@ use super::log_messages::{LogMessages, is_contact};
 use super::path::Path;
 use super::scene::Scene;
 use super::{Topic, TopicMessage};
+use crate::chunk::set_time;
 use crate::event::{
     AlarmStatus, CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Moment, Reception,
 };
@@ -431,8 +432,9 @@ impl Deriver {
         self.rx_offset = self.rx_offset.saturating_add(bytes.len() as u64);
         take(self.encoder.message(Topic::RawRx, self.now_ns, None))?;
         if self.lines == Lines::OfBytes {
+            let now = Moment::from_nanos(self.now_ns);
+            set_time(&mut self.decoder, now);
             while let Some(received) = self.decoder.next_own_line(&mut bytes) {
-                let now = Moment::from_nanos(self.now_ns);
                 self.outages
                     .handle_line(now, &received, self.decoder.counters());
                 self.handle_line(&received, take)?;

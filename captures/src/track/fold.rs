@@ -11,6 +11,7 @@ use super::route::Routes;
 use super::thin::{interval, merge_gaps, reduce};
 use super::{Event, Holder, Place, Point, Track};
 use crate::bumps::Bumps;
+use crate::chunk::set_time;
 use crate::gaps::Gaps;
 use crate::odometer::{Odometer, Step};
 use crate::outages::{Outage, OutageList};
@@ -84,6 +85,7 @@ impl Fold {
                     if !bytes.is_empty() {
                         self.track.duration = at;
                     }
+                    set_time(decoder, at);
                     while let Some(received) = decoder.next_own_line(&mut bytes) {
                         self.outages.handle_line(at, &received, decoder.counters());
                         self.locate_outages();

@@ -13,12 +13,13 @@ use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::time::Duration;
 
-use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::decoder::{Counters, Decoder};
 use serde::Serialize;
 
 use super::source::Form;
 use super::text::TextReader;
 use super::topics::RAW_RX;
+use crate::chunk::set_time;
 use crate::gaps::Gaps;
 use crate::messages::StationEvent;
 use crate::outages::{Outage, OutageList};
@@ -213,7 +214,9 @@ impl Lines {
     }
 
     fn take(&mut self, mut bytes: &[u8], at: Duration, verdict: &mut Verdict) {
-        let mut before = self.decoder.counters().lost().min;
+        let shown = |counters: &Counters| counters.lost().min - counters.hidden.min;
+        let mut before = shown(self.decoder.counters());
+        set_time(&mut self.decoder, at);
         if !bytes.is_empty() {
             self.end = at;
         }
@@ -221,7 +224,7 @@ impl Lines {
             let counters = self.decoder.counters();
             self.outages.handle_line(at, &received, counters);
             self.gaps.take_line(at, &received, counters);
-            let counted = counters.lost().min;
+            let counted = shown(counters);
             // The number of lost lines may fall after a late line or a reboot.
             let lost = counted.saturating_sub(before);
             before = counted;
@@ -238,6 +241,16 @@ impl Lines {
     fn finish(self, verdict: &mut Verdict) {
         verdict.gaps = self.gaps.count();
         verdict.outages = self.outages.into_outages(self.end);
+        // Their number of lines has the hundreds, which the sequence does not show.
+        for outage in &verdict.outages {
+            let lines = outage.lost.min;
+            if let Some(end) = outage.end
+                && verdict.worst_gap.map_or(0, |worst| worst.lines) < lines
+            {
+                let until_s = end.as_secs_f64();
+                verdict.worst_gap = Some(Gap { lines, until_s });
+            }
+        }
         let counters = self.decoder.counters();
         verdict.bytes = counters.bytes;
         verdict.lines = counters.intact();

@@ -1,4 +1,5 @@
-//! Whole hundreds of lost lines, which the sequence does not show, from the uptime in line C.
+//! Whole hundreds of lost lines, which the sequence does not show, from the uptime in line C; until one comes, from the ground's
+//! clock.
 
 use super::Counters;
 use crate::life::UPTIME_ROUND_S;
@@ -11,6 +12,9 @@ const MEASURED_S: u64 = 8;
 /// Longest time between two lines C without a gap that counts as without loss, seconds: three lines a second need more for a
 /// hundred.
 const CLEAN_S: u64 = 30;
+
+/// Ground time between two lines from which on it is a silence, in which lines may have been lost, ms.
+const SILENCE_MS: u64 = 2000;
 
 /// Bytes of the densest mix of lines, one long and three short ones, per line.
 const DENSEST_BYTES: u64 = (LINE_BYTES as u64 + 3 * ACK_LINE_BYTES as u64) / 4;
@@ -44,6 +48,13 @@ impl Lost {
     }
 }
 
+impl AtCounters {
+    /// Lines between a boot and the first one heard after it.
+    pub(super) fn lines_before(&self) -> u64 {
+        self.before_first.map_or(0, u64::from)
+    }
+}
+
 /// Compares the robot's clock with the sequence, from line C to line C.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reckoning {
@@ -59,16 +70,24 @@ pub(super) struct Reckoning {
     /// Short lines in this life, as long as one came since the line C before the latest.
     has_short: bool,
     takes_turns: bool,
+    /// Ground time of the bytes that follow and of the latest line, ms.
+    now_ms: Option<u64>,
+    line_ms: Option<u64>,
+    /// Bytes and ground time without loss and silence.
+    heard_bytes: u64,
+    heard_ms: u64,
 }
 
-/// What was known at a line C.
+/// What was known at a line C, or at a boot.
 #[derive(Clone, Copy, Debug)]
-struct AtCounters {
+pub(super) struct AtCounters {
     uptime_s: u32,
     progress: u64,
     lines: u64,
     ack_lines: u64,
     lines_lost: u64,
+    /// Lines before the first one heard after a boot; `None` for a line C.
+    before_first: Option<u8>,
 }
 
 impl Reckoning {
@@ -83,6 +102,51 @@ impl Reckoning {
         self.behind = lines;
     }
 
+    /// Sets the ground's time of the bytes that follow.
+    pub(super) const fn set_time(&mut self, now_ms: u64) {
+        self.now_ms = Some(now_ms);
+    }
+
+    /// Takes the time of a line, whether it is the next one by its sequence, and its length; returns the most lines that the robot
+    /// can have sent in a silence before it, if there was one.
+    pub(super) fn take_pause(&mut self, is_next: bool, length: usize) -> Option<u64> {
+        let before = core::mem::replace(&mut self.line_ms, self.now_ms)?;
+        let pause_ms = self.now_ms?.saturating_sub(before);
+        if pause_ms < SILENCE_MS {
+            if is_next {
+                self.heard_bytes += length as u64;
+                self.heard_ms += pause_ms;
+            }
+            return None;
+        }
+        let (_, most) = self.expected(pause_ms / 1000, 0, self.has_short);
+        u64::try_from(most).ok()
+    }
+
+    /// What is known at the first line heard after a boot. The boot set the sequence to 0, so lines before it are lost.
+    pub(super) const fn boot(
+        &self,
+        sequence: u8,
+        counters: &Counters,
+        length: usize,
+    ) -> AtCounters {
+        let is_long = length == LINE_BYTES;
+        AtCounters {
+            uptime_s: 0,
+            progress: self.progress - 1,
+            lines: counters.lines - counters.other_lines - is_long as u64,
+            ack_lines: counters.ack_lines - counters.other_ack_lines - !is_long as u64,
+            lines_lost: counters.lines_lost,
+            before_first: Some(sequence),
+        }
+    }
+
+    /// Begins anew at a boot.
+    pub(super) const fn begin(&mut self, boot: AtCounters) {
+        self.latest = Some(boot);
+        self.was_clean = false;
+    }
+
     /// Takes a go-ahead: the robot is half duplex.
     pub(super) const fn take_go_ahead(&mut self) {
         self.takes_turns = true;
@@ -94,6 +158,21 @@ impl Reckoning {
         self.was_clean = false;
     }
 
+    /// Forgets the time of the latest line, after missing bytes.
+    pub(super) const fn forget_time(&mut self) {
+        self.line_ms = None;
+    }
+
+    /// Whether a line C or a boot is known, so that the next line C tells the hundreds.
+    pub(super) const fn has_begun(&self) -> bool {
+        self.latest.is_some()
+    }
+
+    /// Whether short lines have been around lately.
+    pub(super) const fn has_short(&self) -> bool {
+        self.has_short
+    }
+
     /// Takes the uptime of a line C; returns the lines lost since the one before that are not in `lines_lost`.
     pub(super) fn take_uptime(&mut self, uptime_s: u32, counters: &Counters) -> Lost {
         let now = AtCounters {
@@ -102,6 +181,7 @@ impl Reckoning {
             lines: counters.lines - counters.other_lines,
             ack_lines: counters.ack_lines - counters.other_ack_lines,
             lines_lost: counters.lines_lost,
+            before_first: None,
         };
         let Some(then) = self.latest.replace(now) else {
             return Lost::default();
@@ -117,7 +197,11 @@ impl Reckoning {
         let is_mixed = had_short || short > 0;
         let is_plausible = self.clean_s < MEASURED_S
             || bytes * self.clean_s * 2 >= self.clean_bytes * passed_s.saturating_sub(1);
-        let is_clean = missing == 0 && counted == 0 && passed_s < CLEAN_S && is_plausible;
+        let is_clean = missing == 0
+            && counted == 0
+            && passed_s < CLEAN_S
+            && is_plausible
+            && then.before_first.is_none();
         if is_clean {
             self.breaks += u64::from(!self.was_clean);
             self.clean_bytes += bytes;
@@ -128,6 +212,17 @@ impl Reckoning {
             return Lost::default();
         }
         let (least, most) = self.expected(passed_s, bytes, is_mixed);
+        if let Some(before_first) = then.before_first {
+            // A robot may begin to send some time after its boot, so the uptime says only how many lines it can have sent. One
+            // whose first line was heard has lost none before it.
+            let unseen = most - missing - i64::from(before_first);
+            let hidden = unseen / MODULUS * MODULUS;
+            let max = if before_first == 0 { 0 } else { hidden.max(0) };
+            return Lost {
+                min: 0,
+                max: max as u64,
+            };
+        }
         let hundreds = |lines: i64| (lines - missing).max(0) / MODULUS;
         let (min, max) = (hundreds(least + MODULUS - 1), hundreds(most));
         let (min, max) = if min <= max {
@@ -155,6 +250,8 @@ impl Reckoning {
                 self.clean_bytes / self.clean_s,
                 2 + parts * 100 / self.clean_s,
             )
+        } else if self.heard_ms >= MEASURED_S * 1000 {
+            (self.heard_bytes * 1000 / self.heard_ms, 3)
         } else {
             (u64::from(BYTES_PER_S), 3)
         };

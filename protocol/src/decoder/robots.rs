@@ -23,30 +23,45 @@ struct Robot {
     sequence: u8,
 }
 
+/// The robot that sent a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sender {
+    /// The one that is followed.
+    Own,
+    /// Another one.
+    Other,
+    /// Another one, which is followed from this line on.
+    Successor,
+}
+
 impl Robots {
-    /// Takes a line; returns whether it is of the robot that is followed, the first one heard.
-    pub(super) fn take(&mut self, received: &Received) -> bool {
+    /// Takes a line; returns its sender. The first robot heard is followed.
+    pub(super) fn take(&mut self, received: &Received) -> Sender {
         let (boot, sequence) = (received.ack().boot, received.sequence());
         // 0 is the id of no robot.
         let Some(id) = received.robot_id().filter(|id| *id != 0) else {
-            return self.take_nameless(boot, sequence);
+            return if self.take_nameless(boot, sequence) {
+                Sender::Own
+            } else {
+                Sender::Other
+            };
         };
         let robot = Some(Robot { id, boot, sequence });
         if self.own.is_none_or(|own| own.id == id) {
             self.own = robot;
             self.in_a_row = 0;
-            return true;
+            return Sender::Own;
         }
         self.other = robot;
         self.in_a_row += 1;
         if self.in_a_row < REPLACED_AFTER {
-            return false;
+            return Sender::Other;
         }
         *self = Self {
             own: robot,
             ..Self::default()
         };
-        true
+        Sender::Successor
     }
 
     fn take_nameless(&mut self, boot: u8, sequence: u8) -> bool {
