@@ -24,8 +24,13 @@ impl Ui {
             return effects;
         }
         let keys = &self.config.keys;
-        // Redraw and suspend work in every context.
-        let everywhere = |action: &Action| matches!(action, Action::Redraw | Action::Suspend);
+        // Redraw and suspend work in every context, the prompt wherever characters are keys.
+        let types = matches!(self.context(), Context::Text | Context::Palette);
+        let everywhere = |action: &Action| match action {
+            Action::Redraw | Action::Suspend => true,
+            Action::AskCommand => !types,
+            _ => false,
+        };
         let action = keys
             .action(self.context(), key)
             .or_else(|| keys.action(Context::Dashboard, key).filter(everywhere));
@@ -158,7 +163,11 @@ impl Ui {
                 self.give_up_waits();
                 return vec![Effect::CancelCommands];
             }
-            Action::AskCommand => self.overlay = Overlay::Text(TextEntry::new(Purpose::Command)),
+            Action::AskCommand => {
+                let end = self.let_go();
+                self.overlay = Overlay::Text(TextEntry::new(Purpose::Command));
+                return end;
+            }
             Action::AskRouteFile => {
                 self.overlay = Overlay::Text(TextEntry::new(Purpose::RouteFile));
             }
@@ -317,11 +326,7 @@ impl Ui {
                 return vec![stick.push(now, ahead, right, repeated)];
             }
             (Action::Faster(steps), Overlay::Drive(stick)) => stick.faster(steps),
-            (Action::LeaveDrive, _) => {
-                self.overlay = Overlay::None;
-                self.tell_what_follows_driving();
-                return vec![Effect::DriveEnd];
-            }
+            (Action::LeaveDrive, _) => return self.let_go(),
             (Action::Close, Overlay::None) if is_looking => {
                 return vec![Effect::Playback(Control::StopSearch)];
             }
@@ -360,10 +365,15 @@ impl Ui {
         Vec::new()
     }
 
-    /// Notes that the robot stays in mode user until another command.
-    fn tell_what_follows_driving(&mut self) {
+    /// Ends driving by hand, if the operator drives; the robot stays in mode user until another command.
+    fn let_go(&mut self) -> Vec<Effect> {
+        if !matches!(self.overlay, Overlay::Drive(_)) {
+            return Vec::new();
+        }
+        self.overlay = Overlay::None;
         let text = "it stands in mode user: <modes/mode-prowl> prowls, <modes/mode-go-home> goes home, <enter-drive> drives on";
         self.note(Level::Info, self.with_keys(text));
+        vec![Effect::DriveEnd]
     }
 
     pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {

@@ -160,7 +160,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "O", &[plain('O')], Action::ResetPose, "make this the origin (asks)", ""),
     row(Dashboard, "P", &[plain('P')], Action::ShowParameters, "the robot's parameters", ""),
     row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "give up commands under way", "give up"),
-    row(Dashboard, ":", &[plain(':')], Action::AskCommand, "type a command", "command"),
+    row(Dashboard, ":", &[plain(':')], Action::AskCommand, "type a command, in any window", "command"),
     row(Dashboard, "Ctrl-P", &[ctrl('p')], Action::AskPalette, "find it by a few letters", "find"),
     row(Dashboard, "w", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint (Enter)", "add"),
     row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "take a change back", "undo"),

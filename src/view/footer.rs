@@ -51,7 +51,7 @@ impl Screen<'_> {
             let words = if state == Some(Mode::User) {
                 format!(" HAND DRIVE {} in/s ", stick.speed_in_s)
             } else {
-                " HAND DRIVE: the robot is not in mode user yet ".to_owned()
+                " HAND DRIVE: not in mode user yet ".to_owned()
             };
             spans.push(Span::styled(words, theme.alarm));
             spans.push(Span::raw("  "));
@@ -132,6 +132,8 @@ impl Screen<'_> {
         let common = Action::COMMON.iter().position(|known| *known == action);
         match action {
             Action::Stop => 0,
+            // A window's own keys come first.
+            Action::AskCommand if self.ui.context() != Context::Dashboard => usize::MAX,
             // In the past, moving in time comes first.
             _ if self.ui.playback.is_some() && action.moves_in_time() => 1,
             Action::CancelCommands if facts.ledger.is_busy() => 2,

@@ -22,6 +22,7 @@ mod pointer;
 mod property;
 mod rebound;
 mod time;
+mod windows;
 
 use super::draw;
 use crate::event::{
@@ -304,7 +305,7 @@ fn dialogs_at_80_by_24() {
     scene.type_text("y");
     row(
         &screen(&scene, 80, 24),
-        "HAND DRIVE: the robot is not in mode user yet",
+        "HAND DRIVE: not in mode user yet",
     );
     scene.state.mode = Mode::User;
     scene.hear();
