@@ -303,10 +303,7 @@ fn dialogs_at_80_by_24() {
     scene.type_text("?d");
     insta::assert_snapshot!("question", screen(&scene, 80, 24));
     scene.type_text("y");
-    row(
-        &screen(&scene, 80, 24),
-        "HAND DRIVE: not in mode user yet",
-    );
+    row(&screen(&scene, 80, 24), "HAND DRIVE: not in mode user yet");
     scene.state.mode = Mode::User;
     scene.hear();
     row(&screen(&scene, 80, 24), "HAND DRIVE 8 in/s");
