@@ -10,7 +10,7 @@
 
 pub use groundwave_captures as capture;
 pub use groundwave_captures::runs::figures;
-pub use groundwave_captures::{content, hint, outages, song, statistics};
+pub use groundwave_captures::{content, diagnosis, hint, outages, song, statistics};
 
 pub mod calibration;
 pub mod commands;

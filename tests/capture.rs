@@ -62,6 +62,7 @@ fn record(folder: &Path, stream: &[u8], sizes: &[usize]) {
     recorder.finish().unwrap();
 }
 
+#[cfg(target_os = "linux")]
 fn raw_problem(raw: &RawWriter) -> String {
     let deadline = Instant::now() + Duration::from_mins(1);
     loop {

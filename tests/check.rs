@@ -6,12 +6,17 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::check_send::FAULTS;
+
 use crate::common::{CoSimulation, is_nightly};
+use crate::programs::{expect, scratch};
 use groundwave::capture::diagnosis::kind;
 use groundwave::capture::diagnosis::{Diagnosis, Finding};
 use groundwave::conformance::rule;
+use groundwave::event::{Event, NoticeCode};
 use groundwave::request::Request;
+use groundwave::station::Station;
 use groundwave_protocol::Waypoint;
+use groundwave_protocol::arq::Config;
 use groundwave_protocol::crc::{self, DOWNLINK_INIT};
 use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::{Ack, Detail, Outcome};
@@ -342,6 +347,7 @@ fn page_with(table: &str) -> String {
 
 `groundwave check FILE` reads a capture, `groundwave check LINK` listens to a robot. A finding names line and column, the content, the form expected, the likely
 cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are stable; `--json` prints them. Damage by the radio is no finding.
+The dashboard logs a mistake as soon as it is certain; `info`, `verify` and `export` to tables tell it in one line.
 `groundwave check LINK --send` also tries the rules for frames and names each that the robot breaks.
 
 ## Codes
@@ -392,35 +398,110 @@ cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are s
 " + table
 }
 
-/// A correct robot that takes commands, over a radio with bit errors of 1e-3.
+/// The station's notices of mistakes.
+fn notices(events: impl IntoIterator<Item = Event>) -> Vec<String> {
+    let mistakes = events.into_iter().filter_map(|event| match event {
+        Event::Notice(notice) if notice.code == NoticeCode::RobotMistake => Some(notice.text),
+        _ => None,
+    });
+    mistakes.collect()
+}
+
+/// A correct robot that takes commands, over radios with bit errors, and at each moment of them.
 #[test]
 fn a_radio_with_bit_errors_makes_no_mistake_of_a_correct_robot() {
     let hours = if is_nightly() { 24.0 } else { 0.5 };
-    let mut co = CoSimulation::new("house", 5, "ber=1e-3");
-    let mut diagnosis = Diagnosis::default();
-    let end = Duration::from_secs_f64(hours * 3600.0);
-    let mut next = Duration::from_mins(1);
-    let mut count = 0;
-    while co.now() < end {
-        co.step_telling(&mut |byte| diagnosis.take(&[byte]));
-        if co.now() >= next {
-            next += Duration::from_secs(97);
-            count += 1;
-            co.request(match count % 4 {
-                0 => Request::Stop,
-                1 => Request::Mode(Mode::Prowl),
-                2 => Request::Route(vec![
-                    Waypoint {
-                        x_in: 5,
-                        y_in: count
-                    };
-                    9
-                ]),
-                _ => Request::Mode(Mode::Reactive),
-            });
+    for (channel, seed, hours) in [
+        ("ber=1e-3", 5, hours),
+        ("ber=5e-3,burst=80", 6, hours / 5.0),
+        ("half-duplex,ber=3e-3", 126, hours / 5.0),
+        ("ber=1e-2", 119, hours / 5.0),
+    ] {
+        let mut co = CoSimulation::new("house", seed, channel);
+        let mut diagnosis = Diagnosis::default();
+        let end = Duration::from_secs_f64(hours * 3600.0);
+        let mut next = Duration::from_mins(1);
+        let mut count = 0;
+        while co.now() < end {
+            co.step_telling(&mut |byte| diagnosis.take(&[byte]));
+            let named = notices(co.events.drain(..).map(|(_, event)| event));
+            assert_eq!(named, [] as [&str; 0], "{}", co.context());
+            if co.now() >= next {
+                next += Duration::from_secs(97);
+                count += 1;
+                co.request(match count % 4 {
+                    0 => Request::Stop,
+                    1 => Request::Mode(Mode::Prowl),
+                    2 => Request::Route(vec![
+                        Waypoint {
+                            x_in: 5,
+                            y_in: count
+                        };
+                        9
+                    ]),
+                    _ => Request::Mode(Mode::Reactive),
+                });
+            }
         }
+        assert_eq!(diagnosis.findings(), [], "{}", co.context());
+        let damaged = diagnosis.counters().damaged.total();
+        assert!(
+            damaged > (hours * 1000.0) as u64,
+            "{damaged}: {}",
+            co.context()
+        );
+        let is_heard = channel == "ber=1e-2" || diagnosis.level() >= 4;
+        assert!(is_heard, "{}", co.context());
     }
-    assert_eq!(diagnosis.findings(), [], "{}", co.context());
-    assert!(diagnosis.counters().damaged.total() > (hours * 4000.0) as u64);
-    assert_eq!(diagnosis.level(), 5);
+}
+
+/// The mistake in a capture of a robot, wherever it is read; each kind is told once while it is received.
+#[test]
+fn a_mistake_is_told_wherever_lines_are_read() {
+    let folder = scratch("mistakes");
+    let file = folder.join("own.txt");
+    let path = file.to_str().unwrap();
+    let plant = field(b'B', 13, b" 0120");
+    fs::write(&file, stream(Some(&plant))).unwrap();
+    let place = "line B, column 13";
+    let (info, _) = expect(0, &["info", path]);
+    let mistakes = info.lines().find(|line| line.starts_with("mistakes "));
+    assert!(mistakes.is_some_and(|line| line.contains(place)), "{info}");
+    let (info, _) = expect(0, &["info", "--json", path]);
+    let info: serde_json::Value = serde_json::from_str(&info).unwrap();
+    assert_eq!(info["mistakes"][0]["code"], "missing-sign");
+    assert_eq!(info["mistakes"][0]["column"], 13);
+    let (verdict, _) = expect(1, &["verify", path]);
+    assert!(verdict.contains("NOT GOOD"), "{verdict}");
+    assert!(
+        verdict.contains(&format!("wrong      the robot's {place}")),
+        "{verdict}"
+    );
+    let (_, told) = expect(0, &["export", path, "--to", "csv", "-o", "-"]);
+    assert!(
+        told.contains(&format!("mistakes of the robot: {place}")),
+        "{told}"
+    );
+
+    let mut station = Station::new(Config::new(1), true);
+    let mut named = Vec::new();
+    for (n, piece) in stream(Some(&plant)).chunks(16).enumerate() {
+        station.handle_bytes(Duration::from_millis(66 * n as u64), piece);
+        named.extend(notices(std::iter::from_fn(|| station.poll_event())));
+    }
+    assert_eq!(named.len(), 1, "{named:?}");
+    assert!(named[0].contains(place), "{named:?}");
+
+    // Without an intact line, it is the reason.
+    let plant = Checksum(|it| sent(crc::update(0, it)));
+    fs::write(&file, stream(Some(&plant))).unwrap();
+    for arguments in [
+        &["info", path][..],
+        &["verify", path],
+        &["export", path, "--to", "csv", "-o", "-"],
+    ] {
+        let (_, error) = expect(2, arguments);
+        let reason = "column 75: the checksum starts from 0";
+        assert!(error.contains(reason), "{arguments:?}: {error}");
+    }
 }

@@ -32,7 +32,13 @@ pub(super) fn keep(path: &Path) -> Result<PathBuf, CaptureError> {
     if fs::hard_link(path, &kept).is_err() {
         fs::copy(path, &kept).map_err(|error| {
             let _ = fs::remove_file(&kept);
-            failed(error)
+            // Windows does not find the folder of a path that is too long.
+            let is_too_long = error.kind() == io::ErrorKind::NotFound && path.exists();
+            failed(if is_too_long {
+                io::ErrorKind::InvalidFilename.into()
+            } else {
+                error
+            })
         })?;
     }
     Ok(kept)

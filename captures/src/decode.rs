@@ -13,6 +13,7 @@ use groundwave_lines::{Content, OwnLine, Recognizer};
 use groundwave_protocol::decoder::{Decoder, Received};
 
 use super::chunk::set_time;
+use super::diagnosis::{Diagnosis, Finding};
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
 use super::own_lines::{DescribedFields, Line, each_line, recognizer};
@@ -57,23 +58,28 @@ pub fn decode(
         format,
         output,
         record: Vec::new(),
+        diagnosis: Diagnosis::default(),
     };
     let result = records.write_all(capture, &mut decoder);
+    let mistakes = records.diagnosis.findings();
     output.flush()?;
     let counters = decoder.counters();
     result.map(|own_lines| Decoded {
         bytes: counters.bytes,
         lines: counters.lines + counters.ack_lines + own_lines,
+        mistakes,
     })
 }
 
 /// What a capture held.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Decoded {
     /// Bytes received.
     pub bytes: u64,
     /// Intact lines, and lines of the robot's own with values.
     pub lines: u64,
+    /// Mistakes in the lines that the robot sent.
+    pub mistakes: Vec<Finding>,
 }
 
 /// Writes records one at a time.
@@ -81,6 +87,7 @@ struct Records<'a, W> {
     format: Format,
     output: &'a mut W,
     record: Vec<u8>,
+    diagnosis: Diagnosis,
 }
 
 impl<W: Write> Records<'_, W> {
@@ -108,6 +115,7 @@ impl<W: Write> Records<'_, W> {
                 Piece::Received(bytes) => {
                     let own = own.get_or_insert_with(|| recognizer(table.as_ref()));
                     set_time(decoder, at);
+                    self.diagnosis.take(bytes);
                     each_line(
                         decoder,
                         own,
@@ -127,12 +135,14 @@ impl<W: Write> Records<'_, W> {
                 }
                 Piece::Missing(_) | Piece::Damaged(_) => {
                     decoder.skip();
+                    self.diagnosis.skip();
                     own.iter_mut().for_each(Recognizer::interrupt);
                     outages.handle_missing();
                 }
                 Piece::Event(event) => {
                     if event.is_loss_of_link() {
                         decoder.interrupt();
+                        self.diagnosis.skip();
                         own.iter_mut().for_each(Recognizer::interrupt);
                     }
                     outages.handle_event(at, &event);

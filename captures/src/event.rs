@@ -98,6 +98,8 @@ coded! {
         Operator = "operator",
         /// Another robot speaks on the channel.
         OtherRobot = "other-robot",
+        /// A mistake in the robot's lines.
+        RobotMistake = "robot-mistake",
         /// State of the playback.
         Playback = "playback",
         /// Bytes are missing from a capture.

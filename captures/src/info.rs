@@ -10,6 +10,7 @@ use super::Capture;
 use super::own_lines::OwnSummary;
 use super::runs::label::Label;
 use super::source::Form;
+use crate::diagnosis::Finding;
 use crate::outages::Outage;
 use crate::statistics::{Damaged, Loss, OtherRobot, Resync};
 use survey::Survey;
@@ -57,6 +58,9 @@ pub struct Info {
     pub gaps: u64,
     /// Damaged lines.
     pub damaged: Damaged,
+    /// Mistakes in the lines that the robot sent.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mistakes: Vec<Finding>,
     /// Another robot on the channel.
     #[serde(flatten)]
     pub other: OtherRobot,

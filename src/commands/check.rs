@@ -213,25 +213,12 @@ fn to_json(
     trials: Option<&Trials>,
 ) -> Value {
     let counters = diagnosis.counters();
-    let finding = |finding: &Finding| {
-        json!({
-            "code": finding.kind.code,
-            "row": finding.row,
-            "column": finding.column,
-            "count": finding.count,
-            "place": finding.place,
-            "cause": finding.kind.cause,
-            "remedy": finding.kind.remedy,
-            "section": finding.kind.section,
-            "line": String::from_utf8_lossy(&finding.line).trim_end_matches('\r'),
-        })
-    };
     json!({
         "name": name,
         "level": trials.and_then(Trials::level).unwrap_or(diagnosis.level()),
         "intact": counters.lines + counters.ack_lines,
         "damaged": counters.damaged.total(),
-        "findings": findings.iter().map(finding).collect::<Vec<_>>(),
+        "findings": findings,
         "trials": trials.map(|it| it.verdicts().iter().map(trials::to_json).collect::<Vec<_>>()),
     })
 }

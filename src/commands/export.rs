@@ -11,6 +11,7 @@ use super::output::{Output, Target, targets};
 use super::progress::Progress;
 use super::{Exit, Fault, batch, input, say};
 use crate::capture::decode::{DecodeError, Format, decode};
+use crate::capture::diagnosis;
 use crate::capture::picture::Picture;
 use crate::capture::track::Track;
 
@@ -21,6 +22,8 @@ struct Made {
     what: String,
     /// Why the result is incomplete.
     problem: Option<Fault>,
+    /// Mistakes in the robot's lines, in one clause.
+    mistakes: Option<String>,
 }
 
 pub(super) fn run(options: &Export) -> Result<(), Fault> {
@@ -60,6 +63,14 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
             {
                 say(format_args!("{}: {}", file.display(), made.what));
             }
+            if let Some(clause) = made.mistakes
+                && !options.captures.quiet
+            {
+                let name = files[index].display();
+                say(format_args!(
+                    "{name}: mistakes of the robot: {clause}; `groundwave check` tells more"
+                ));
+            }
             made.problem.map_or(Ok(ControlFlow::Continue(())), Err)
         },
     )
@@ -68,7 +79,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
 fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> Result<Made, Fault> {
     let mut capture = input::open_capture(path, progress)?;
     let mut output = Output::create(target)?;
-    let mut lines = 0;
+    let (mut lines, mut mistakes) = (0, None);
     let decoded = if path == Path::new("-") {
         decode(&mut capture, format, &mut EachLine(&mut output))
     } else {
@@ -80,6 +91,7 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
         }
         Ok(seen) => {
             lines = seen.lines;
+            mistakes = diagnosis::clause(&seen.mistakes);
             None
         }
         Err(DecodeError::Output(error)) => return output.fault(&error).map(|()| Made::default()),
@@ -91,7 +103,11 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
         0 => "only the readable part".to_owned(),
         lines => format!("{lines} lines"),
     };
-    Ok(Made { what, problem })
+    Ok(Made {
+        what,
+        problem,
+        mistakes,
+    })
 }
 
 /// Passes each line on at once, for a live stream.
@@ -139,5 +155,6 @@ fn picture(
     Ok(Made {
         what: format!("path of {feet:.0} ft"),
         problem,
+        mistakes: None,
     })
 }

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
+use crate::capture::diagnosis::{self, Diagnosis};
 use crate::capture::{Capture, CaptureError, content};
 use crate::hint;
 use crate::safe_text;
@@ -152,13 +153,18 @@ impl From<CaptureError> for Fault {
 }
 
 /// What a file without a line holds; `None` of a stream, which is gone.
-fn content_words(path: &Path) -> Option<&'static str> {
+fn content_words(path: &Path) -> Option<String> {
     let mut capture = path.is_file().then(|| Capture::open(path).ok()).flatten()?;
-    let mut head = Vec::new();
+    let (mut head, mut diagnosis) = (Vec::new(), Diagnosis::default());
     while head.len() < CONTENT_BYTES
         && let Ok(Some(chunk)) = capture.next_chunk()
     {
         head.extend_from_slice(chunk.bytes);
+        diagnosis.take(chunk.bytes);
     }
-    Some(content::words(&head))
+    let mistakes = diagnosis::clause(&diagnosis.findings());
+    Some(match mistakes {
+        Some(clause) => format!("lines with mistakes: {clause}; `groundwave check` tells more"),
+        None => content::words(&head).to_owned(),
+    })
 }

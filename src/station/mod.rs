@@ -18,6 +18,7 @@ use groundwave_protocol::arq::{Config, Duplex, Fop};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
 
+use crate::diagnosis::{Examiner, kind};
 use crate::event::{
     CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode,
     Reception,
@@ -71,6 +72,7 @@ pub struct Station {
     /// The other robot on the channel that was reported.
     reported_other: Option<u8>,
     outages: Outages,
+    examiner: Examiner,
     /// Of the link, bit/s.
     baud: u32,
     meter: LinkMeter,
@@ -101,6 +103,7 @@ impl Station {
             reported_counters: Counters::default(),
             reported_other: None,
             outages: Outages::default(),
+            examiner: Examiner::default(),
             baud: BYTES_PER_S * BITS_PER_BYTE,
             meter: LinkMeter::default(),
             reported_statistics: None,
@@ -146,6 +149,7 @@ impl Station {
             }
             LinkEvent::Lost { .. } => {
                 self.decoder.interrupt();
+                self.examiner.skip();
                 self.own.interrupt();
                 self.outages.handle_unplugged(now);
             }
@@ -183,28 +187,33 @@ impl Station {
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
         self.decoder.set_time(now.as_millis() as u64);
-        let damaged = self.decoder.counters().damaged;
+        let before = *self.decoder.counters();
         let mut bytes = run;
-        let mut has_line = false;
+        let mut last = None;
         while let Some(received) = self.decoder.next_own_line(&mut bytes) {
-            has_line = true;
             let counters = self.decoder.counters();
             self.meter.take_line(counters);
             self.outages.handle_line(now, &received, counters);
+            last = Some((received, counters.noise_bytes));
             self.handle_received(now, &received);
         }
+        let mut has_line = last.is_some();
         self.report_outages();
         self.report_other_robot();
         if let Some(line) = self.own.take(run, has_line) {
             let is_intact = line.content != Content::Damaged;
             has_line |= is_intact;
             self.own_lines += u64::from(is_intact);
-            self.decoder.disown(run.len(), damaged);
+            self.decoder.disown(run.len(), before.damaged);
+            self.examiner.skip();
             if let Some(uplink) = &mut self.own_uplink {
                 uplink.handle_line(&line.text);
                 self.settle_own(now);
             }
             self.events.push_back(Event::Own(line));
+        } else {
+            self.examiner.take(run, last, &before, &self.decoder);
+            self.report_mistakes();
         }
         let heard = self.listener.take(now, run, has_line);
         self.report_reception(heard);
@@ -239,6 +248,7 @@ impl Station {
     /// Takes a gap in the bytes; no line spans it.
     pub fn handle_interruption(&mut self) {
         self.decoder.skip();
+        self.examiner.skip();
         self.own.interrupt();
         self.meter.interrupt();
         self.outages.handle_missing();
@@ -259,6 +269,21 @@ impl Station {
         if let Some(id) = other {
             let text = format!("robot {id} speaks on this channel, too; its lines are kept apart");
             self.notice(NoticeCode::OtherRobot, Level::Warning, &text);
+        }
+    }
+
+    /// Names mistakes in the robot's lines, each kind once.
+    fn report_mistakes(&mut self) {
+        while let Some(finding) = self.examiner.news() {
+            // Another robot has a notice of its own.
+            if finding.kind == kind::TWO_ROBOTS {
+                continue;
+            }
+            let text = format!(
+                "mistake of the robot: {}; `groundwave check` tells more",
+                finding.clause()
+            );
+            self.notice(NoticeCode::RobotMistake, Level::Warning, &text);
         }
     }
 

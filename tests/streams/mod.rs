@@ -46,14 +46,14 @@ fn send(slots: u32, with_acks: bool) -> Vec<u8> {
                 (5, _) => Body::Text(TextLine::new("door, \"left\" ajar")),
                 _ => Body::State(state(slot)),
             },
-            ack: ack(slot),
+            ack: ack(slot, sequence),
         };
         stream.extend(line.encode());
         sequence = (sequence + 1) % 100;
         if with_acks && slot % 10 == 9 {
             let line = AckLine {
                 sequence,
-                ack: ack(slot),
+                ack: ack(slot, sequence),
                 listens: false,
             };
             stream.extend(line.encode());
@@ -85,7 +85,7 @@ pub fn live(stream: &[u8]) -> (Vec<Received>, Counters) {
     (lines, *decoder.counters())
 }
 
-fn ack(slot: u32) -> Ack {
+fn ack(slot: u32, line_sequence: u8) -> Ack {
     Ack {
         boot: 4,
         session: 1,
@@ -95,7 +95,9 @@ fn ack(slot: u32) -> Ack {
         } else {
             Outcome::ListIncomplete
         },
-        detail: if slot % 30 < 20 {
+        detail: if line_sequence % 3 == 1 {
+            Detail::Era { era: 510 }
+        } else if slot % 30 < 20 {
             Detail::Idle {
                 owner: 789,
                 robot_id: 7,

@@ -12,6 +12,8 @@ use crate::{capture, root, run};
 /// Packs and builds the crates as `cargo publish` does, and runs the tests of the unpacked crates.
 pub(crate) fn check() -> Result<(), String> {
     super::cargo(&["publish", "--workspace", "--dry-run", "--locked"])?;
+    // The dry run has built them and leaves none.
+    super::cargo(&["package", "--workspace", "--no-verify", "--locked"])?;
     let metadata = capture(Command::new(super::cargo_path()).args([
         "metadata",
         "--no-deps",

@@ -29,7 +29,7 @@ const CUT_BYTES_MAX: u64 = 80;
 pub(super) type Suspicion = (usize, &'static Kind);
 
 /// What the lines showed before.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Conduct {
     previous: Option<Previous>,
     /// Latest sequence of each type.

@@ -1,7 +1,9 @@
 //! The kinds of mistakes: a stable code, the likely cause and the remedy.
 
+use serde::Serialize;
+
 /// A kind of mistake.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq, Eq, Serialize)]
 pub struct Kind {
     /// Stable code.
     pub code: &'static str,
@@ -24,7 +26,8 @@ const fn kind(code: &'static str, section: u8, cause: &'static str, remedy: &'st
 
 macro_rules! kinds {
     ($($name:ident = $code:literal, $section:literal, $cause:literal, $remedy:literal;)*) => {
-        $(pub(super) const $name: &Kind = &kind($code, $section, $cause, $remedy);)*
+        $(#[doc = $cause]
+        pub const $name: &Kind = &kind($code, $section, $cause, $remedy);)*
 
         /// All kinds.
         pub const ALL: &[&Kind] = &[$($name),*];

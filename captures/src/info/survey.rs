@@ -12,6 +12,7 @@ use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 use super::{HolderShare, Info, LineCounts, Robot, Sent};
 use crate::bumps::Bumps;
 use crate::chunk::Chunk;
+use crate::diagnosis::Diagnosis;
 use crate::gaps::Gaps;
 use crate::odometer::Odometer;
 use crate::outages::OutageList;
@@ -52,6 +53,7 @@ pub(super) struct Survey {
     noise: statistics::Gaps,
     outages: OutageList,
     own: OwnSummary,
+    diagnosis: Diagnosis,
 }
 
 impl Survey {
@@ -69,6 +71,7 @@ impl Survey {
                 self.gaps.interrupt();
                 own.interrupt();
                 self.noise.interrupt();
+                self.diagnosis.skip();
             }
             self.outages.handle_chunk(&chunk);
             let Chunk { at, bytes, .. } = chunk;
@@ -79,6 +82,7 @@ impl Survey {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
             };
+            self.diagnosis.take(bytes);
             let Ok(()) = each_line(decoder, own, &mut described, bytes, |line, counters| {
                 match line {
                     AnyLine::Own(line) => self.own.take(&line),
@@ -199,6 +203,11 @@ impl Survey {
                 Damaged::default()
             } else {
                 Damaged::of(seen)
+            },
+            mistakes: if is_own {
+                Vec::new()
+            } else {
+                self.diagnosis.findings()
             },
             other: OtherRobot::of(seen),
             outages: self.outages.into_outages(capture.end()),

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::{Info, LineCounts};
+use crate::diagnosis;
 use crate::outages::Outage;
 
 /// Number of outages that the text lists; JSON has all.
@@ -38,6 +39,9 @@ impl Info {
         match self.damaged.types_words() {
             types if types.is_empty() => writeln!(output)?,
             types => writeln!(output, ": {types}")?,
+        }
+        if let Some(clause) = diagnosis::clause(&self.mistakes) {
+            writeln!(output, "mistakes   {clause}; `groundwave check` tells more")?;
         }
         match self.other.other_robot {
             Some(id) => writeln!(

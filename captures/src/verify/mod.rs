@@ -20,6 +20,7 @@ use super::source::Form;
 use super::text::TextReader;
 use super::topics::RAW_RX;
 use crate::chunk::set_time;
+use crate::diagnosis::{Diagnosis, Finding};
 use crate::gaps::Gaps;
 use crate::messages::StationEvent;
 use crate::outages::{Outage, OutageList};
@@ -46,6 +47,9 @@ pub struct Verdict {
     pub loss: Loss,
     /// Damaged lines.
     pub damaged: Damaged,
+    /// Mistakes in the lines that the robot sent. Those in lines that are refused count as faults.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mistakes: Vec<Finding>,
     /// Places between two intact lines where lines were lost or damaged, or the link was interrupted.
     pub gaps: u64,
     /// The longest gap.
@@ -84,6 +88,7 @@ impl Verdict {
             lines: 0,
             loss: Loss::default(),
             damaged: Damaged::default(),
+            mistakes: Vec::new(),
             gaps: 0,
             worst_gap: None,
             outages: Vec::new(),
@@ -193,6 +198,7 @@ struct Lines {
     decoder: Decoder,
     gaps: Gaps,
     outages: OutageList,
+    diagnosis: Diagnosis,
     end: Duration,
 }
 
@@ -200,6 +206,7 @@ impl Lines {
     /// Takes a place where bytes are missing.
     fn skip(&mut self) {
         self.decoder.skip();
+        self.diagnosis.skip();
         self.gaps.interrupt();
         self.outages.handle_missing();
     }
@@ -208,6 +215,7 @@ impl Lines {
     fn take_event(&mut self, event: &StationEvent, at: Duration) {
         if event.is_loss_of_link() {
             self.decoder.interrupt();
+            self.diagnosis.skip();
             self.gaps.interrupt();
         }
         self.outages.handle_event(at, event);
@@ -217,6 +225,7 @@ impl Lines {
         let shown = |counters: &Counters| counters.lost().min - counters.hidden.min;
         let mut before = shown(self.decoder.counters());
         set_time(&mut self.decoder, at);
+        self.diagnosis.take(bytes);
         if !bytes.is_empty() {
             self.end = at;
         }
@@ -256,5 +265,11 @@ impl Lines {
         verdict.lines = counters.intact();
         verdict.loss = Loss::of(counters);
         verdict.damaged = Damaged::of(counters);
+        verdict.mistakes = self.diagnosis.findings();
+        for finding in verdict.mistakes.clone() {
+            if finding.is_refused {
+                verdict.fault(format!("the robot's {}", finding.clause()));
+            }
+        }
     }
 }

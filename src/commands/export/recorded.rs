@@ -57,7 +57,11 @@ pub(super) fn to_raw(path: &Path, progress: &Progress, target: &Target) -> Resul
 
 fn made(bytes: u64, problem: Option<Fault>) -> Made {
     let what = format!("{bytes} received bytes");
-    Made { what, problem }
+    Made {
+        what,
+        problem,
+        mistakes: None,
+    }
 }
 
 /// Writes a recording with all topics.

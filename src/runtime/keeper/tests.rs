@@ -1,5 +1,7 @@
 use super::*;
-use crate::capture::{Capture, Existing, Rotation, Session};
+use crate::capture::Capture;
+#[cfg(target_os = "linux")]
+use crate::capture::{Existing, Rotation, Session};
 use std::fs;
 
 /// A recording manager whose first recording goes into `folder`.

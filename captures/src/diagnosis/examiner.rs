@@ -1,0 +1,406 @@
+//! Judges the lines that a decoder took.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use groundwave_protocol::LINE_BYTES;
+use groundwave_protocol::crc;
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::telemetry::{ACK_LINE_BYTES, AckLine, Body, Detail, Line};
+
+use super::Finding;
+use super::conduct::Conduct;
+use super::kind::{self, Kind};
+use super::{checksum, forms};
+
+/// How often a mistake that the radio may cause once has to recur.
+const RECURS: u64 = 3;
+
+/// How often a field has to be too long or too short in only some of the lines.
+const RECURS_SOMETIMES: u64 = 12;
+
+/// Intact lines for each of these, at most: the radio makes one line in 200 too long or too short.
+const SOMETIMES: u64 = 20;
+
+/// Longest line that is examined.
+const LINE_BYTES_MAX: usize = 2 * LINE_BYTES;
+
+/// Collects the mistakes in the lines that a decoder took.
+#[derive(Clone, Debug, Default)]
+pub struct Examiner {
+    piece: Vec<u8>,
+    row: u64,
+    /// By code, letter and column.
+    suspects: BTreeMap<(&'static str, u8, Option<usize>), Finding>,
+    conduct: Conduct,
+    /// Intact lines, and damaged ones, by their letter.
+    intact: BTreeMap<u8, u64>,
+    damaged: BTreeMap<u8, u64>,
+    /// Damaged lines that no usual mistake explains.
+    unexplained: u64,
+    level: u8,
+    /// Whether there are suspects since the latest news.
+    has_suspects: bool,
+    /// Codes of the findings that were news.
+    known: BTreeSet<&'static str>,
+}
+
+impl Examiner {
+    /// Takes a line, or a part of one, and the empty lines after it (`groundwave_lines::runs`), after the decoder took them; the
+    /// last intact line in them with the decoder's noise bytes right after it; and the decoder's counts before.
+    pub fn take(
+        &mut self,
+        run: &[u8],
+        last: Option<(Received, u64)>,
+        before: &Counters,
+        decoder: &Decoder,
+    ) {
+        let line_feed = run.iter().position(|&byte| byte == b'\n');
+        let (piece, empty) = run.split_at(line_feed.map_or(run.len(), |at| at + 1));
+        self.piece.extend_from_slice(piece);
+        while self.piece.len() > 2 * LINE_BYTES_MAX {
+            let head: Vec<u8> = self.piece.drain(..LINE_BYTES_MAX).collect();
+            self.take_headless(&head);
+        }
+        if piece.ends_with(b"\n") {
+            self.take_line(last, before, decoder);
+        }
+        self.row += empty.split(|&byte| byte == b'\n').skip(1).count() as u64;
+    }
+
+    /// Takes a place where bytes are missing, or a line that is none of Groundwave's.
+    pub fn skip(&mut self) {
+        self.piece.clear();
+    }
+
+    /// The next mistake of a kind that was not returned before.
+    pub fn news(&mut self) -> Option<Finding> {
+        if !self.has_suspects {
+            return None;
+        }
+        let mut findings = self.findings().into_iter();
+        let found = findings.find(|it| !self.known.contains(it.kind.code));
+        match &found {
+            Some(finding) => _ = self.known.insert(finding.kind.code),
+            None => self.has_suspects = false,
+        }
+        found
+    }
+
+    /// Takes bytes without a line feed.
+    fn take_headless(&mut self, bytes: &[u8]) {
+        let mut ends = bytes.iter().enumerate();
+        let line = ends.find_map(|(end, byte)| {
+            let line = bytes.get(end.checked_sub(LINE_BYTES - 2)?..end)?;
+            let is_line = *byte == b'\r' && begins(line) && begins(&bytes[end + 1..]);
+            is_line.then(|| line.to_vec())
+        });
+        if let Some(line) = line {
+            let place = "lines end with CR alone".to_owned();
+            self.suspect(kind::LINE_END, false, line, Some(80), place);
+        }
+    }
+
+    fn take_line(&mut self, last: Option<(Received, u64)>, before: &Counters, decoder: &Decoder) {
+        self.row += 1;
+        let mut line = std::mem::take(&mut self.piece);
+        line.pop();
+        let counters = decoder.counters();
+        if before.other_robot.is_none()
+            && let Some(other) = counters.other_robot
+        {
+            let place = format!("robot {other} is on the channel, too");
+            self.suspect(kind::TWO_ROBOTS, true, line.clone(), None, place)
+                .is_refused = false;
+        }
+        if let Some((received, noise)) = last {
+            self.take_intact(&received, &line, noise);
+        } else if counters.field_rejected > before.field_rejected {
+            self.take_unreadable(&line, decoder);
+        } else if counters.lines + counters.ack_lines == before.lines + before.ack_lines {
+            self.take_damaged(line);
+        }
+    }
+
+    fn take_unreadable(&mut self, line: &[u8], decoder: &Decoder) {
+        let Some(error) = decoder.last_field_error() else {
+            return;
+        };
+        // The line is the end of the piece; noise may be before it.
+        let is_long = last(line, LINE_BYTES - 1).is_some_and(|line| is_sealed(line, 74));
+        let length = if is_long { LINE_BYTES } else { ACK_LINE_BYTES };
+        let line = last(line, length - 1).unwrap_or(line).to_vec();
+        let column = usize::from(error.column);
+        let misread = forms::judge(&line, column);
+        self.suspect(misread.kind, true, line, Some(column), misread.place);
+    }
+
+    fn take_damaged(&mut self, line: Vec<u8>) {
+        let letter = line.first().copied().unwrap_or_default();
+        if begins(&line) {
+            *self.damaged.entry(letter).or_default() += 1;
+        }
+        if let Some((kind, column, place)) = shape(&line) {
+            self.suspect(kind, false, line, column, place);
+            return;
+        }
+        let Some(content) = line.strip_suffix(b"\r") else {
+            self.unexplained += u64::from(begins(&line));
+            return;
+        };
+        let misread = begins(content).then(|| misread(content)).flatten();
+        if let Some((column, kind)) = checksum::mistake(content) {
+            let place = place(letter, column);
+            // The line is as the robot sent it, so its fields count, too.
+            if let Some((column, misread)) = misread {
+                self.suspect(
+                    misread.kind,
+                    false,
+                    line.clone(),
+                    Some(column),
+                    misread.place,
+                );
+            }
+            self.suspect(kind, false, line, Some(column), place);
+        } else if begins(content) {
+            let is_long = !AckLine::begins_with(letter) && content.len() == LINE_BYTES - 2;
+            if is_long && misread.is_none() {
+                let place = place(letter, 75);
+                self.suspect(kind::CRC_UNKNOWN, false, line, Some(75), place);
+            } else {
+                self.unexplained += 1;
+            }
+        }
+    }
+
+    fn take_intact(&mut self, received: &Received, line: &[u8], noise: u64) {
+        self.level = self.level.max(level(received));
+        let letter = match received {
+            Received::Line(line, _) => line.body.line_type().letter(),
+            Received::Ack(line) if line.listens => b'G',
+            Received::Ack(_) => b'K',
+        };
+        *self.intact.entry(letter).or_default() += 1;
+        for (column, kind) in self.conduct.take(received, noise) {
+            let is_sure = [
+                kind::BOOT_CHANGES,
+                kind::BOOT_DISAGREES,
+                kind::BOOT_SAME,
+                kind::DIGEST_EMPTY,
+                kind::ERA_TWICE,
+                kind::HEARING,
+                kind::ID_DISAGREES,
+                kind::ID_ZERO,
+                kind::WRAP,
+            ]
+            .contains(&kind);
+            self.suspect(
+                kind,
+                is_sure,
+                line.to_vec(),
+                Some(column),
+                place(letter, column),
+            )
+            .is_refused = false;
+        }
+    }
+
+    fn suspect(
+        &mut self,
+        kind: &'static Kind,
+        is_sure: bool,
+        line: Vec<u8>,
+        column: Option<usize>,
+        place: String,
+    ) -> &mut Finding {
+        self.has_suspects = true;
+        let row = self.row;
+        // The sequence is one for all types.
+        let letter = if column == Some(2) {
+            0
+        } else {
+            line.first().copied().unwrap_or_default()
+        };
+        let key = (kind.code, letter, column);
+        let finding = self.suspects.entry(key).or_insert_with(|| Finding {
+            kind,
+            row,
+            line,
+            column,
+            place,
+            count: 0,
+            is_refused: true,
+            is_sure,
+        });
+        finding.count += 1;
+        finding
+    }
+
+    /// The robot's mistakes, in the order of their first occurrence.
+    #[must_use]
+    pub fn findings(&self) -> Vec<Finding> {
+        let of = |counts: &BTreeMap<u8, u64>, finding: &Finding| {
+            let letter = finding.line.iter().find(|it| **it != b'\r');
+            letter.and_then(|it| counts.get(it)).copied().unwrap_or(0)
+        };
+        let same_kind = |finding: &Finding| {
+            let letter = finding.line.first();
+            let suspects = self.suspects.values();
+            let same = suspects.filter(|it| it.kind == finding.kind && it.line.first() == letter);
+            same.map(|it| it.count).sum::<u64>()
+        };
+        // Lines and bytes that the radio lost make the sequence jump and lines too short or too long, but not mostly and not
+        // always at the same column.
+        let is_mistake = |finding: &&Finding| {
+            let count = finding.count;
+            let kind = finding.kind;
+            if finding.is_sure {
+                // A robot with two ids is taken for two robots.
+                return kind != kind::TWO_ROBOTS || !self.has(kind::ID_DISAGREES);
+            }
+            if count < RECURS {
+                return false;
+            }
+            let intact = of(&self.intact, finding);
+            // A bad radio damages most lines in ways that no mistake explains.
+            let is_clear = same_kind(finding) > self.unexplained;
+            if kind == kind::STUCK || kind == kind::JUMP {
+                count > self.conduct.pairs / 2
+            } else if kind == kind::PER_TYPE {
+                count > self.conduct.changes / 2
+            } else if kind == kind::NO_STATE {
+                count > intact / 4
+            } else if kind == kind::LINE_END {
+                is_clear && count > intact
+            } else if kind == kind::LENGTH {
+                let all = same_kind(finding);
+                is_clear
+                    && (all > intact && count * 5 > all
+                        || count >= RECURS_SOMETIMES
+                            && count * 5 > all * 3
+                            && count * SOMETIMES > intact)
+            } else if kind == kind::CRC_ZERO {
+                // One flipped bit makes a space of a backtick.
+                count > intact / 100
+            } else if kind == kind::CRC_UNKNOWN {
+                is_clear && count > 4 * intact && count > of(&self.damaged, finding) / 2
+            } else {
+                true
+            }
+        };
+        let suspects = self.suspects.values().filter(is_mistake);
+        let mut findings: Vec<_> = suspects.cloned().collect();
+        findings.sort_by_key(|finding| finding.row);
+        findings
+    }
+
+    fn has(&self, kind: &'static Kind) -> bool {
+        self.suspects.values().any(|it| it.kind == kind)
+    }
+
+    /// The level that the lines show, 1 to 5 (SPEC.md section 1); 0 without an intact line.
+    #[must_use]
+    pub const fn level(&self) -> u8 {
+        self.level
+    }
+}
+
+/// The lowest level whose robots send such a line.
+fn level(received: &Received) -> u8 {
+    let by_ack = match received.ack().detail {
+        Detail::CannotHear { .. } => 1,
+        _ => 2,
+    };
+    let by_type = match received {
+        Received::Ack(line) if line.listens => 5,
+        Received::Ack(_) => 4,
+        Received::Line(Line { body, .. }, _) => match body {
+            Body::State(_) => 1,
+            Body::Status(_) => 3,
+            Body::Abilities(abilities) => abilities.level,
+            Body::Field(_) | Body::Values(_) => 2,
+            Body::Counters(_) | Body::Text(_) => 4,
+            Body::Parameter(_) | Body::Song(_) => 5,
+        },
+    };
+    if by_ack == 1 { 1 } else { by_type.max(by_ack) }
+}
+
+/// A mistake in the line's end or length, its column and its place in words. `line` lacks its line feed.
+fn shape(line: &[u8]) -> Option<(&'static Kind, Option<usize>, String)> {
+    if let [b'\r', line @ ..] = line
+        && begins(line)
+        && !line.ends_with(b"\r")
+    {
+        let text = format!("line {} ends with LF CR", char::from(line[0]));
+        return Some((kind::LINE_END, Some(line.len() + 1), text));
+    }
+    if !begins(line) {
+        return None;
+    }
+    let letter = char::from(line[0]);
+    let length = if AckLine::begins_with(line[0]) {
+        ACK_LINE_BYTES
+    } else {
+        LINE_BYTES
+    };
+    let (ends, end) = match line.strip_suffix(b"\r") {
+        None if line.len() == length - 2 => ("LF alone", length - 1),
+        None => return None,
+        Some(content) if content.ends_with(b"\r") => ("CR CR LF", length),
+        Some(content) if content.len() == length - 2 || checksum::mistake(content).is_some() => {
+            return None;
+        }
+        Some(content) => {
+            let found = content.len() + 2;
+            // A longer one is another line, its letter damaged, and robots print what they print.
+            let is_text = content.iter().all(|byte| (b' '..=b'~').contains(byte));
+            if !is_text || !(8..=length + length / 2).contains(&found) {
+                return None;
+            }
+            let (column, place) = match misread(content) {
+                Some((column, misread)) => (column, misread.place),
+                None => (length - 1, place(line[0], length - 1)),
+            };
+            let text = format!("{place}; the line has {found} bytes instead of {length}");
+            return Some((kind::LENGTH, Some(column), text));
+        }
+    };
+    let text = format!("line {letter} ends with {ends}");
+    Some((kind::LINE_END, Some(end), text))
+}
+
+/// The first field that cannot be read in a line of any length, without its CR LF.
+fn misread(content: &[u8]) -> Option<(usize, forms::Misread)> {
+    if content.first().is_some_and(|it| AckLine::begins_with(*it)) {
+        return None;
+    }
+    let mut line = [b' '; LINE_BYTES];
+    let length = content.len().min(LINE_BYTES - 2);
+    line[..length].copy_from_slice(&content[..length]);
+    line[LINE_BYTES - 2..].copy_from_slice(b"\r\n");
+    let column = usize::from(Line::parse(&line).err()?.column);
+    Some((column, forms::judge(&line[..LINE_BYTES - 1], column)))
+}
+
+/// Whether a line begins with a letter of section 5 and a sequence.
+fn begins(line: &[u8]) -> bool {
+    let is_type = |byte: u8| forms::is_type(byte) || AckLine::begins_with(byte);
+    matches!(*line, [letter, tens, units, ..] if is_type(letter) && tens.is_ascii_digit() && units.is_ascii_digit())
+}
+
+/// Whether the checksum after the columns covered is valid.
+fn is_sealed(line: &[u8], covered: usize) -> bool {
+    let remainder = crc::update(crc::DOWNLINK_INIT, &line[..covered]);
+    line[covered..].starts_with(&crc::characters(remainder))
+}
+
+fn last(bytes: &[u8], count: usize) -> Option<&[u8]> {
+    bytes.get(bytes.len().checked_sub(count)?..)
+}
+
+fn place(letter: u8, column: usize) -> String {
+    format!(
+        "line {}, column {column}",
+        char::from(letter).escape_default()
+    )
+}
