@@ -124,7 +124,7 @@ struct InC {
 impl InC {
     fn start(level: u8, patience_bytes: u8, patches: &[Patch]) -> Self {
         Self {
-            robot: CRobot::start(level, patience_bytes, patches),
+            robot: CRobot::start(level, patience_bytes, 40, patches),
             patience_bytes,
             boots: BOOTS,
             counts_boots: true,

@@ -1,13 +1,16 @@
-//! The robot's failsafe triggers only when the station is gone: the real station and the robot's real program, in
-//! virtual time.
+//! The robot's failsafe triggers only when the station is gone: the real station and the robot's real program, or
+//! the robot in C, in virtual time.
 
-use crate::common::{CoSimulation, on_all_cores, seeds};
+#[cfg(unix)]
+use crate::common::c_robot::CSimulation;
+use crate::common::{CoSimulation, Robot, on_all_cores, seeds};
 use crate::witness::Trial;
 use groundwave::event::CommandStatus;
 use groundwave::request::Request;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::PATIENCE_BYTES;
+use sr04_sim::Simulation;
 
 const SILENCE_S: u16 = 10;
 
@@ -15,7 +18,7 @@ const SILENCE_S: u16 = 10;
 const QUIET_S: u64 = 300;
 
 /// Sets the failsafe, then mode prowl; the seed selects the radio.
-fn armed(seed: u64) -> CoSimulation {
+fn armed<R: Robot>(seed: u64) -> CoSimulation<R> {
     let channel = ["", "ber=1e-3", "half-duplex", "half-duplex,ber=1e-3"][seed as usize % 4];
     let trial = if channel.starts_with("half-duplex") {
         Trial::taking_turns(seed, channel, PATIENCE_BYTES, 40)
@@ -44,11 +47,17 @@ fn armed(seed: u64) -> CoSimulation {
 
 #[test]
 fn a_quiet_station_is_not_a_silent_ground() {
-    on_all_cores(seeds(20), |seed| {
-        let mut co = armed(seed);
+    stay_quiet::<Simulation>(20);
+    #[cfg(unix)]
+    stay_quiet::<CSimulation>(4);
+}
+
+fn stay_quiet<R: Robot>(few: u64) {
+    on_all_cores(seeds(few), |seed| {
+        let mut co = armed::<R>(seed);
         for _ in 0..QUIET_S * 1000 {
             co.step();
-            let mode = co.simulation.robot().mode();
+            let mode = co.simulation.mode();
             assert_eq!(mode, Mode::Prowl, "{}", co.context());
         }
     });
@@ -56,28 +65,35 @@ fn a_quiet_station_is_not_a_silent_ground() {
 
 #[test]
 fn a_ground_that_has_gone_sends_the_robot_home_in_time() {
-    let silences = on_all_cores(seeds(20), |seed| {
-        let mut co = armed(seed);
-        co.run(1 + seed % 20);
-        let gone_ms = co.simulation.now_ms();
-        while co.simulation.robot().mode() == Mode::Prowl {
-            co.simulation.step();
-            while co.simulation.poll_downlink().is_some() {}
-            let silent_s = (co.simulation.now_ms() - gone_ms) / 1000;
-            assert!(silent_s <= u64::from(SILENCE_S), "{}", co.context());
-        }
-        assert_eq!(
-            co.simulation.robot().mode(),
-            Mode::GoHome,
-            "{}",
-            co.context()
-        );
-        co.simulation.now_ms() - gone_ms
-    });
+    let mut silences = go_silent::<Simulation>(20);
+    #[cfg(unix)]
+    silences.extend(go_silent::<CSimulation>(8));
     // The latest keepalive came shortly before, unless bit errors damaged four in a row.
     let early: Vec<_> = silences
         .iter()
         .filter(|(_, silent_ms)| *silent_ms < u64::from(SILENCE_S) * 600)
         .collect();
     assert!(early.len() * 10 <= silences.len(), "{early:?}");
+}
+
+/// Milliseconds until the robot goes home, by seeds.
+fn go_silent<R: Robot>(few: u64) -> Vec<(u64, u64)> {
+    on_all_cores(seeds(few), |seed| {
+        let mut co = armed::<R>(seed);
+        co.run(1 + seed % 20);
+        let gone_ms = co.simulation.now_ms();
+        while co.simulation.mode() == Mode::Prowl {
+            co.simulation.step();
+            while co.simulation.poll_downlink().is_some() {}
+            let silent_s = (co.simulation.now_ms() - gone_ms) / 1000;
+            assert!(silent_s <= u64::from(SILENCE_S), "{}", co.context());
+        }
+        // A robot that is at home already has stopped there.
+        let (x_in, y_in) = co.simulation.position_in();
+        let is_home = x_in.abs().max(y_in.abs()) <= 1;
+        let expected = [Mode::GoHome, if is_home { Mode::Stop } else { Mode::GoHome }];
+        let mode = co.simulation.mode();
+        assert!(expected.contains(&mode), "{mode:?}: {}", co.context());
+        co.simulation.now_ms() - gone_ms
+    })
 }

@@ -1,26 +1,71 @@
 //! Commands over bad channels: the robot holds the old list or the new one, executes each command once, and every claim
-//! is true. The real station and the robot's real program in virtual time; failures print the seed.
+//! is true. The real station and the robot's real program, or the robot in C, in virtual time; failures print the seed.
 
-use crate::common::{on_all_cores, seeds};
+#[cfg(unix)]
+use crate::common::c_robot::CSimulation;
+use crate::common::{Robot, on_all_cores, seeds};
 use crate::witness::Trial;
 use groundwave::event::CommandStatus;
 use groundwave_protocol::arq;
 use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::Duplex;
+use sr04_sim::Simulation;
 
 const SEEDS: u64 = 50;
+
+/// Seeds with the robot in C, a process that answers at every byte time.
+#[cfg(unix)]
+const SEEDS_IN_C: u64 = 5;
 
 /// Commands per seed, besides those at its end.
 const ORDERS: usize = 4;
 
-/// Runs a few commands over each seed's channel, with random pauses.
-fn under(channel_of: impl Fn(u64) -> String + Sync) {
-    over_seeds(|seed| Trial::new(seed, &channel_of(seed)));
+/// Radio and the duplex that each end is configured for.
+struct Setting {
+    channel: String,
+    robot: Duplex,
+    station: arq::Duplex,
+    latency_ms: u64,
 }
 
-fn over_seeds(trial_of: impl Fn(u64) -> Trial + Sync) {
-    let trials = on_all_cores(seeds(SEEDS), |seed| {
-        let mut trial = trial_of(seed);
+impl Setting {
+    fn full(channel: String) -> Self {
+        Self {
+            channel,
+            robot: Duplex::Full,
+            station: arq::Duplex::Full,
+            latency_ms: 40,
+        }
+    }
+
+    fn half(channel: String, patience_bytes: u8, latency_ms: u64) -> Self {
+        Self {
+            channel,
+            robot: Duplex::Half { patience_bytes },
+            station: arq::Duplex::Half,
+            latency_ms,
+        }
+    }
+
+    fn begin<R: Robot>(&self, seed: u64) -> Trial<R> {
+        Trial::with(seed, &self.channel, self.robot, self.station, self.latency_ms)
+    }
+}
+
+/// Runs a few commands over each seed's channel, with random pauses.
+fn under(channel_of: impl Fn(u64) -> String + Sync) {
+    over_seeds(|seed| Setting::full(channel_of(seed)));
+}
+
+fn over_seeds(setting_of: impl Fn(u64) -> Setting + Sync) {
+    deliver::<Simulation>(SEEDS, &setting_of);
+    #[cfg(unix)]
+    deliver::<CSimulation>(SEEDS_IN_C, &setting_of);
+}
+
+fn deliver<R: Robot>(few: u64, setting_of: &(impl Fn(u64) -> Setting + Sync)) {
+    let trials = on_all_cores(seeds(few), |seed| {
+        let mut trial = setting_of(seed).begin::<R>(seed);
         let mut confirmed = 0;
         for _ in 0..ORDERS {
             let pause_ms = trial.below(3000);
@@ -113,7 +158,7 @@ fn half_duplex() {
     ];
     over_seeds(|seed| {
         let channel = format!("half-duplex{}", also[seed as usize % also.len()]);
-        Trial::taking_turns(seed, &channel, 16, 40)
+        Setting::half(channel, 16, 40)
     });
 }
 
@@ -125,9 +170,9 @@ fn buffered_modules() {
     over_seeds(|seed| {
         let also = also[seed as usize / 2 % also.len()];
         if seed % 2 == 0 {
-            Trial::taking_turns(seed, &format!("modem=xbee{also}"), 60, 200)
+            Setting::half(format!("modem=xbee{also}"), 60, 200)
         } else {
-            Trial::taking_turns(seed, &format!("modem=hc-12{also}"), 160, 400)
+            Setting::half(format!("modem=hc-12{also}"), 160, 400)
         }
     });
 }
@@ -135,25 +180,45 @@ fn buffered_modules() {
 /// STOP before the first line, on a half-duplex radio.
 #[test]
 fn a_cold_stop_takes_its_turn() {
-    on_all_cores(seeds(SEEDS), |seed| {
+    cold_stop::<Simulation>(SEEDS);
+    #[cfg(unix)]
+    cold_stop::<CSimulation>(SEEDS_IN_C);
+}
+
+fn cold_stop<R: Robot>(few: u64) {
+    on_all_cores(seeds(few), |seed| {
         let channel = ["half-duplex", "half-duplex,ber=1e-3"][seed as usize % 2];
-        let mut trial = Trial::taking_turns(seed, channel, 16, 40);
+        let mut trial = Trial::<R>::taking_turns(seed, channel, 16, 40);
         trial.run_ms(seed * 13 % 1000);
-        trial.stop();
-        for _ in 0..30_000 {
-            trial.step();
-        }
-        let confirmed = CommandStatus::Confirmed { digest: None };
-        assert_eq!(trial.stopped(), Some(&confirmed), "seed {seed}");
-        let mode = trial.co.simulation.robot().mode();
+        stop(&mut trial, 30_000);
+        let mode = trial.co.simulation.mode();
         assert_eq!(mode, Mode::Stop, "seed {seed}");
     });
+}
+
+/// Presses STOP, which must be confirmed within this time.
+fn stop<R: Robot>(trial: &mut Trial<R>, time_ms: u64) {
+    trial.stop();
+    trial.run_ms(time_ms);
+    let confirmed = CommandStatus::Confirmed { digest: None };
+    assert_eq!(
+        trial.stopped(),
+        Some(&confirmed),
+        "{}",
+        trial.co.context()
+    );
 }
 
 /// The radio is configured on one end only: a station for modems whose robot does not take turns, and the other way round.
 #[test]
 fn a_radio_known_to_one_end() {
-    over_seeds(|seed| {
+    known_to_one_end::<Simulation>(SEEDS);
+    #[cfg(unix)]
+    known_to_one_end::<CSimulation>(SEEDS_IN_C);
+}
+
+fn known_to_one_end<R: Robot>(few: u64) {
+    on_all_cores(seeds(few), |seed| {
         let also = ["", "ber=1e-3", "drop=0.01,dup=0.01"][seed as usize / 2 % 3];
         let robot_takes_turns = seed % 2 == 0;
         let (channel, robot, station) = if robot_takes_turns {
@@ -162,19 +227,20 @@ fn a_radio_known_to_one_end() {
         } else {
             (also.to_owned(), Duplex::Full, arq::Duplex::Half)
         };
-        let mut trial = Trial::with(seed, channel.trim_end_matches(','), robot, station, 400);
+        let setting = Setting {
+            channel: channel.trim_end_matches(',').to_owned(),
+            robot,
+            station,
+            latency_ms: 400,
+        };
+        let mut trial = setting.begin::<R>(seed);
         trial.run_ms(seed * 13 % 3000);
-        trial.stop();
-        for _ in 0..15_000 {
-            trial.step();
-        }
-        let confirmed = CommandStatus::Confirmed { digest: None };
-        assert_eq!(trial.stopped(), Some(&confirmed), "seed {seed}");
+        stop(&mut trial, 15_000);
         let deed = trial.some_deed();
         let number = trial.order(deed);
         trial.run_to_end(number);
         let is_clean = also.is_empty();
         assert!(!is_clean || trial.is_confirmed(number), "seed {seed}");
-        trial
+        trial.finish();
     });
 }

@@ -66,8 +66,8 @@ impl Robot {
     /// A byte time, with or without a byte from the ground; returns the byte that the robot sends.
     fn exchange(&mut self, heard: Option<u8>) -> Option<u8> {
         match heard {
-            Some(byte) => self.ask(&[b'+', byte]),
-            None => self.ask(b"-"),
+            Some(byte) => self.ask(&[b'+', byte, b'-', b'\n']),
+            None => self.ask(b"-\n"),
         }
         let mut answer = [0; 2];
         self.answers
@@ -77,7 +77,7 @@ impl Robot {
     }
 
     fn state(&mut self) -> State {
-        self.ask(b"?");
+        self.ask(b"?\n");
         let mut line = String::new();
         self.answers.read_line(&mut line).expect("an answer");
         let words: Vec<&str> = line.split_whitespace().collect();

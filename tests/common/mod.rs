@@ -15,8 +15,10 @@ use groundwave::event::{CommandId, CommandStatus, Event};
 use groundwave::request::Request;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
+use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::Body;
+use groundwave_protocol::{LINE_BYTES, Waypoint};
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
 /// A change of the C library's source: this text, once, by that one.
@@ -82,9 +84,105 @@ impl Rng {
     }
 }
 
+/// A robot behind its radio, in virtual time.
+pub trait Robot: Sized {
+    /// Whether it is a process in lockstep, which takes longer.
+    const IS_IN_C: bool;
+
+    /// A robot that has just booted.
+    fn start(config: &SimulationConfig) -> Self;
+    fn now_ms(&self) -> u64;
+    /// Advances by a millisecond.
+    fn step(&mut self);
+    /// Queues bytes of the station.
+    fn handle_uplink(&mut self, bytes: &[u8]);
+    /// The next byte that the station has received.
+    fn poll_downlink(&mut self) -> Option<u8>;
+    /// Bytes of the station that the robot has not received yet.
+    fn uplink_pending(&self) -> usize;
+    fn set_channel(&mut self, channel: &ChannelSpec);
+    fn reboot(&mut self);
+    fn mode(&self) -> Mode;
+    fn active_digest(&self) -> u32;
+    fn active_list(&mut self) -> Vec<Waypoint>;
+    fn position_in(&self) -> (i32, i32);
+    /// Since the robot's boot, modulo 100.
+    fn odometer_resets(&self) -> usize;
+}
+
+impl Robot for Simulation {
+    const IS_IN_C: bool = false;
+
+    fn start(config: &SimulationConfig) -> Self {
+        Self::new(config)
+    }
+
+    fn now_ms(&self) -> u64 {
+        self.now_ms()
+    }
+
+    fn step(&mut self) {
+        self.step();
+    }
+
+    fn handle_uplink(&mut self, bytes: &[u8]) {
+        self.handle_uplink(bytes);
+    }
+
+    fn poll_downlink(&mut self) -> Option<u8> {
+        self.poll_downlink()
+    }
+
+    fn uplink_pending(&self) -> usize {
+        self.uplink_pending()
+    }
+
+    fn set_channel(&mut self, channel: &ChannelSpec) {
+        self.set_channel(channel);
+    }
+
+    fn reboot(&mut self) {
+        self.reboot();
+    }
+
+    fn mode(&self) -> Mode {
+        self.robot().mode()
+    }
+
+    fn active_digest(&self) -> u32 {
+        self.robot().lists().active_digest()
+    }
+
+    fn active_list(&mut self) -> Vec<Waypoint> {
+        self.robot().lists().active().to_vec()
+    }
+
+    fn position_in(&self) -> (i32, i32) {
+        let pose = self.robot().pose();
+        (pose.x_tenths_in() / 10, pose.y_tenths_in() / 10)
+    }
+
+    /// From the next line B of a copy of the robot.
+    fn odometer_resets(&self) -> usize {
+        let mut twin = self.robot().clone();
+        let mut decoder = Decoder::default();
+        for _ in 0..200 * LINE_BYTES {
+            let Some(byte) = twin.poll_downlink() else {
+                continue;
+            };
+            if let Some(Received::Line(line, _)) = decoder.lines(&[byte]).next()
+                && let Body::Status(status) = line.body
+            {
+                return usize::from(status.odometer_resets);
+            }
+        }
+        panic!("the robot sends no line B");
+    }
+}
+
 /// A world, a robot, a radio and a station.
-pub struct CoSimulation {
-    pub simulation: Simulation,
+pub struct CoSimulation<R = Simulation> {
+    pub simulation: R,
     pub station: Station,
     pub events: Vec<(Duration, Event)>,
     /// All bytes that the station has sent.
@@ -110,11 +208,18 @@ impl CoSimulation {
         config.channel = channel.parse::<ChannelSpec>().expect("a channel");
         Self::with(&config, Config::new(owner(seed)))
     }
+}
 
-    /// Joins a simulation and a station.
+impl<R: Robot> CoSimulation<R> {
+    /// Joins a robot and a station.
     pub fn with(config: &SimulationConfig, station: Config) -> Self {
+        Self::of(R::start(config), config, station)
+    }
+
+    /// Joins a robot that has been started with this configuration and a station.
+    pub fn of(simulation: R, config: &SimulationConfig, station: Config) -> Self {
         Self {
-            simulation: Simulation::new(config),
+            simulation,
             station: Station::new(station, true),
             events: Vec::new(),
             sent: Vec::new(),
@@ -124,8 +229,12 @@ impl CoSimulation {
             channel: config.channel.clone(),
             claims_hold: config.channel.delay_ms == 0,
             context: format!(
-                "world {}, seed {}, channel `{}`",
-                config.world.name(),
+                "{}, seed {}, channel `{}`",
+                if R::IS_IN_C {
+                    "robot in C".to_owned()
+                } else {
+                    format!("world {}", config.world.name())
+                },
                 config.seed,
                 config.channel
             ),
@@ -192,7 +301,7 @@ impl CoSimulation {
                     },
                 ..
             } if self.claims_hold => {
-                let held = self.simulation.robot().lists().active_digest();
+                let held = self.simulation.active_digest();
                 assert_eq!(held, *digest, "claimed and held differ: {}", self.context());
             }
             _ => {}

@@ -8,12 +8,11 @@ use groundwave::request::Request;
 use groundwave::station::Station;
 use groundwave_protocol::arq::{self, Config};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::telemetry::Body;
-use groundwave_protocol::{LINE_BYTES, Waypoint, decoder::Decoder, decoder::Received};
+use groundwave_protocol::Waypoint;
 use sr04_firmware::board::Duplex;
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
-use crate::common::{CoSimulation, owner};
+use crate::common::{CoSimulation, Robot, owner};
 
 /// Time without progress after which a task fails, seconds; a task that cannot start fails after a minute.
 const GIVE_UP_S: u64 = 15;
@@ -63,14 +62,15 @@ struct Issued {
 }
 
 /// Robot and station, and the observations so far.
-pub struct Trial {
-    pub co: CoSimulation,
+pub struct Trial<R = Simulation> {
+    pub co: CoSimulation<R>,
     issued: Vec<Issued>,
     /// Numbers of the executed commands, in order.
     executed: Vec<usize>,
     /// Poses executed since the robot's latest boot.
     poses_executed: usize,
     list: Vec<Waypoint>,
+    digest: u32,
     pose_in: (i32, i32),
     stops: Vec<(CommandId, Option<CommandStatus>)>,
     /// Ends of frames and lines on the wire, milliseconds.
@@ -80,9 +80,9 @@ pub struct Trial {
     rng: u64,
 }
 
-impl Trial {
+impl<R: Robot> Trial<R> {
     pub fn new(seed: u64, channel: &str) -> Self {
-        Self::of(CoSimulation::new("open-room", seed, channel), seed)
+        Self::of(CoSimulation::with(&config(seed, channel), Config::new(owner(seed))), seed)
     }
 
     /// A trial on a half-duplex radio known to both ends; the robot waits `patience` byte times for the ground's first
@@ -100,9 +100,7 @@ impl Trial {
         station: arq::Duplex,
         latency_ms: u64,
     ) -> Self {
-        let world = World::built_in("open-room").expect("it comes with the program");
-        let mut config = SimulationConfig::new(world, seed);
-        config.channel = channel.parse().expect("a channel");
+        let mut config = config(seed, channel);
         config.duplex = robot;
         let station = Config {
             duplex: station,
@@ -112,14 +110,15 @@ impl Trial {
         Self::of(CoSimulation::with(&config, station), seed)
     }
 
-    pub fn of(co: CoSimulation, seed: u64) -> Self {
+    pub fn of(co: CoSimulation<R>, seed: u64) -> Self {
         Self {
-            pose_in: pose_in(&co.simulation),
+            pose_in: co.simulation.position_in(),
             co,
             issued: Vec::new(),
             executed: Vec::new(),
             poses_executed: 0,
             list: Vec::new(),
+            digest: digest([].iter()),
             stops: Vec::new(),
             boundaries_ms: Vec::new(),
             bytes_gone: 0,
@@ -205,8 +204,9 @@ impl Trial {
     pub fn reboot_robot(&mut self) {
         self.co.simulation.reboot();
         self.list.clear();
+        self.digest = digest([].iter());
         self.poses_executed = 0;
-        self.pose_in = pose_in(&self.co.simulation);
+        self.pose_in = self.co.simulation.position_in();
     }
 
     /// Replaces the station by a new one. Bytes already handed to the operating system are still sent.
@@ -284,7 +284,7 @@ impl Trial {
             assert!(self.is_confirmed(number), "{end:?}: {}", self.co.context());
         }
         assert_eq!(
-            odometer_resets(&self.co.simulation),
+            self.co.simulation.odometer_resets(),
             self.poses_executed % 100,
             "an order was executed without being seen: {}",
             self.co.context()
@@ -293,11 +293,10 @@ impl Trial {
 
     /// Compares the robot with its state a millisecond ago.
     fn look(&mut self) {
-        let robot = self.co.simulation.robot();
         let now_ms = self.co.simulation.now_ms();
-        let held = robot.lists().active_digest();
-        if held != digest(self.list.iter()) {
-            let list = robot.lists().active().to_vec();
+        let held = self.co.simulation.active_digest();
+        if held != self.digest {
+            let list = self.co.simulation.active_list();
             let number = self
                 .issued
                 .iter()
@@ -310,11 +309,14 @@ impl Trial {
             });
             self.execute(number);
             self.list = list;
-        } else if now_ms.is_multiple_of(16) {
-            assert_eq!(robot.lists().active(), self.list, "{}", self.co.context());
+            self.digest = digest(self.list.iter());
+            assert_eq!(held, self.digest, "{}", self.co.context());
+        } else if now_ms.is_multiple_of(if R::IS_IN_C { 160 } else { 16 }) {
+            let list = self.co.simulation.active_list();
+            assert_eq!(list, self.list, "{}", self.co.context());
         }
         let before = self.pose_in;
-        self.pose_in = pose_in(&self.co.simulation);
+        self.pose_in = self.co.simulation.position_in();
         if distance_in(before, self.pose_in) > JUMP_IN {
             let number = self.issued.iter().position(|issued| match &issued.deed {
                 Deed::Pose(at) => {
@@ -373,28 +375,13 @@ impl Trial {
     }
 }
 
-fn pose_in(simulation: &Simulation) -> (i32, i32) {
-    let pose = simulation.robot().pose();
-    (pose.x_tenths_in() / 10, pose.y_tenths_in() / 10)
-}
-
 fn distance_in(a: (i32, i32), b: (i32, i32)) -> i32 {
     (a.0 - b.0).abs().max((a.1 - b.1).abs())
 }
 
-/// Number of odometer resets since boot, modulo 100, from the next line B of a copy of the robot.
-fn odometer_resets(simulation: &Simulation) -> usize {
-    let mut twin = simulation.robot().clone();
-    let mut decoder = Decoder::default();
-    for _ in 0..200 * LINE_BYTES {
-        let Some(byte) = twin.poll_downlink() else {
-            continue;
-        };
-        if let Some(Received::Line(line, _)) = decoder.lines(&[byte]).next()
-            && let Body::Status(status) = line.body
-        {
-            return usize::from(status.odometer_resets);
-        }
-    }
-    panic!("the robot sends no line B");
+fn config(seed: u64, channel: &str) -> SimulationConfig {
+    let world = World::built_in("open-room").expect("it comes with the program");
+    let mut config = SimulationConfig::new(world, seed);
+    config.channel = channel.parse().expect("a channel");
+    config
 }

@@ -18,8 +18,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#define BYTES_PER_S 240
-
 static int open_terminal(void) {
     struct termios raw;
     int terminal = posix_openpt(O_RDWR | O_NOCTTY);
@@ -43,43 +41,15 @@ int main(int count, char **arguments) {
     struct timespec next;
     int terminal = open_terminal();
     int is_half = count > 1 && strcmp(arguments[1], "half") == 0;
-#if GW_LEVEL >= 2
-    start_robot((uint16_t)(time(NULL) % 1000), 0);
-#if GW_LEVEL >= 5
-    gw.patience_bytes = is_half ? 16 : 0;
-#endif
-#endif
-    (void)is_half;
+    start_robot((uint16_t)(time(NULL) % 1000), is_half ? 16 : 0, 0);
     clock_gettime(CLOCK_MONOTONIC, &next);
-    for (uint64_t byte_times = 0;; byte_times++) {
-        uint32_t now_ms = (uint32_t)(byte_times * 1000 / BYTES_PER_S);
+    for (uint64_t byte_times = 1;; byte_times++) {
         uint8_t byte;
         int16_t sent;
-#if GW_LEVEL >= 2
         if (read(terminal, &byte, 1) == 1) {
-            gw_receive(&gw, byte, now_ms);
+            hear(byte, milliseconds(byte_times));
         }
-        sent = gw_transmit(&gw, now_ms);
-        if (byte_times % 12 == 0) {
-            gw_tick(&gw, now_ms);
-            think();
-        }
-#else
-        static char line[GW_LINE_BYTES];
-        static struct gw_state state;
-        unsigned column = (unsigned)(byte_times % GW_LINE_BYTES);
-        if (column == 0) {
-            velocity_in_s = CRUISE_IN_S;
-            turn_deg_s = 20;
-            fill_state(&state);
-            gw_line_a(line, &state, 7, (uint8_t)(byte_times / GW_LINE_BYTES % 100));
-        }
-        (void)now_ms;
-        sent = (uint8_t)line[column];
-        while (read(terminal, &byte, 1) == 1) {
-        }
-#endif
-        move(1.0 / BYTES_PER_S);
+        sent = pass_byte_time(byte_times);
         if (sent != GW_NONE) {
             byte = (uint8_t)sent;
             /* A terminal that nobody reads fills up; the radio would not wait either. */

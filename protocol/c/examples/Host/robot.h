@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+#define BYTES_PER_S 240
 #define CRUISE_IN_S 6.0
 #define TURN_DEG_S 90.0
 #define ARRIVED_IN 1.0
@@ -38,8 +39,9 @@ static struct gw_parameter parameters[] = {
 };
 #endif
 
-static void start_robot(uint16_t boots, uint32_t now_ms) {
+static void start_robot(uint16_t boots, uint8_t patience_bytes, uint32_t now_ms) {
     gw_init(&gw, 7, boots, now_ms);
+    orders_heard = 0;
     gw.modes = "PXUG";
     gw.mode = 'P';
     gw.fitted = GW_USER | GW_SONAR | GW_DEAD_RECKONING;
@@ -51,7 +53,9 @@ static void start_robot(uint16_t boots, uint32_t now_ms) {
     for (uint8_t n = 0; n < gw.parameter_count; n++) {
         parameters[n].value = parameters[n].kept;
     }
+    gw.patience_bytes = patience_bytes;
 #endif
+    (void)patience_bytes;
 }
 
 /* Turns and drives towards a point; returns whether the robot is there. */
@@ -188,6 +192,51 @@ void gw_fill_state(struct gw_state *state) {
         state->layers[6] = 'D';
     }
 #endif
+}
+#endif
+
+static uint32_t milliseconds(uint64_t byte_times) { return (uint32_t)(byte_times * 1000 / BYTES_PER_S); }
+
+#if GW_LEVEL >= 2
+static void hear(uint8_t byte, uint32_t now_ms) { gw_receive(&gw, byte, now_ms); }
+
+/* Lets a byte time pass; returns the byte that the robot sends, or GW_NONE. */
+static int16_t pass_byte_time(uint64_t byte_times) {
+    int16_t sent = gw_transmit(&gw, milliseconds(byte_times));
+    if (byte_times % 12 == 0) {
+        gw_tick(&gw, milliseconds(byte_times));
+        think();
+    }
+    move(1.0 / BYTES_PER_S);
+    return sent;
+}
+#else
+static char line[GW_LINE_BYTES];
+static uint64_t bytes_sent;
+
+static void start_robot(uint16_t boots, uint8_t patience_bytes, uint32_t now_ms) {
+    (void)boots;
+    (void)patience_bytes;
+    (void)now_ms;
+    velocity_in_s = CRUISE_IN_S;
+    turn_deg_s = 20;
+    bytes_sent = 0;
+}
+
+static void hear(uint8_t byte, uint32_t now_ms) {
+    (void)byte;
+    (void)now_ms;
+}
+
+static int16_t pass_byte_time(uint64_t byte_times) {
+    (void)byte_times;
+    if (bytes_sent % GW_LINE_BYTES == 0) {
+        struct gw_state state;
+        fill_state(&state);
+        gw_line_a(line, &state, 7, (uint8_t)(bytes_sent / GW_LINE_BYTES % 100));
+    }
+    move(1.0 / BYTES_PER_S);
+    return (uint8_t)line[bytes_sent++ % GW_LINE_BYTES];
 }
 #endif
 
