@@ -91,7 +91,10 @@ fn go_silent<R: Robot>(few: u64) -> Vec<(u64, u64)> {
         // A robot that is at home already has stopped there.
         let (x_in, y_in) = co.simulation.position_in();
         let is_home = x_in.abs().max(y_in.abs()) <= 1;
-        let expected = [Mode::GoHome, if is_home { Mode::Stop } else { Mode::GoHome }];
+        let expected = [
+            Mode::GoHome,
+            if is_home { Mode::Stop } else { Mode::GoHome },
+        ];
         let mode = co.simulation.mode();
         assert!(expected.contains(&mode), "{mode:?}: {}", co.context());
         co.simulation.now_ms() - gone_ms

@@ -48,7 +48,13 @@ impl Setting {
     }
 
     fn begin<R: Robot>(&self, seed: u64) -> Trial<R> {
-        Trial::with(seed, &self.channel, self.robot, self.station, self.latency_ms)
+        Trial::with(
+            seed,
+            &self.channel,
+            self.robot,
+            self.station,
+            self.latency_ms,
+        )
     }
 }
 
@@ -201,12 +207,7 @@ fn stop<R: Robot>(trial: &mut Trial<R>, time_ms: u64) {
     trial.stop();
     trial.run_ms(time_ms);
     let confirmed = CommandStatus::Confirmed { digest: None };
-    assert_eq!(
-        trial.stopped(),
-        Some(&confirmed),
-        "{}",
-        trial.co.context()
-    );
+    assert_eq!(trial.stopped(), Some(&confirmed), "{}", trial.co.context());
 }
 
 /// The radio is configured on one end only: a station for modems whose robot does not take turns, and the other way round.

@@ -55,7 +55,13 @@ fn boundaries_ms<R: Robot>(seed: u64, channel: &str, lists: (usize, usize)) -> V
     trial.boundaries_ms
 }
 
-fn restart_at<R: Robot>(restart: Restart, at_ms: u64, seed: u64, channel: &str, lists: (usize, usize)) {
+fn restart_at<R: Robot>(
+    restart: Restart,
+    at_ms: u64,
+    seed: u64,
+    channel: &str,
+    lists: (usize, usize),
+) {
     let (mut trial, number) = begin::<R>(seed, channel, lists);
     while trial.co.simulation.now_ms() < at_ms {
         trial.step();
@@ -212,12 +218,7 @@ fn stop_at<R: Robot>(phase_ms: u64, seed: u64, channel: &str, lists: (usize, usi
         trial.step();
         let robot = &trial.co.simulation;
         assert_eq!(robot.mode(), Mode::Stop, "{}", trial.co.context());
-        assert_eq!(
-            robot.active_digest(),
-            list,
-            "{}",
-            trial.co.context()
-        );
+        assert_eq!(robot.active_digest(), list, "{}", trial.co.context());
     }
     trial.finish();
 }

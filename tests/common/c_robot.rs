@@ -1,6 +1,7 @@
 //! The robot of `protocol/c/examples/Host` as a process in lockstep with the test, alone or behind the simulated radio.
 
-use std::collections::{HashMap, VecDeque};
+use std::cell::{Cell, RefCell};
+use std::collections::HashMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -139,7 +140,8 @@ fn compiled(level: u8, waypoints: u16, patches: &[Patch]) -> PathBuf {
     static PROGRAMS: Mutex<Option<HashMap<String, PathBuf>>> = Mutex::new(None);
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let name = format!("{level} {waypoints} {patches:?}");
-    let known = |programs: &Option<HashMap<String, PathBuf>>| programs.as_ref()?.get(&name).cloned();
+    let known =
+        |programs: &Option<HashMap<String, PathBuf>>| programs.as_ref()?.get(&name).cloned();
     if let Some(program) = known(&PROGRAMS.lock().expect("no compiler has failed")) {
         return program;
     }
@@ -183,33 +185,41 @@ fn compiled(level: u8, waypoints: u16, patches: &[Patch]) -> PathBuf {
 
 /// The C robot behind the simulated radio.
 pub struct CSimulation {
-    robot: CRobot,
+    robot: RefCell<CRobot>,
     radio: Radio,
     now_ms: u64,
     /// Bytes that the robot has received since its latest byte time.
-    heard: VecDeque<u8>,
+    heard: Vec<u8>,
     boots: u8,
     patience_bytes: u8,
-    state: CState,
+    /// Its state, if that was asked for since the latest byte time.
+    state: Cell<Option<CState>>,
 }
 
 impl CSimulation {
-    /// A robot of level 4 or above.
+    /// A robot of a level that has just booted.
     pub fn at_level(level: u8, config: &SimulationConfig) -> Self {
         let patience_bytes = match config.duplex {
             Duplex::Full => 0,
             Duplex::Half { patience_bytes } => patience_bytes,
         };
-        let mut robot = CRobot::start(level, patience_bytes, WAYPOINTS, &[]);
+        let robot = CRobot::start(level, patience_bytes, WAYPOINTS, &[]);
         Self {
-            state: robot.state(),
-            robot,
+            robot: RefCell::new(robot),
+            state: Cell::new(None),
             radio: Radio::new(&config.channel, config.seed),
             now_ms: 0,
-            heard: VecDeque::new(),
+            heard: Vec::new(),
             boots: BOOTS,
             patience_bytes,
         }
+    }
+
+    fn state(&self) -> CState {
+        let state = self.state.get();
+        let state = state.unwrap_or_else(|| self.robot.borrow_mut().state());
+        self.state.set(Some(state));
+        state
     }
 }
 
@@ -226,17 +236,13 @@ impl Robot for CSimulation {
 
     fn step(&mut self) {
         self.now_ms += 1;
-        let (robot, heard) = (&mut self.robot, &mut self.heard);
-        let mut has_passed = false;
+        let (robot, heard, state) = (self.robot.get_mut(), &mut self.heard, &mut self.state);
         self.radio.step(self.now_ms, || {
-            has_passed = true;
-            robot.pass(&heard.drain(..).collect::<Vec<_>>(), 1).pop()?
+            *state.get_mut() = None;
+            robot.pass(&std::mem::take(heard), 1).pop()?
         });
         while let Some(byte) = self.radio.poll_uplink(self.now_ms) {
-            self.heard.push_back(byte);
-        }
-        if has_passed {
-            self.state = self.robot.state();
+            self.heard.push(byte);
         }
     }
 
@@ -259,27 +265,27 @@ impl Robot for CSimulation {
     fn reboot(&mut self) {
         self.boots += 1;
         self.heard.clear();
-        self.robot.boot(self.boots, self.patience_bytes);
-        self.state = self.robot.state();
+        self.robot.get_mut().boot(self.boots, self.patience_bytes);
+        self.state.set(None);
     }
 
     fn mode(&self) -> Mode {
-        Mode::from_letter(self.state.mode).expect("a mode's letter")
+        Mode::from_letter(self.state().mode).expect("a mode's letter")
     }
 
     fn active_digest(&self) -> u32 {
-        self.state.active_digest
+        self.state().active_digest
     }
 
     fn active_list(&mut self) -> Vec<Waypoint> {
-        self.robot.list()
+        self.robot.get_mut().list()
     }
 
     fn position_in(&self) -> (i32, i32) {
-        self.state.position_in
+        self.state().position_in
     }
 
     fn odometer_resets(&self) -> usize {
-        usize::from(self.state.odometer_resets)
+        usize::from(self.state().odometer_resets)
     }
 }

@@ -6,9 +6,9 @@ use std::time::Duration;
 use groundwave::event::{CommandId, CommandStatus, Event};
 use groundwave::request::Request;
 use groundwave::station::Station;
+use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{self, Config};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::Waypoint;
 use sr04_firmware::board::Duplex;
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
@@ -82,7 +82,10 @@ pub struct Trial<R = Simulation> {
 
 impl<R: Robot> Trial<R> {
     pub fn new(seed: u64, channel: &str) -> Self {
-        Self::of(CoSimulation::with(&config(seed, channel), Config::new(owner(seed))), seed)
+        Self::of(
+            CoSimulation::with(&config(seed, channel), Config::new(owner(seed))),
+            seed,
+        )
     }
 
     /// A trial on a half-duplex radio known to both ends; the robot waits `patience` byte times for the ground's first
