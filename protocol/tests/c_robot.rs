@@ -41,7 +41,11 @@ struct State {
 
 impl Robot {
     fn start(level: u8) -> Self {
-        let mut process = Command::new(compiled(level))
+        Self::at_rate(level, 240)
+    }
+
+    fn at_rate(level: u8, bytes_per_s: u32) -> Self {
+        let mut process = Command::new(compiled(level, bytes_per_s))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -105,15 +109,16 @@ fn library() -> PathBuf {
 }
 
 /// Compiles the robot at a level, under the name of the test's thread, because tests run at the same time.
-fn compiled(level: u8) -> PathBuf {
+fn compiled(level: u8, bytes_per_s: u32) -> PathBuf {
     let test = std::thread::current()
         .name()
         .unwrap_or("main")
         .replace("::", "-");
     let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{test}-{level}"));
+    let rate = format!("-DGW_RATE={bytes_per_s}");
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
     let status = Command::new(&compiler)
-        .args(["-std=c99", "-O1", &format!("-DGW_LEVEL={level}")])
+        .args(["-std=c99", "-O1", &format!("-DGW_LEVEL={level}"), &rate])
         .arg(library().join("test/lockstep.c"))
         .arg(library().join("src/groundwave.c"))
         .args(["-lm", "-o"])
@@ -473,6 +478,22 @@ fn orders_beyond_the_level_or_the_body_are_refused() {
             assert_eq!(world.finish(), refused, "level {level}, {order:?}");
         }
         assert_eq!(world.deliver(Task::Order(layers(0b1001_0001))), DONE);
+    }
+}
+
+/// Above 2400 baud the robot pauses, also between lines K.
+#[test]
+fn a_faster_robot_begins_at_most_twelve_lines_a_second() {
+    const BYTES_PER_S: u32 = 11_520;
+    for level in 2..=5 {
+        let mut robot = Robot::at_rate(level, BYTES_PER_S);
+        robot.boot(1, 0);
+        let mut lines = 0;
+        for n in 0..2 * BYTES_PER_S {
+            let knock = (n % 1000 == 0).then_some(b'\n');
+            lines += u32::from(robot.exchange(knock) == Some(b'\n'));
+        }
+        assert!((22..=24).contains(&lines), "level {level}: {lines} in 2 s");
     }
 }
 

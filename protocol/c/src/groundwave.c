@@ -913,8 +913,8 @@ void gw_sing(struct gw *gw, const struct gw_note *notes, uint8_t count) {
 
 /* ---- Order of the lines (section 7) ---- */
 
-/* Lines between two times that the robot introduces itself: lines I and F. */
-enum { INTRODUCTION_LINES = 48 };
+/* Lines between two times that the robot introduces itself, lines I and F: 16 s at most. */
+enum { INTRODUCTION_LINES = GW_RATE < 240 ? GW_RATE / 5 : 48 };
 
 /* The next line for the robot's own account: I, F, V; 0 if none is due. An A follows it. */
 static char choose_own(struct gw *gw) {
@@ -1030,6 +1030,9 @@ static void load_line(struct gw *gw, char type, uint8_t head, uint8_t length, ui
     gw->position = 0;
     gw->head = head;
     gw->length = length;
+#if GW_RATE > 240
+    gw->line_ms = (uint16_t)now_ms;
+#endif
 #if GW_LEVEL >= 4
     gw->begun_ms[gw->line_sequence % 16] = (uint16_t)now_ms;
 #endif
@@ -1171,12 +1174,31 @@ static void begin_long_line(struct gw *gw, uint32_t now_ms) {
 #endif
 }
 
+#if GW_RATE > 240
+enum { LINE_MS_MIN = 84 };
+
+/* Whether the next line would be the thirteenth in a second (section 2). */
+static uint8_t must_pause(const struct gw *gw, uint32_t now_ms) {
+#if GW_LEVEL >= 5
+    if (gw->next == LISTEN) {
+        return 0;
+    }
+#endif
+    return gw->length > 0 && (uint16_t)((uint16_t)now_ms - gw->line_ms) < LINE_MS_MIN;
+}
+#endif
+
 int16_t gw_transmit(struct gw *gw, uint32_t now_ms) {
     if (!gw->has_rested) {
         gw->has_rested = 1;
         return GW_NONE;
     }
     if (gw->position == gw->length) {
+#if GW_RATE > 240
+        if (must_pause(gw, now_ms)) {
+            return GW_NONE;
+        }
+#endif
         switch (gw->next) {
         case LONG_LINE:
             begin_long_line(gw, now_ms);

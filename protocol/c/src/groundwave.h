@@ -38,7 +38,7 @@ extern "C" {
 #define GW_WAYPOINTS 40
 #endif
 
-/* Bytes a second that the robot takes: its baud rate / 10. The station sends no faster. */
+/* Bytes a second that the robot takes: its baud rate / 10. The station sends no faster. Above 240 gw_transmit pauses between lines. */
 #ifndef GW_RATE
 #define GW_RATE 240
 #endif
@@ -251,6 +251,9 @@ struct gw {
     char line[GW_LINE_BYTES];
     uint8_t line_sequence, position, head, length, next, has_rested;
     uint8_t after_state;
+#if GW_RATE > 240
+    uint16_t line_ms; /* start of the latest line */
+#endif
     uint8_t introductions, until_introduction; /* lines I and F to send, and lines A and B until the next ones */
 #if GW_FIELDS > 0
     uint8_t until_values;

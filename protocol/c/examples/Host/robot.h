@@ -10,7 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-#define BYTES_PER_S 240
+#define BYTES_PER_S GW_RATE
+#define TICKS_PER_S 20
 #define CRUISE_IN_S 6.0
 #define TURN_DEG_S 90.0
 #define ARRIVED_IN 1.0
@@ -203,7 +204,7 @@ static void hear(uint8_t byte, uint32_t now_ms) { gw_receive(&gw, byte, now_ms);
 /* Lets a byte time pass; returns the byte that the robot sends, or GW_NONE. */
 static int16_t pass_byte_time(uint64_t byte_times) {
     int16_t sent = gw_transmit(&gw, milliseconds(byte_times));
-    if (byte_times % 12 == 0) {
+    if (byte_times % (BYTES_PER_S / TICKS_PER_S) == 0) {
         gw_tick(&gw, milliseconds(byte_times));
         think();
     }

@@ -24,7 +24,8 @@ void loop() {
   state.y_tenths_in = 0;   //    positive to the north
   state.theta_deg = 0;     // 2: your heading, 0 to 359, clockwise from north
   state.sonar_left_in = GW_NONE; // 3: your sensors
-  state.velocity_in_s = 0; // 4: your motors
+  state.velocity_in_s = 0; // 4: your motors, and the speeds of your wheels; without encoders those requested
+  state.wheel_left_in_s = state.wheel_right_in_s = state.velocity_in_s;
 
   gw_line_a(line, &state, ROBOT_ID, sequence);
   sequence = (sequence + 1) % 100;
