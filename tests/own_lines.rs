@@ -11,6 +11,10 @@ use std::thread;
 use std::time::Duration;
 
 use groundwave::capture::own_lines::Values;
+use groundwave::event::{CommandStatus, Event, Failure};
+use groundwave::request::Request;
+use groundwave::station::Station;
+use groundwave_protocol::arq::Config;
 use portable_pty::{MasterPty, PtySize, native_pty_system};
 
 use prost::Message as _;
@@ -246,10 +250,34 @@ fn a_recording_keeps_the_form_of_the_lines() {
     expect(0, &["verify", mcap]);
     let (out, _) = expect(0, &["info", mcap]);
     assert!(out.contains("23000 to 23000 mV"), "{out}");
+    let (out, _) = expect(0, &["check", mcap]);
+    let level = "lines of the robot's own\nLevel 0 is reached. Level 1 needs: line A.\n";
+    assert!(out.ends_with(level), "{out}");
     let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", mcap], 120, 40);
     replay.wait_for("the map", |text| {
         text.contains("map: x +5 y +10 in") && text.contains("23000 mV")
     });
     replay.type_keys("q");
     assert_eq!(replay.wait(), 0);
+}
+
+/// Only STOP is sent to a robot that may know no frame.
+#[test]
+fn a_robot_with_lines_of_its_own_alone_is_refused_commands_at_once() {
+    let mut station = Station::new(Config::new(1), true);
+    let mut now = Duration::ZERO;
+    for _ in 0..20 {
+        now += Duration::from_millis(100);
+        station.handle_bytes(now, b"temp:1.5,volt:2\n");
+    }
+    let id = station.handle_request(now, Request::Scan, None);
+    assert_eq!(station.poll_transmit(now), None);
+    let events: Vec<Event> = std::iter::from_fn(|| station.poll_event()).collect();
+    let refused = Event::Command {
+        id,
+        status: CommandStatus::Failed(Failure::NotConfigured),
+    };
+    assert!(events.contains(&refused), "{events:?}");
+    station.handle_request(now, Request::Stop, None);
+    assert!(station.poll_transmit(now).is_some());
 }

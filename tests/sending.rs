@@ -93,6 +93,17 @@ fn dry_run_prints_frames_without_opening_a_link() {
     );
     assert_eq!(told["bytes"], 23);
     assert_eq!(told["at_least_s"], 0.213);
+    let at_300 = [
+        "send",
+        "--dry-run",
+        "--baud",
+        "300",
+        "--json",
+        "mode",
+        "prowl",
+    ];
+    let (out, _) = expect(0, &at_300);
+    assert_eq!(json_lines(&out)[0]["at_least_s"], 1.7);
     let (out, _) = expect(0, &["send", "--dry-run", "stop"]);
     let stop = vector("STOP with a receipt").replace('\n', "\\n");
     assert!(out.contains(&format!("10 bytes  {stop}\n")), "{out}");

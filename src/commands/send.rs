@@ -20,7 +20,8 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
     let usage = |message| Fault::new(Exit::Usage, message);
     if options.dry_run {
         let words = options.words_to_plan().map_err(usage)?;
-        return dry_run::run(options, &Script::read(options, &words, &[])?);
+        let baud = options.radio.link.baud(config);
+        return dry_run::run(options, &Script::read(options, &words, &[])?, baud);
     }
     let (way, words) = options.connection().map_err(usage)?;
     let (way, config) = &way.at(config)?;

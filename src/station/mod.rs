@@ -375,6 +375,8 @@ impl Station {
                 Some(shared) => shared.stop(id),
                 None => self.fop.stop(micros(now)),
             }
+        } else if self.shared.is_none() && self.has_only_own_lines() {
+            self.report(now, id, CommandStatus::Failed(Failure::NotConfigured));
         } else {
             self.waiting.push_back(Waiting { id, request });
             if let Some(shared) = &mut self.shared {
@@ -383,6 +385,12 @@ impl Station {
         }
         self.settle(now);
         id
+    }
+
+    /// Whether the robot speaks, and not one line of Groundwave's came.
+    const fn has_only_own_lines(&self) -> bool {
+        let counters = self.decoder.counters();
+        self.own_lines > 0 && counters.lines + counters.ack_lines == 0
     }
 
     /// Drives by hand for half a second; call it again to continue.

@@ -3,16 +3,17 @@
 //! Lengths and payloads are those of real frames. Checksums, and the payload of a session request, depend on robot,
 //! boot, session and owner; here these are those of an example.
 
+use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::session_after;
 use groundwave_protocol::command::{
     BLOCK_WAYPOINTS, Command, FRAME_WAYPOINTS_MAX, Frame, Key, Message, Open, Order, Slots,
 };
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::telemetry::ACK_LINE_BYTES;
-use groundwave_protocol::{BYTES_PER_S, Waypoint};
 
 use super::delivery::order;
 use crate::request::Request;
+use crate::statistics::BITS_PER_BYTE;
 
 /// The robot of the example, 1 to 99.
 pub const ROBOT_ID: u8 = 7;
@@ -54,12 +55,13 @@ impl Plan {
         frames.map(|frame| frame.as_bytes().len()).sum()
     }
 
-    /// Minimum time on a radio of 240 bytes/s, seconds: all frames and the shortest acknowledgement line, twice that
+    /// Minimum time on a radio of this baud rate, seconds: all frames and the shortest acknowledgement line, twice that
     /// line if a session must be opened first.
     #[must_use]
-    pub fn at_least_s(&self) -> f64 {
+    pub fn at_least_s(&self, baud: u32) -> f64 {
         let acknowledgements = 1 + usize::from(self.opening.is_some());
-        (self.bytes() + acknowledgements * ACK_LINE_BYTES) as f64 / f64::from(BYTES_PER_S)
+        let bytes = (self.bytes() + acknowledgements * ACK_LINE_BYTES) as f64;
+        bytes * f64::from(BITS_PER_BYTE) / f64::from(baud)
     }
 }
 
@@ -211,10 +213,10 @@ mod tests {
         let first = planner.plan(&Request::Mode(Mode::Prowl));
         // `O` with 6 characters and `C` with 3, checksums of 4 and line feeds; two acknowledgements of 14.
         assert_eq!(first.bytes(), 13 + 10);
-        assert!((first.at_least_s() - 51.0 / 240.0).abs() < 1e-9);
+        assert!((first.at_least_s(2400) - 51.0 / 240.0).abs() < 1e-9);
         let second = planner.plan(&Request::Mode(Mode::Prowl));
         assert_eq!((second.opening, second.bytes()), (None, 10));
-        assert!((second.at_least_s() - 24.0 / 240.0).abs() < 1e-9);
+        assert!((second.at_least_s(300) - 24.0 / 30.0).abs() < 1e-9);
         // 100 waypoints of 5 characters, 9 more bytes in each of 7 frames, and `A` in the end.
         let list = planner.plan(&Request::Route(line(100)));
         assert_eq!(list.frames.len(), 8);

@@ -118,6 +118,14 @@ impl Screen<'_> {
             100..160 => &[Panel::Commands, Panel::Log],
             _ => &[Panel::Commands, Panel::Log, Panel::Link, Panel::Alarms],
         };
+        // A robot without command strings is sent STOP alone.
+        let has_commands = !self.ui.config.own_commands.is_empty()
+            || self.facts.ledger.entries().next().is_some()
+            || self.ui.panel == Panel::Commands;
+        let beside = match beside {
+            [Panel::Commands, rest @ ..] if !has_commands => rest,
+            beside => beside,
+        };
         let is_below = lower_rows > 0 && beside.contains(&self.ui.panel);
         let first = if is_below {
             Panel::Fields

@@ -39,7 +39,7 @@ const COLD_LIST: (usize, Typical) = (
     typical("100 waypoints, nothing heard before", 3.43, 3.68),
 );
 
-pub(super) fn run(options: &Send, script: &Script) -> Result<(), Fault> {
+pub(super) fn run(options: &Send, script: &Script, baud: u32) -> Result<(), Fault> {
     let mut planner = Planner::default();
     for (index, step) in script.steps().iter().enumerate() {
         let line = match step {
@@ -56,23 +56,23 @@ pub(super) fn run(options: &Send, script: &Script) -> Result<(), Fault> {
         let plan = planner.plan(&line.request);
         let typical = most_similar(&line.request, index == 0);
         if options.json {
-            show_line(to_json(line, &plan, typical))?;
+            show_line(to_json(line, &plan, typical, baud))?;
         } else {
-            show_text(line, &plan, typical)?;
+            show_text(line, &plan, typical, baud)?;
         }
     }
     if !options.json && !options.quiet {
         show(format!(
             "Nothing was sent. The four characters before each frame's last \\n are a checksum that depends on robot, \
              boot,\nsession and owner, and so do the frames `open` and STOP: here robot {ROBOT_ID}, boot {BOOT}, owner {OWNER}. \
-             Least time: the bytes at\n240 bytes/s and the shortest acknowledgement. Measured time: full duplex without \
-             bit errors (docs/measurements.md);\na shorter route takes no longer.\n"
+             Least time: the bytes at\n{baud} baud and the shortest acknowledgement. Measured time: 2400 baud, full duplex \
+             without bit errors\n(docs/measurements.md); a shorter route takes no longer.\n"
         ))?;
     }
     Ok(())
 }
 
-fn show_text(line: &Line, plan: &Plan, typical: Typical) -> Result<(), Fault> {
+fn show_text(line: &Line, plan: &Plan, typical: Typical, baud: u32) -> Result<(), Fault> {
     let Typical { of, mean_s, p95_s } = typical;
     let number = line
         .number
@@ -81,7 +81,7 @@ fn show_text(line: &Line, plan: &Plan, typical: Typical) -> Result<(), Fault> {
         "{number}{}: {} bytes, at least {:.2} s; measured: {mean_s} s on average, 95 % within {p95_s} s ({of})",
         line.request,
         plan.bytes(),
-        plan.at_least_s(),
+        plan.at_least_s(baud),
     ))?;
     let opening = plan.opening.iter().map(|frame| ("open", frame));
     let frames = plan.frames.iter().map(|frame| ("", frame));
@@ -97,7 +97,7 @@ fn show_text(line: &Line, plan: &Plan, typical: Typical) -> Result<(), Fault> {
     Ok(())
 }
 
-fn to_json(line: &Line, plan: &Plan, typical: Typical) -> Value {
+fn to_json(line: &Line, plan: &Plan, typical: Typical, baud: u32) -> Value {
     let Typical { of, mean_s, p95_s } = typical;
     let text = |frame: &Frame| String::from_utf8_lossy(frame.as_bytes()).into_owned();
     let mut value = json!({
@@ -106,7 +106,7 @@ fn to_json(line: &Line, plan: &Plan, typical: Typical) -> Value {
         "opening": plan.opening.as_ref().map(text),
         "frames": plan.frames.iter().map(text).collect::<Vec<_>>(),
         "bytes": plan.bytes(),
-        "at_least_s": (plan.at_least_s() * 1000.0).round() / 1000.0,
+        "at_least_s": (plan.at_least_s(baud) * 1000.0).round() / 1000.0,
         "measured": { "of": of, "mean_s": mean_s, "p95_s": p95_s },
         "example_key": { "robot_id": ROBOT_ID, "boot": BOOT, "owner": OWNER },
     });

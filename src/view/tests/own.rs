@@ -7,6 +7,7 @@ use groundwave_protocol::telemetry::{
 
 use super::*;
 use crate::event::Moment;
+use std::sync::Arc;
 
 /// Ten lines a second that a recognizer reads.
 fn speaking(mut recognizer: Recognizer, line: impl Fn(u32) -> String) -> Scene {
@@ -45,6 +46,7 @@ fn unknown_fields_are_listed_and_plotted() {
         }
         for empty in [
             "who holds the motors",
+            "F5 commands",
             "sensors",
             "map",
             "WEAK",
@@ -57,6 +59,9 @@ fn unknown_fields_are_listed_and_plotted() {
         row(&text, "temp:9.5,volt=11.9V,mode:auto");
     }
     insta::assert_snapshot!("own_fields", screen(&scene, 120, 40));
+    let config = Arc::make_mut(&mut scene.model.ui.config);
+    config.own_commands = vec!["stop".to_owned()];
+    row(&screen(&scene, 120, 40), "F5 commands");
     scene.press(&[KeyCode::Down, KeyCode::Enter]);
     let large = screen(&scene, 120, 40);
     assert!(!large.contains("F6 log"), "{large}");
