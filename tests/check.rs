@@ -7,7 +7,9 @@ use std::time::Duration;
 
 use crate::check_send::FAULTS;
 
-use crate::common::{CoSimulation, is_nightly};
+#[cfg(unix)]
+use crate::common::c_robot::CSimulation;
+use crate::common::{CoSimulation, Robot, is_nightly, on_all_cores, owner, seeds};
 use crate::programs::{expect, scratch};
 use groundwave::capture::diagnosis::kind;
 use groundwave::capture::diagnosis::{Diagnosis, Finding};
@@ -20,6 +22,8 @@ use groundwave_protocol::arq::Config;
 use groundwave_protocol::crc::{self, DOWNLINK_INIT};
 use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::{Ack, Detail, Outcome};
+use sr04_firmware::board::Duplex;
+use sr04_sim::{SimulationConfig, World};
 
 const A: &str = "A42 +123.4 -045.0 273 +06 -12 +00 +12 042 120 61 48 .R--... P--Is..d ";
 const B: &str = "B47 07 12.4 +0120 -0036 003/040 `2-%9X 12 155 122 UB.I-..D 004 00    ";
@@ -28,8 +32,15 @@ const T: &str = "T49 I'm finished with the co-ordinate list                     
 const P: &str = "P48 01/26 top-speed          +00008 +00012 +00002 +00012 in/s        ";
 const S: &str = "S49 (+$*3$,0$07(``\"(+0                                               ";
 
+const I: &str = "I50 07 5 300 PRHXUWGFC BWSI 00240 2                                  ";
+const F: &str = "F50 1/2 motor-current      2 A                                       ";
+const V: &str = "V50 +00125 -00007 ------ ------ ------ ------ ------ ------ ------   ";
+
 /// A correct robot's lines: five lines A and one other in turn.
-const ORDER: &[u8] = b"AAAAABAAAAACAAAAATAAAAAPAAAAAS";
+const ORDER: &[u8] = b"AAAAABAAAAACAAAAATAAAAAPAAAAASAAAAAIAAAAAFAAAAAV";
+
+/// Lines of a stream.
+const LINES: usize = 300;
 
 /// A line before it is sent.
 struct Draft {
@@ -54,6 +65,9 @@ impl Draft {
             b'T' => T,
             b'P' => P,
             b'S' => S,
+            b'I' => I,
+            b'F' => F,
+            b'V' => V,
             _ => "K00",
         };
         let idle = Detail::Idle {
@@ -159,6 +173,13 @@ fn sent(remainder: u32) -> Vec<u8> {
     crc::characters(remainder).to_vec()
 }
 
+/// The right remainder in other characters.
+fn coded(covered: &[u8], alphabet: &[u8; 64]) -> Vec<u8> {
+    let remainder = crc::update(DOWNLINK_INIT, covered);
+    let sixes = (0..4).map(|n| remainder >> (18 - 6 * n) & 63);
+    sixes.map(|six| alphabet[six as usize]).collect()
+}
+
 fn from_start(bytes: &[u8]) -> Vec<u8> {
     sent(crc::update(DOWNLINK_INIT, bytes))
 }
@@ -187,7 +208,42 @@ const ROWS: &[Row] = &[
     Row("X with `%+d.%d`: too short", Field(b'A', 5, b"+12.4", 6), "A", 5, "length"),
     Row("speed with `%+d`: too short", Field(b'A', 23, b"+6", 3), "A", 23, "length"),
     Row("theta with four digits", Field(b'A', 19, b"0273", 3), "A", 22, "length"),
+    Row("X with two decimals", field(b'A', 5, b"+12.34"), "A", 5, "decimal-point"),
+    Row("X of 999 in whole inches", field(b'A', 5, b"+00999"), "A", 5, "range"),
+    Row("theta in radians", field(b'A', 19, b"1.6"), "A", 19, "decimal-point"),
+    Row("speed with a decimal", field(b'A', 23, b"6.0"), "A", 23, "missing-sign"),
+    Row("left wheel at the left of its columns", field(b'A', 31, b"-7 "), "A", 31, "padding"),
+    Row("sonar with a decimal", field(b'A', 39, b"9.5"), "A", 39, "decimal-point"),
+    Row("sonar of -1 for no echo", field(b'A', 39, b"-01"), "A", 39, "extra-sign"),
+    Row("photocell of 100 %", Field(b'A', 47, b"100", 2), "A", 49, "length"),
+    Row("infrared as a count", field(b'A', 54, b"2"), "A", 54, "letter"),
+    Row("layers in the reverse order", field(b'A', 62, b"d.lsi-b"), "A", 62, "letter"),
+    Row("a tab between two fields", field(b'A', 4, b"\t"), "A", 4, "column"),
+    Row("the acknowledgement in lower case", field(b'A', 70, b"abcde"), "A", 70, "six-bit"),
+    Row("the acknowledgement of spaces", field(b'A', 70, b"     "), "A", 70, "six-bit-zero"),
     // The other lines.
+    Row("layers of line B from layer 1 on", field(b'B', 51, b"BTISLMDU"), "B", 51, "letter"),
+    Row("the digest's bytes in the other order, of an empty list", field(b'B', 25, b"000/000 #_$ME!"), "B", 33, "digest-empty"),
+    Row("version of three parts", field(b'C', 19, b"1.0.0"), "C", 19, "decimal-point"),
+    Row("an uptime that stands still", field(b'C', 8, b"000400"), "C", 8, "uptime"),
+    Row("uptime in minutes", Plant::Draft(|it| if it.letter == b'C' { let text = format!("{:06}", it.n / 180); it.put(8, text.as_bytes()); }), "C", 8, "uptime"),
+    Row("uptime in tenths of a second", Plant::Draft(|it| if it.letter == b'C' { let text = format!("{:06}", it.n * 10 / 3); it.put(8, text.as_bytes()); }), "C", 8, "uptime"),
+    Row("level 0 in line I", field(b'I', 8, b"0"), "I", 8, "range"),
+    Row("capacity padded with spaces", field(b'I', 10, b"  8"), "I", 10, "padding"),
+    Row("modes of line I in another order", field(b'I', 14, b"PXRHUWGFC"), "I", 15, "letter"),
+    Row("a rate of 24 bytes/s", field(b'I', 29, b"00024"), "I", 29, "range"),
+    Row("level 1 of a robot that hears", field(b'I', 8, b"1"), "I", 8, "abilities"),
+    Row("a mode that line I lacks", field(b'I', 14, b"."), "A", 61, "abilities"),
+    Row("sonars that line I lacks", field(b'I', 26, b"."), "A", 39, "abilities"),
+    Row("a battery that line I lacks", field(b'I', 24, b"."), "B", 8, "abilities"),
+    Row("more waypoints than line I states", field(b'I', 10, b"030"), "B", 29, "abilities"),
+    Row("more fields than line I states", field(b'I', 35, b"1"), "F", 7, "abilities"),
+    Row("another robot id in line I only", field(b'I', 5, b"08"), "I", 5, "id-disagrees"),
+    Row("no line I at level 3", Order(b"AAAAAB"), "A", 1, "abilities-missing"),
+    Row("six decimals of a field", field(b'F', 28, b"6"), "F", 28, "range"),
+    Row("a field beyond their number", field(b'F', 5, b"3/2"), "F", 5, "pair"),
+    Row("a value with a decimal point", field(b'V', 5, b"+01.25"), "V", 5, "decimal-point"),
+    Row("a value that is missing as spaces", field(b'V', 12, b"      "), "V", 12, "padding"),
     Row("robot id 0", field(b'B', 5, b"00"), "B", 5, "range"),
     Row("battery padded with a space", field(b'B', 8, b" 9.1"), "B", 8, "padding"),
     Row("target X alone as hyphens", field(b'B', 13, b"-----"), "B", 19, "pair"),
@@ -223,12 +279,24 @@ const ROWS: &[Row] = &[
     Row("one column too few", Checksum(|it| from_start(&it[..it.len() - 1])), "A", 75, "crc-columns"),
     Row("the acknowledgement left out", Checksum(|it| from_start(&it[..it.len() - 5])), "A", 75, "crc-columns"),
     Row("the acknowledgement written after the checksum", Checksum(|it| from_start(&[&it[..it.len() - 5], b"     "].concat())), "A", 75, "crc-stale"),
-    Row("a table of the CRC with an error", Checksum(|it| sent(crc::update(DOWNLINK_INIT, it) ^ 0x1234)), "A", 75, "crc-unknown"),
+    Row("CRC before the sequence was written", Checksum(|it| from_start(&[&it[..1], b"00", &it[3..]].concat())), "A", 75, "crc-stale"),
+    Row("CRC from OpenPGP's start", Checksum(|it| sent(crc::update(0xB7_04CE, it))), "A", 75, "crc-constant"),
+    Row("CRC in Base64", Checksum(|it| coded(it, b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/")), "A", 75, "crc-characters"),
+    Row("CRC in characters from 0 on", Checksum(|it| coded(it, &std::array::from_fn(|n| b'0' + n as u8))), "A", 75, "crc-characters"),
+    Row("CRC in three bytes", Checksum(|it| crc::update(DOWNLINK_INIT, it).to_be_bytes()[1..].to_vec()), "A", 75, "crc-binary"),
+    Row("a table of the CRC with an error", Checksum(|it| sent(it.iter().fold(DOWNLINK_INIT, |r, &byte| {
+        crc::update(r, &[byte]) ^ if (r >> 16) as u8 ^ byte < 0x10 { 0x10 } else { 0 }
+    }))), "A", 75, "crc-unknown"),
     // The line's end.
     Row("LF for CR LF", Bytes(|it| [&it[..it.len() - 2], b"\n"].concat()), "A", 79, "line-end"),
     Row("LF CR for CR LF", Bytes(|it| [&it[..it.len() - 2], b"\n\r"].concat()), "A", 79, "line-end"),
     Row("CR for CR LF", Bytes(|it| it[..it.len() - 1].to_vec()), "A", 80, "line-end"),
     Row("CR LF printed with println", Bytes(|it| [&it[..it.len() - 1], b"\r\n"].concat()), "A", 80, "line-end"),
+    Row("a space before CR LF", Bytes(|it| [&it[..it.len() - 2], b" \r\n"].concat()), "A", 79, "line-end"),
+    Row("no line end", Bytes(|it| it[..it.len() - 2].to_vec()), "A", 79, "line-end"),
+    Row("a NUL after each line", Bytes(|it| [&it[..], b"\0"].concat()), "\0", 0, "between-lines"),
+    Row("an empty line after each line", Bytes(|it| [&it[..], b"\r\n"].concat()), "", 0, "between-lines"),
+    Row("a text of the program after each line", Bytes(|it| [&it[..], b"debug: ", &it[1..3], b"\r\n"].concat()), "d", 0, "between-lines"),
     // Lines together.
     Row("a sequence that stands still", Plant::Draft(|it| it.sequence = 7), "A", 2, "sequence-stuck"),
     Row("a sequence that counts by 2", Plant::Draft(|it| it.sequence = (it.n * 2 % 100).try_into().unwrap()), "A", 2, "sequence-jump"),
@@ -263,7 +331,7 @@ fn stream(plant: Option<&Plant>) -> Vec<u8> {
         _ => ORDER,
     };
     let mut bytes = Vec::new();
-    for n in 0..240 {
+    for n in 0..LINES {
         let mut draft = Draft::new(n, order[n % order.len()]);
         bytes.extend(match plant {
             Some(&Field(letter, column, text, length)) => {
@@ -297,7 +365,8 @@ fn findings(bytes: &[u8]) -> Vec<Finding> {
 /// The findings, by type of line, column and code.
 fn named(finding: &Finding) -> (String, usize, &'static str) {
     let line = String::from_utf8_lossy(&finding.line);
-    let letter = line.trim_start().chars().next().unwrap().to_string();
+    let letter = line.trim_start().chars().next();
+    let letter = letter.map_or_else(String::new, String::from);
     (letter, finding.column.unwrap_or(0), finding.kind.code)
 }
 
@@ -417,42 +486,70 @@ fn a_radio_with_bit_errors_makes_no_mistake_of_a_correct_robot() {
         ("half-duplex,ber=3e-3", 126, hours / 5.0),
         ("ber=1e-2", 119, hours / 5.0),
     ] {
-        let mut co = CoSimulation::new("house", seed, channel);
-        let mut diagnosis = Diagnosis::default();
-        let end = Duration::from_secs_f64(hours * 3600.0);
-        let mut next = Duration::from_mins(1);
-        let mut count = 0;
-        while co.now() < end {
-            co.step_telling(&mut |byte| diagnosis.take(&[byte]));
-            let named = notices(co.events.drain(..).map(|(_, event)| event));
-            assert_eq!(named, [] as [&str; 0], "{}", co.context());
-            if co.now() >= next {
-                next += Duration::from_secs(97);
-                count += 1;
-                co.request(match count % 4 {
-                    0 => Request::Stop,
-                    1 => Request::Mode(Mode::Prowl),
-                    2 => Request::Route(vec![
-                        Waypoint {
-                            x_in: 5,
-                            y_in: count
-                        };
-                        9
-                    ]),
-                    _ => Request::Mode(Mode::Reactive),
-                });
-            }
-        }
-        assert_eq!(diagnosis.findings(), [], "{}", co.context());
-        let damaged = diagnosis.counters().damaged.total();
-        assert!(
-            damaged > (hours * 1000.0) as u64,
-            "{damaged}: {}",
-            co.context()
-        );
-        let is_heard = channel == "ber=1e-2" || diagnosis.level() >= 4;
-        assert!(is_heard, "{}", co.context());
+        let level = listen(CoSimulation::new("house", seed, channel), hours);
+        assert!(channel == "ber=1e-2" || level >= 4, "{channel}: {level}");
     }
+}
+
+/// The same of the robot in C, at each level and duplex.
+#[cfg(unix)]
+#[test]
+fn a_radio_with_bit_errors_makes_no_mistake_of_a_c_robot() {
+    let half = Duplex::Half { patience_bytes: 16 };
+    let robots = [1, 2, 3, 4, 5].map(|level| (level, Duplex::Full));
+    let robots = [&robots[..], &[(5, half)]].concat();
+    let hours = if is_nightly() { 24.0 } else { 0.1 };
+    on_all_cores(0..robots.len() as u64, |n| {
+        let (level, duplex) = robots[n as usize];
+        let world = World::built_in("open-room").expect("it comes with the program");
+        let mut config = SimulationConfig::new(world, seeds(1).start + n);
+        let channel = match duplex {
+            Duplex::Full => "ber=1e-3",
+            Duplex::Half { .. } => "half-duplex,ber=1e-3",
+        };
+        config.channel = channel.parse().expect("a channel");
+        config.duplex = duplex;
+        let robot = CSimulation::at_level(level, &config);
+        let co = CoSimulation::of(robot, &config, Config::new(owner(config.seed)));
+        assert_eq!(listen(co, hours), level);
+    });
+}
+
+/// Listens to a robot that takes a command in 97 s; returns the level that its lines show.
+fn listen<R: Robot>(mut co: CoSimulation<R>, hours: f64) -> u8 {
+    let mut diagnosis = Diagnosis::default();
+    let end = Duration::from_secs_f64(hours * 3600.0);
+    let mut next = Duration::from_mins(1);
+    let mut count = 0;
+    while co.now() < end {
+        co.step_telling(&mut |byte| diagnosis.take(&[byte]));
+        let named = notices(co.events.drain(..).map(|(_, event)| event));
+        assert_eq!(named, [] as [&str; 0], "{}", co.context());
+        if co.now() >= next {
+            next += Duration::from_secs(97);
+            count += 1;
+            co.request(match count % 4 {
+                0 => Request::Stop,
+                1 => Request::Mode(Mode::Prowl),
+                2 => Request::Route(vec![
+                    Waypoint {
+                        x_in: 5,
+                        y_in: count
+                    };
+                    9
+                ]),
+                _ => Request::Mode(Mode::Reactive),
+            });
+        }
+    }
+    assert_eq!(diagnosis.findings(), [], "{}", co.context());
+    let damaged = diagnosis.counters().damaged.total();
+    assert!(
+        damaged > (hours * 1000.0) as u64,
+        "{damaged}: {}",
+        co.context()
+    );
+    diagnosis.level()
 }
 
 /// The mistake in a capture of a robot, wherever it is read; each kind is told once while it is received.

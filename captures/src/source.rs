@@ -202,10 +202,11 @@ impl Capture {
         Some(utc(UNIX_EPOCH + since_1970))
     }
 
-    /// Metadata of an MCAP before its next piece.
-    pub(super) fn session_ahead(
-        &mut self,
-    ) -> Result<Option<BTreeMap<String, String>>, CaptureError> {
+    /// Metadata of an MCAP before its next piece; `None` of a raw capture.
+    ///
+    /// # Errors
+    /// The capture cannot be read.
+    pub fn session_ahead(&mut self) -> Result<Option<BTreeMap<String, String>>, CaptureError> {
         if let Reader::Mcap(reader) = &mut self.reader {
             reader.next_ns().map_err(|error| CaptureError::Read {
                 path: self.path.clone(),

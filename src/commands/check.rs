@@ -14,6 +14,7 @@ use super::connecting::connect;
 use super::progress::Progress;
 use super::{Exit, Fault, block_on, input, out, say, say_progress, simulated};
 use crate::capture::diagnosis::{Diagnosis, Finding};
+use crate::capture::own_lines::recognizer;
 use crate::capture::source::Form;
 use crate::capture::{Capture, Piece};
 use crate::conformance::Trials;
@@ -62,7 +63,8 @@ pub(super) fn run(options: &Check, config: &Config) -> Result<(), Fault> {
     }
     let broken = trials.as_ref().map_or(0, trials::broken);
     let is_over = trials.as_ref().is_none_or(Trials::is_over);
-    if findings.len() + broken == 0 && diagnosis.level() > 0 && is_over {
+    let is_heard = diagnosis.level() > 0 || diagnosis.own_lines() > 0 && !options.send;
+    if findings.len() + broken == 0 && is_heard && is_over {
         return Ok(());
     }
     let mistakes = match findings.len() + broken {
@@ -87,6 +89,8 @@ fn read(path: &Path) -> Result<Diagnosis, Fault> {
         }
         Form::Mcap => {
             let mut capture = Capture::read(path, source)?;
+            let table = capture.session_ahead()?;
+            diagnosis = Diagnosis::new(recognizer(table.as_ref()));
             while let Some((_, piece)) = capture.next_piece()? {
                 if let Piece::Received(bytes) = piece {
                     diagnosis.take(bytes);
@@ -116,6 +120,7 @@ async fn hear(
     config: &Config,
 ) -> Result<(Diagnosis, Option<Trials>), Fault> {
     let (link, config) = config.at(link)?;
+    let own = config.own.recognizer()?;
     let (spec, _robot) = simulated::embed(&link, RadioKind::default())?;
     let baud = options.link.baud(&config);
     let connection = connect(&spec, baud, &options.link)?;
@@ -134,7 +139,7 @@ async fn hear(
     link.hand_over_at_once(options.send);
     let start = Instant::now();
     let mut trials = options.send.then(|| Trials::new(random_owner(), baud));
-    let mut diagnosis = Diagnosis::default();
+    let mut diagnosis = Diagnosis::new(own);
     let shows_progress = io::stderr().is_terminal();
     let mut report = tokio::time::interval(REPORT_EVERY);
     let end = tokio::time::sleep(options.duration.unwrap_or(Duration::MAX));
@@ -163,7 +168,10 @@ async fn hear(
                 }
                 Some(LinkInput::Lost(reason)) => {
                     say(format_args!("groundwave: link lost: {reason}"));
-                    break;
+                    diagnosis.skip();
+                    if !trials.as_ref().is_some_and(Trials::awaits_reset) {
+                        break;
+                    }
                 }
                 Some(LinkInput::Ended) | None => break,
                 Some(LinkInput::Opened { .. } | LinkInput::Said(_)) => {}
@@ -218,6 +226,7 @@ fn to_json(
         "level": trials.and_then(Trials::level).unwrap_or(diagnosis.level()),
         "intact": counters.lines + counters.ack_lines,
         "damaged": counters.damaged.total(),
+        "own": diagnosis.own_lines(),
         "findings": findings,
         "trials": trials.map(|it| it.verdicts().iter().map(trials::to_json).collect::<Vec<_>>()),
     })
@@ -250,6 +259,12 @@ fn write(
         )?;
     }
     let counters = diagnosis.counters();
+    if diagnosis.level() == 0 && findings.is_empty() && diagnosis.own_lines() > 0 {
+        let (name, count) = (safe_text::line(name), diagnosis.own_lines());
+        writeln!(out, "{name}: {count} lines of the robot's own")?;
+        writeln!(out, "Level 0 is reached. {}", level_words(0))?;
+        return out.flush();
+    }
     writeln!(
         out,
         "{}: {} intact lines, {} damaged",

@@ -2,8 +2,8 @@
 
 use groundwave_protocol::command::{Key, Message, Open, Order};
 use groundwave_protocol::digest::digest;
-use groundwave_protocol::status_codes::Mode;
-use groundwave_protocol::telemetry::{AbilitiesLine, Outcome};
+use groundwave_protocol::status_codes::{Layer, LayerMask, LayerState, Mode};
+use groundwave_protocol::telemetry::{AbilitiesLine, Outcome, StateLine};
 
 use super::probe::{LIMIT, Seen};
 use super::rule;
@@ -41,7 +41,14 @@ pub(super) async fn run(session: &mut Session) -> Result<(), Ended> {
         session.not_tried(rule::COMMAND, "the robot has one mode only");
     }
     refusals(session).await;
-    ends(session).await
+    layers(session).await;
+    ends(session).await?;
+    wraps(session).await?;
+    let is_kept = !session.probe.see(|seen| seen.has_late_receipt);
+    session.judge(rule::RECEIPT_ENDS, is_kept, || {
+        "a line of the open session shows a receipt".to_owned()
+    });
+    Ok(())
 }
 
 /// The modes of line I.
@@ -274,7 +281,7 @@ async fn wrong_keys(session: &mut Session, mode: Mode) -> Result<(), Ended> {
     type Part = fn(&Session) -> (u8, u8, u8, u16);
     let parts: [(_, Part); 4] = [
         (rule::WRONG_SESSION, |it| {
-            (it.robot_id, it.boot, (it.number + 6) % 7, it.owner)
+            (it.robot_id, it.boot, (it.number + 5) % 7 + 1, it.owner)
         }),
         (rule::WRONG_OWNER, |it| {
             (it.robot_id, it.boot, it.number, it.owner ^ 1)
@@ -349,6 +356,104 @@ async fn refusals(session: &mut Session) {
         }
         None => session.not_tried(rule::NOT_FITTED, "the robot has every mode"),
     }
+}
+
+/// Forbids layers 1 to 7, and allows those again that were.
+async fn layers(session: &mut Session) {
+    let which = LayerMask::from_bits(0xFE);
+    let rejected = session.rejected();
+    let has_status = abilities(session).level >= 3;
+    let before = if has_status {
+        session.probe.status().await
+    } else {
+        None
+    };
+    let was_on = session.probe.see(|seen| seen.state.map(|(_, it)| on(&it)));
+    let none = LayerMask::from_bits(0);
+    let forbid = Order::Layers {
+        which,
+        allowed: none,
+    };
+    let outcome = session.order(forbid).await;
+    if outcome != Some(Outcome::Done) {
+        session.compare(rule::LAYERS, Outcome::Done, outcome, rejected);
+        return;
+    }
+    let is_on = |seen: &Seen| seen.state.is_some_and(|(_, it)| on(&it) != none);
+    session.probe.lines_after(|_| false).await;
+    let mut wrong = session
+        .probe
+        .see(is_on)
+        .then(|| "line A shows a layer that was forbidden as on".to_owned());
+    let allowed = before.map_or(was_on.unwrap_or(none), |it| it.allowed.and(which));
+    if let Some(before) = before {
+        let user = LayerMask::from_bits(before.allowed.bits() & 1);
+        wrong = wrong.or(shown(session, user).await);
+    }
+    let outcome = session.order(Order::Layers { which, allowed }).await;
+    if wrong.is_none() && outcome != Some(Outcome::Done) {
+        session.compare(rule::LAYERS, Outcome::Done, outcome, rejected);
+        return;
+    }
+    if let Some(before) = before {
+        wrong = wrong.or(shown(session, before.allowed).await);
+    }
+    session.judge(rule::LAYERS, wrong.is_none(), || wrong.unwrap_or_default());
+    let Some(before) = before else { return };
+    let mut layers = (1..8).map(|bit| LayerMask::from_bits(1 << bit));
+    match layers.find(|it| before.fitted.and(*it) == none) {
+        Some(layer) => {
+            let order = Order::Layers {
+                which: layer,
+                allowed: layer,
+            };
+            session
+                .expect(rule::LAYER_FITTED, order, Outcome::NotFitted)
+                .await;
+        }
+        None => session.not_tried(rule::LAYER_FITTED, "the robot has every layer"),
+    }
+}
+
+/// What line B shows instead of these allowed layers.
+async fn shown(session: &Session, allowed: LayerMask) -> Option<String> {
+    let found = session.probe.status().await.map(|it| it.allowed);
+    (found != Some(allowed)).then(|| match found {
+        Some(found) => format!(
+            "line B shows the layers {:08b} as allowed, not {:08b}; bit n is layer n",
+            found.bits(),
+            allowed.bits()
+        ),
+        None => "no line B arrived".to_owned(),
+    })
+}
+
+/// The layers of line A that are on.
+fn on(state: &StateLine) -> LayerMask {
+    let is_on = |layer: &&Layer| state.layers.get(**layer) != LayerState::Off;
+    let on = Layer::ALL.iter().filter(is_on);
+    on.fold(LayerMask::from_bits(0), |mask, layer| mask.with(*layer))
+}
+
+/// The sessions up to the first of the next era.
+async fn wraps(session: &mut Session) -> Result<(), Ended> {
+    while session.number != 7 {
+        session.reopen().await?;
+    }
+    let era = session.era;
+    let is_next = session.open(true).await?;
+    let expected = (era + 1) & 0x3FFF;
+    let shows_era = |seen: &Seen| seen.present_era() == Some(expected);
+    let is_kept = is_next && session.probe.until(LIMIT, shows_era).await;
+    session.judge(rule::SESSION_WRAP, is_kept, || {
+        let number = session.probe.see(|seen| seen.ack.map(|ack| ack.session));
+        let found = session.probe.see(Seen::present_era).unwrap_or_default();
+        format!(
+            "session {} in era {found} after session 7 in era {era}",
+            number.unwrap_or_default()
+        )
+    });
+    if is_kept { Ok(()) } else { Err(Ended) }
 }
 
 /// STOP while a session is open, and the session after it.

@@ -12,6 +12,9 @@ use super::session::{Session, in_words};
 /// Waypoints of the list: a whole block and a short one.
 const WAYPOINTS: usize = 6;
 
+/// Waypoints of the longest frame.
+const LONGEST: u16 = 16;
+
 pub(super) async fn run(session: &mut Session) {
     let abilities = session.probe.see(|seen| seen.abilities);
     let capacity = abilities.unwrap_or(AbilitiesLine::FULL).capacity;
@@ -22,7 +25,7 @@ pub(super) async fn run(session: &mut Session) {
     let count = WAYPOINTS.min(usize::from(capacity));
     let list: Vec<Waypoint> = (0_i16..).take(count).map(|n| point(n, 100)).collect();
     let right = digest(list.iter());
-    missing(session, &list).await;
+    missing(session, &list, capacity).await;
     if !stage(session, &list).await {
         session.broken(rule::LIST, "no acknowledgement shows the staged list");
         return;
@@ -42,6 +45,7 @@ pub(super) async fn run(session: &mut Session) {
     shown(session, count, right).await;
     old_tag(session).await;
     refused(session, count, right, capacity).await;
+    long_frame(session, capacity).await;
     clear(session).await;
 }
 
@@ -60,20 +64,29 @@ fn activate(tag: u8, count: usize, digest: u32) -> Order {
     }
 }
 
-/// Sends the waypoints under the next tag until the robot has all; returns whether it has.
+/// Sends the waypoints under the next tag, the first block in a frame of its own, until the robot has all; returns whether it has.
 async fn stage(session: &mut Session, list: &[Waypoint]) -> bool {
     session.tag += 1;
+    let (first, others) = list.split_at(list.len().min(BLOCK_WAYPOINTS));
+    send(session, 0, first).await && (others.is_empty() || send(session, 1, others).await)
+}
+
+/// Sends waypoints of the list under way from a block on, which completes it up to them; returns whether the robot has them.
+async fn send(session: &Session, first_block: u8, list: &[Waypoint]) -> bool {
     let tag = session.tag;
     let blocks = u8::try_from(list.len().div_ceil(BLOCK_WAYPOINTS)).unwrap_or(u8::MAX);
-    let frame = Message::Waypoints(Slots::new(tag, 0, list));
-    let is_staged = |seen: &Seen| seen.staged == Some((blocks, tag & 3));
+    let frame = Message::Waypoints(Slots::new(tag, first_block, list));
+    let is_staged = |seen: &Seen| seen.staged == Some((first_block + blocks, tag & 3));
     session.probe.effect(&frame, session.key, is_staged).await
 }
 
 /// Makes a list active whose second block was not sent, or nothing of it if there is one only.
-async fn missing(session: &mut Session, list: &[Waypoint]) {
+async fn missing(session: &mut Session, list: &[Waypoint], capacity: u16) {
     if list.len() > BLOCK_WAYPOINTS {
-        stage(session, &list[..BLOCK_WAYPOINTS]).await;
+        let is_staged = stage(session, &list[..BLOCK_WAYPOINTS]).await;
+        if is_staged && usize::from(capacity) >= 4 * BLOCK_WAYPOINTS {
+            window(session).await;
+        }
     } else {
         session.tag += 1;
     }
@@ -81,6 +94,34 @@ async fn missing(session: &mut Session, list: &[Waypoint]) {
     session
         .expect(rule::LIST_MISSING, order, Outcome::ListIncomplete)
         .await;
+}
+
+/// Sends the fourth block of a list whose first has arrived.
+async fn window(session: &Session) {
+    let tag = session.tag;
+    let block = [0, 1, 2, 3].map(|n| point(n, 400));
+    let frame = Message::Waypoints(Slots::new(tag, 3, &block));
+    let is_shown = |seen: &Seen| seen.staged == Some((1, tag & 3)) && seen.window == 0b10;
+    let is_kept = session.probe.effect(&frame, session.key, is_shown).await;
+    session.judge(rule::LIST_WINDOW, is_kept, || {
+        let (staged, window) = session.probe.see(|seen| (seen.staged, seen.window));
+        format!(
+            "with blocks 0 and 3 the first missing is {}, the window {window:08b}",
+            staged.map_or(0, |(first, _)| first)
+        )
+    });
+}
+
+async fn long_frame(session: &mut Session, capacity: u16) {
+    if capacity < LONGEST {
+        session.not_tried(rule::LONG_FRAME, "the capacity is below 16");
+        return;
+    }
+    let rejected = session.rejected();
+    let list: Vec<Waypoint> = (0..LONGEST as i16).map(|n| point(n, 500)).collect();
+    session.tag += 1;
+    let is_staged = send(session, 0, &list).await;
+    session.judge(rule::LONG_FRAME, is_staged, || session.unheard(rejected));
 }
 
 async fn shown(session: &Session, count: usize, digest: u32) {

@@ -125,6 +125,12 @@ impl Trials {
         self.probe.0.borrow_mut().prompts.pop_front()
     }
 
+    /// Whether the person at the robot was asked to reset it; its port may vanish for a moment then.
+    #[must_use]
+    pub fn awaits_reset(&self) -> bool {
+        self.probe.0.borrow().awaits_reset
+    }
+
     /// Whether all trials are over.
     #[must_use]
     pub const fn is_over(&self) -> bool {

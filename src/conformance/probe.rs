@@ -50,8 +50,13 @@ pub(super) struct Seen {
     /// Owner in the latest acknowledgement that showed one; none for a receipt.
     pub(super) owner: Option<u16>,
     pub(super) receipt: Option<u16>,
+    /// Boot and session of the latest acknowledgement with an owner, and whether that session has shown a receipt, too.
+    open: Option<(u8, u8)>,
+    pub(super) has_late_receipt: bool,
     /// First missing block and tag of the staged list in the latest acknowledgement that could show them.
     pub(super) staged: Option<(u8, u8)>,
+    /// Window of the latest acknowledgement with a staged list.
+    pub(super) window: u8,
     pub(super) cannot_hear: bool,
     pub(super) sequence: u8,
     /// Lines missing in the sequence.
@@ -86,12 +91,16 @@ impl Seen {
                 // A line without the receipt comes in turn with it.
                 if owner != 0 {
                     self.receipt = None;
+                    self.open = Some((ack.boot, ack.session));
                 }
             }
             Detail::Staging {
-                first_missing, tag, ..
-            } => self.staged = Some((first_missing, tag)),
+                first_missing,
+                tag,
+                window,
+            } => (self.staged, self.window) = (Some((first_missing, tag)), window),
             Detail::Stopped { receipt } => {
+                self.has_late_receipt |= self.open == Some((ack.boot, ack.session));
                 (self.owner, self.staged, self.receipt) = (Some(0), None, Some(receipt));
             }
             Detail::Era { era } => self.era = Some((ack.boot, ack.session, era)),
@@ -134,6 +143,7 @@ pub(super) struct Shared {
     pub(super) seen: Seen,
     pub(super) verdicts: VecDeque<Verdict>,
     pub(super) prompts: VecDeque<&'static str>,
+    pub(super) awaits_reset: bool,
     pub(super) deadline: Option<Duration>,
     /// Frames that wait for the radio.
     pub(super) waiting: VecDeque<Vec<u8>>,
@@ -176,8 +186,10 @@ impl Probe {
         self.0.borrow().now
     }
 
-    pub(super) fn prompt(&self, text: &'static str) {
-        self.0.borrow_mut().prompts.push_back(text);
+    pub(super) fn ask_for_reset(&self, text: &'static str) {
+        let mut shared = self.0.borrow_mut();
+        shared.prompts.push_back(text);
+        shared.awaits_reset = true;
     }
 
     /// When the latest frame has left; the time of its answers begins then.

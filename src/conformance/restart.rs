@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use groundwave_protocol::command::{Key, Message};
+use groundwave_protocol::command::{ERA_MAX, Key, Message};
 
 use super::probe::{LIMIT, Seen};
 use super::rule;
@@ -10,6 +10,9 @@ use super::session::Session;
 
 /// Wait for the reset.
 const RESET: Duration = Duration::from_mins(1);
+
+/// Rounds of session numbers that a robot has hardly gone through since its boot.
+const ROUNDS_MAX: u16 = 64;
 
 pub(super) async fn run(session: &mut Session) {
     if session.reopen().await.is_err() {
@@ -28,7 +31,7 @@ pub(super) async fn run(session: &mut Session) {
     let number = session.number;
     session
         .probe
-        .prompt("Reset the robot now; 60 s remain. Ctrl-C ends.");
+        .ask_for_reset("Reset the robot now; 60 s remain. Ctrl-C ends.");
     let has_restarted = |seen: &Seen| {
         let ack = seen.ack;
         ack.is_some_and(|ack| ack.boot != open.boot || ack.session != number)
@@ -48,8 +51,12 @@ pub(super) async fn run(session: &mut Session) {
         return;
     };
     let era = session.probe.see(Seen::present_era);
-    session.judge(rule::BOOT, ack.boot != open.boot || era != open.era, || {
-        format!("boot {} and era as before", ack.boot)
+    // Sessions of this boot have counted the era up since it began.
+    let is_same_era = era
+        .zip(open.era)
+        .is_some_and(|(after, before)| (before.wrapping_sub(after) & ERA_MAX) < ROUNDS_MAX);
+    session.judge(rule::BOOT, ack.boot != open.boot || !is_same_era, || {
+        format!("boot {} and its first era as before", ack.boot)
     });
     let is_closed = ack.session == 0 && ack.sequence == 0;
     session.judge(rule::BOOT_SESSION, is_closed, || {

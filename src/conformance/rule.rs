@@ -49,10 +49,16 @@ rules! {
     UNREADABLE_ORDER = "unreadable-order", 2, 9, "an unreadable order is refused with outcome 6", "the frame is dropped, or the order's length is not checked", "take its sequence and answer 6";
     BEYOND_LEVEL = "beyond-level", 2, 1, "an order beyond the level is refused with outcome 6", "the frame is dropped, or the level of line I is too low", "answer 6 to orders that the level lacks";
     NOT_FITTED = "not-fitted", 2, 11, "a mode that is not fitted is refused with outcome 1", "the mode is not compared with those fitted", "refuse modes that line I does not name";
+    LAYERS = "layers", 2, 11, "an order L allows and forbids layers", "the order has no effect, or one on layers that it does not name", "leave the layers outside which as they are, and set those in it";
     STOP_SESSION = "stop-session", 2, 11, "STOP ends the session", "STOP leaves session or owner as they are", "begin a new session without an owner at STOP";
+    RECEIPT_ENDS = "receipt-ends", 2, 11, "a new session has no receipt", "the receipt of the latest STOP is still shown in it", "clear the receipt when a session opens";
+    SESSION_WRAP = "session-wrap", 2, 11, "session 1 follows session 7, in the next era", "the session is counted modulo 8, or the era stands still", "session modulo 7 + 1; count the era up when the session was 7";
+    LAYER_FITTED = "layer-fitted", 3, 11, "a layer that is not fitted is refused with outcome 1", "the layer is not compared with those fitted", "refuse layers that line B shows as not fitted";
     LIST = "list", 3, 11, "a list is staged, verified and made the active one", "waypoints are read at the wrong bits, or the digest differs", "compare with section 10, vectors/digests.jsonl and the frames W of vectors/frames.jsonl";
     LIST_STATUS = "list-status", 3, 5, "line B shows the active list", "line B shows another count or digest than the list made active", "send line B with count and digest of the active list, soon after they change";
     LIST_MISSING = "list-missing", 3, 11, "a list with missing waypoints is refused with outcome 3", "order A does not look which blocks have arrived", "mark each block, and require all up to the count";
+    LIST_WINDOW = "list-window", 3, 6, "the acknowledgement shows which blocks have arrived", "the window begins with another block, or its bits are in another order", "set bit n when block first missing + 1 + n has arrived";
+    LONG_FRAME = "long-frame", 3, 9, "a frame of 87 bytes is taken", "the receiver's buffer is too short", "keep 87 bytes between two line feeds";
     LIST_DIGEST = "list-digest", 3, 11, "a list with another digest is refused with outcome 4", "order A does not compare the digest", "compute the digest over the staged list and compare all 32 bits";
     SHORT_BLOCK = "short-block", 3, 11, "a list with a short block that is not the last is refused with outcome 4", "the digest is computed over fewer waypoints than the count", "compute it over the first count waypoints of the bank";
     LIST_CAPACITY = "list-capacity", 3, 11, "a list beyond the capacity is refused with outcome 2", "the count is not compared with the capacity", "answer 2 before anything is copied";

@@ -1,6 +1,7 @@
 //! The usual mistakes in a checksum.
 
 use groundwave_protocol::crc::{self, CHARACTERS, DOWNLINK_INIT};
+use groundwave_protocol::sixbit;
 use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 
 use super::kind::{self, Kind};
@@ -20,6 +21,13 @@ pub(super) fn mistake(line: &[u8]) -> Option<(usize, &'static Kind)> {
         _ => LONG,
     };
     let (covered, found) = line.split_at_checked(covered)?;
+    if let [high, middle, low] = *found {
+        let remainder = crc::update(DOWNLINK_INIT, covered);
+        let orders = [[0, high, middle, low], [0, low, middle, high]];
+        if orders.map(u32::from_be_bytes).contains(&remainder) {
+            return Some((covered.len() + 1, kind::CRC_BINARY));
+        }
+    }
     if !line.iter().all(|byte| (b' '..=b'~').contains(byte)) {
         return None;
     }
@@ -56,10 +64,22 @@ fn cause(covered: &[u8], found: [u8; CHARACTERS]) -> Option<&'static Kind> {
     if found == reversed {
         return Some(kind::CRC_ORDER);
     }
+    if [base64, from_digit_0]
+        .map(|code| code(right))
+        .contains(&found)
+    {
+        return Some(kind::CRC_CHARACTERS);
+    }
     let from_start = |bytes: &[u8]| crc::update(DOWNLINK_INIT, bytes);
     let length = covered.len();
     let blank_ack = [&covered[..length - 5], b"     "].concat();
     let zero_ack = [&covered[..length - 5], b"`````"].concat();
+    let with_sequence = |sequence: u32| {
+        let digits = format!("{:02}", sequence % 100);
+        from_start(&[&covered[..1], digits.as_bytes(), &covered[3..]].concat())
+    };
+    let sequence = str::from_utf8(&covered[1..3]).ok();
+    let sequence: u32 = sequence.and_then(|it| it.parse().ok()).unwrap_or(0);
     let remainders = [
         (crc::update(0, covered), kind::CRC_START),
         (right ^ 0xFF_FFFF, kind::CRC_INVERTED),
@@ -81,6 +101,8 @@ fn cause(covered: &[u8], found: [u8; CHARACTERS]) -> Option<&'static Kind> {
         (from_start(&[covered, b"\0"].concat()), kind::CRC_COLUMNS),
         (from_start(&blank_ack), kind::CRC_STALE),
         (from_start(&zero_ack), kind::CRC_STALE),
+        (with_sequence(sequence + 99), kind::CRC_STALE),
+        (with_sequence(0), kind::CRC_STALE),
         (reflected(POLYNOMIAL, covered), kind::CRC_REFLECTED),
         (
             shifted(24, 0xBD_80DE, DOWNLINK_INIT, covered),
@@ -116,6 +138,27 @@ fn cause(covered: &[u8], found: [u8; CHARACTERS]) -> Option<&'static Kind> {
     let fits = |(value, _): &&(u32, _)| crc::characters(*value) == found;
     let kind = remainders.iter().find(fits).map(|&(_, kind)| kind);
     kind.or_else(|| in_digits(covered, &found))
+}
+
+/// The characters of Base64.
+fn base64(remainder: u32) -> [u8; CHARACTERS] {
+    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::array::from_fn(|n| ALPHABET[(remainder >> (18 - 6 * n)) as usize & 63])
+}
+
+/// The characters from `0` on.
+fn from_digit_0(remainder: u32) -> [u8; CHARACTERS] {
+    std::array::from_fn(|n| b'0' + (remainder >> (18 - 6 * n)) as u8 % 64)
+}
+
+/// How a checksum differs from the right one of a line without CR LF; `None` if it is not in 6-bit characters.
+pub(super) fn difference(line: &[u8]) -> Option<u32> {
+    let (covered, found) = line.split_at_checked(LONG)?;
+    let mut value = 0;
+    for &byte in found {
+        value = value << 6 | u32::from(sixbit::decode(byte)?);
+    }
+    Some(value ^ crc::update(DOWNLINK_INIT, covered))
 }
 
 /// The exclusive-or of the bytes.

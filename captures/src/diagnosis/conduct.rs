@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use groundwave_protocol::decoder::Received;
 use groundwave_protocol::digest::digest;
+use groundwave_protocol::status_codes::Power;
 use groundwave_protocol::telemetry::{
-    ACK_LINE_BYTES, Ack, Body, CountersLine, Detail, Line, SEQUENCE_MODULUS,
+    ACK_LINE_BYTES, AbilitiesLine, Ack, Body, CountersLine, Detail, Line, Reading, SEQUENCE_MODULUS,
 };
+use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use super::kind::{self, Kind};
 
@@ -19,14 +21,28 @@ const STATES_MAX: u32 = 6;
 /// Longest time between the beginnings of two lines, at the lowest rate and with turns, seconds.
 const LINE_S_MAX: u32 = 4;
 
-/// Fewest lines in two seconds, of which a robot begins at most twelve each.
-const LINES_2S: u32 = 24;
+/// Twice as many lines as a robot begins in a second.
+const LINES_PER_S_MAX: u32 = 24;
+
+/// Longest time between two lines C that are compared, seconds.
+const COMPARED_S_MAX: u32 = 60;
+
+/// Lines in a row of which one is a line I, unless the robot has everything: 12 a second in 20 s.
+const ABILITIES_EVERY: u32 = 240;
 
 /// Bytes of a line that a restart cut off.
 const CUT_BYTES_MAX: u64 = 80;
 
 /// A suspicion: its column, and its kind.
 pub(super) type Suspicion = (usize, &'static Kind);
+
+/// A line that was judged.
+pub(super) struct Taken {
+    /// Suspicions that it raises.
+    pub found: Vec<Suspicion>,
+    /// Whether its sequence follows that of the line before; bytes may be between them.
+    pub is_next: bool,
+}
 
 /// What the lines showed before.
 #[derive(Clone, Debug, Default)]
@@ -36,8 +52,15 @@ pub(super) struct Conduct {
     by_type: BTreeMap<u8, u8>,
     /// Uptime and boots of the latest line C.
     counters: Option<(u32, u16)>,
-    /// Lines in a row since it, if none is missing.
-    since_counters: Option<u32>,
+    /// Uptime of an earlier line C, and the lines since, if none is missing.
+    earlier: Option<(u32, u32)>,
+    abilities: Option<AbilitiesLine>,
+    /// Lines in a row without a line I.
+    without_abilities: u32,
+    /// The level of all lines but I.
+    level: u8,
+    /// Lines G.
+    turns: u64,
     without_era: u32,
     has_receipt: bool,
     states: u32,
@@ -64,7 +87,7 @@ struct Previous {
 
 impl Conduct {
     /// Takes a line. `noise` is the number of bytes so far that belong to none.
-    pub(super) fn take(&mut self, received: &Received, noise: u64) -> Vec<Suspicion> {
+    pub(super) fn take(&mut self, received: &Received, noise: u64) -> Taken {
         let mut found = Vec::new();
         let (letter, column) = place(received);
         let ack = *received.ack();
@@ -89,29 +112,36 @@ impl Conduct {
                 found.push((column, kind::ERA_TWICE));
             }
         }
-        if !follows {
-            (self.without_era, self.states) = (0, 0);
-            (self.since_counters, self.long) = (None, None);
+        let is_next = previous.is_some_and(|previous| {
+            previous.boot == now.boot && now.sequence == (previous.sequence + 1) % SEQUENCE_MODULUS
+        });
+        if previous.is_some_and(|previous| previous.boot != now.boot) {
+            (self.abilities, self.level) = (None, 0);
         }
+        if !follows {
+            (self.without_era, self.states, self.without_abilities) = (0, 0, 0);
+            (self.earlier, self.long) = (None, None);
+        }
+        if let Some((_, lines)) = &mut self.earlier {
+            *lines += 1;
+        }
+        self.without_abilities += 1;
+        if now.cannot_hear || self.has_counters {
+            self.without_abilities = 0;
+        }
+        let is_turn = matches!(received, Received::Ack(line) if line.listens);
+        self.turns += u64::from(is_turn);
+        self.level = self.level.max(super::examiner::level(received, false));
         self.judge_era(&mut found, ack, column);
         if let Received::Line(line, _) = received {
             self.judge_order(&mut found, letter, sequence);
             self.judge_content(&mut found, line);
         }
-        if let Some(lines) = &mut self.since_counters {
-            *lines += 1;
+        if self.without_abilities > ABILITIES_EVERY {
+            found.push((1, kind::NO_ABILITIES));
+            self.without_abilities = 0;
         }
-        if let Received::Line(
-            Line {
-                body: Body::Counters(_),
-                ..
-            },
-            _,
-        ) = received
-        {
-            self.since_counters = Some(0);
-        }
-        found
+        Taken { found, is_next }
     }
 
     /// Judges the step from line to line; returns whether no line is missing between them.
@@ -215,22 +245,38 @@ impl Conduct {
     }
 
     fn judge_content(&mut self, found: &mut Vec<Suspicion>, line: &Line) {
+        if let Some(abilities) = &self.abilities
+            && let Some(column) = disagreement(abilities, &line.body)
+        {
+            found.push((column, kind::ABILITIES));
+        }
         let (robot_id, boots, boots_column) = match &line.body {
             Body::Status(status) => {
                 self.has_status = true;
                 if status.list.count == 0 && status.digest != digest([].iter()) {
                     found.push((33, kind::DIGEST_EMPTY));
                 }
-                (status.robot_id, status.boots, 60)
+                (status.robot_id, Some(status.boots), 60)
             }
             Body::Counters(counters) => {
                 self.has_counters = true;
                 self.judge_uptime(found, counters);
-                (counters.robot_id, counters.boots, 15)
+                (counters.robot_id, Some(counters.boots), 15)
+            }
+            Body::Abilities(abilities) => {
+                self.without_abilities = 0;
+                self.abilities = Some(*abilities);
+                let hears = !matches!(line.ack.detail, Detail::CannotHear { .. });
+                if hears && abilities.level < self.level {
+                    found.push((8, kind::ABILITIES));
+                }
+                (abilities.robot_id, None, 0)
             }
             _ => return,
         };
-        if boots % 8 != u16::from(line.ack.boot) {
+        if let Some(boots) = boots
+            && boots % 8 != u16::from(line.ack.boot)
+        {
             found.push((boots_column, kind::BOOT_DISAGREES));
         }
         match line.ack.detail {
@@ -244,21 +290,66 @@ impl Conduct {
     }
 
     fn judge_uptime(&mut self, found: &mut Vec<Suspicion>, counters: &CountersLine) {
-        let before = self.counters.replace((counters.uptime_s, counters.boots));
-        let Some((uptime_s, boots)) = before else {
+        let uptime_s = counters.uptime_s;
+        let before = self.counters.replace((uptime_s, counters.boots));
+        let earlier = self.earlier;
+        let Some((before_s, boots)) = before else {
+            self.earlier = Some((uptime_s, 0));
             return;
         };
-        if boots != counters.boots {
+        if boots != counters.boots || uptime_s < before_s {
+            self.earlier = Some((uptime_s, 0));
+            if boots == counters.boots && uptime_s + 500_000 > before_s {
+                found.push((15, kind::BOOT_SAME));
+            }
             return;
         }
-        if counters.uptime_s < uptime_s && counters.uptime_s + 500_000 > uptime_s {
-            found.push((15, kind::BOOT_SAME));
-        } else if let Some(lines) = self.since_counters {
-            let passed_s = counters.uptime_s.saturating_sub(uptime_s);
-            if passed_s > (lines + 1) * LINE_S_MAX || passed_s == 0 && lines >= LINES_2S {
-                found.push((8, kind::UPTIME));
-            }
+        let Some((earlier_s, lines)) = earlier else {
+            self.earlier = Some((uptime_s, 0));
+            return;
+        };
+        let passed_s = uptime_s - earlier_s;
+        if passed_s > self.longest_s(lines) || lines >= (passed_s + 2) * LINES_PER_S_MAX {
+            found.push((8, kind::UPTIME));
+            self.earlier = Some((uptime_s, 0));
+        } else if passed_s > COMPARED_S_MAX {
+            self.earlier = Some((uptime_s, 0));
         }
+    }
+
+    /// Longest time in which a robot begins these lines, seconds. Without turns and up to 2400 baud it sends without a gap.
+    fn longest_s(&self, lines: u32) -> u32 {
+        match self.abilities.map(|it| it.rate_bytes_per_s) {
+            Some(rate) if rate <= BYTES_PER_S && self.turns == 0 => {
+                2 * (lines + 1) * LINE_BYTES as u32 / rate + 1
+            }
+            _ => (lines + 1) * LINE_S_MAX,
+        }
+    }
+}
+
+/// The column of a line that line I contradicts.
+fn disagreement(abilities: &AbilitiesLine, body: &Body) -> Option<usize> {
+    let lacks = |reading| !abilities.measures(reading);
+    match body {
+        Body::State(state) if !abilities.has_mode(state.mode) => Some(61),
+        Body::State(state) if lacks(Reading::Sonars) && state.sonar_left_in.is_some() => Some(39),
+        Body::State(state) if lacks(Reading::Sonars) && state.sonar_right_in.is_some() => Some(43),
+        Body::State(state)
+            if lacks(Reading::Battery) && matches!(state.power, Power::Low | Power::Critical) =>
+        {
+            Some(58)
+        }
+        Body::Status(status) if lacks(Reading::Battery) && status.battery_dv > 0 => Some(8),
+        Body::Status(status) if lacks(Reading::MaxCount) && status.max_count > 0 => Some(40),
+        Body::Status(status) if status.list.count > abilities.capacity => Some(29),
+        Body::Field(field) if field.count != abilities.fields => Some(7),
+        Body::Values(values) => {
+            let own = usize::from(abilities.fields);
+            let beyond = values.values().skip(own).position(|it| it.is_some());
+            beyond.map(|n| 5 + 7 * (own + n))
+        }
+        _ => None,
     }
 }
 

@@ -24,10 +24,21 @@ const SOMETIMES: u64 = 20;
 /// Longest line that is examined.
 const LINE_BYTES_MAX: usize = 2 * LINE_BYTES;
 
+/// Longest text between two lines that is examined.
+const GAP_BYTES_MAX: usize = 100;
+
+/// How often a text comes between lines that follow one another, at least, and one time in so many.
+const RECURS_BETWEEN: u64 = 12;
+const BETWEEN: u64 = 20;
+
 /// Collects the mistakes in the lines that a decoder took.
 #[derive(Clone, Debug, Default)]
 pub struct Examiner {
     piece: Vec<u8>,
+    /// Bytes since the latest intact line.
+    gap: Vec<u8>,
+    /// Lines that followed one another with bytes between them.
+    gaps: u64,
     row: u64,
     /// By code, letter and column.
     suspects: BTreeMap<(&'static str, u8, Option<usize>), Finding>,
@@ -37,6 +48,8 @@ pub struct Examiner {
     damaged: BTreeMap<u8, u64>,
     /// Damaged lines that no usual mistake explains.
     unexplained: u64,
+    /// The checksum that the latest damaged line should have, and how the one that it has differs.
+    checksum: Option<(u32, u32)>,
     level: u8,
     /// Whether there are suspects since the latest news.
     has_suspects: bool,
@@ -57,6 +70,9 @@ impl Examiner {
         let line_feed = run.iter().position(|&byte| byte == b'\n');
         let (piece, empty) = run.split_at(line_feed.map_or(run.len(), |at| at + 1));
         self.piece.extend_from_slice(piece);
+        let room = (GAP_BYTES_MAX + LINE_BYTES + 1).saturating_sub(self.gap.len());
+        self.gap
+            .extend_from_slice(&piece[piece.len().saturating_sub(room)..]);
         while self.piece.len() > 2 * LINE_BYTES_MAX {
             let head: Vec<u8> = self.piece.drain(..LINE_BYTES_MAX).collect();
             self.take_headless(&head);
@@ -65,11 +81,13 @@ impl Examiner {
             self.take_line(last, before, decoder);
         }
         self.row += empty.split(|&byte| byte == b'\n').skip(1).count() as u64;
+        self.gap.extend(empty.iter().take(GAP_BYTES_MAX));
     }
 
     /// Takes a place where bytes are missing, or a line that is none of Groundwave's.
     pub fn skip(&mut self) {
         self.piece.clear();
+        self.gap.clear();
     }
 
     /// The next mistake of a kind that was not returned before.
@@ -88,6 +106,16 @@ impl Examiner {
 
     /// Takes bytes without a line feed.
     fn take_headless(&mut self, bytes: &[u8]) {
+        let without_end = bytes.windows(LINE_BYTES + 1).find(|it| {
+            let (line, next) = it.split_at(LINE_BYTES - 2);
+            begins(line) && is_sealed(line, 74) && begins(next)
+        });
+        if let Some(line) = without_end {
+            let place = "lines have no end".to_owned();
+            let line = line[..LINE_BYTES - 2].to_vec();
+            self.suspect(kind::LINE_END, false, line, Some(79), place);
+            return;
+        }
         let mut ends = bytes.iter().enumerate();
         let line = ends.find_map(|(end, byte)| {
             let line = bytes.get(end.checked_sub(LINE_BYTES - 2)?..end)?;
@@ -164,24 +192,58 @@ impl Examiner {
         } else if begins(content) {
             let is_long = !AckLine::begins_with(letter) && content.len() == LINE_BYTES - 2;
             if is_long && misread.is_none() {
-                let place = place(letter, 75);
-                self.suspect(kind::CRC_UNKNOWN, false, line, Some(75), place);
+                let kind = self.unusual_checksum(content);
+                self.suspect(kind, false, line, Some(75), place(letter, 75));
             } else {
                 self.unexplained += 1;
             }
         }
     }
 
+    /// Compares the checksum of a line with the line before.
+    fn unusual_checksum(&mut self, content: &[u8]) -> &'static Kind {
+        let difference = checksum::difference(content);
+        let right = crc::update(crc::DOWNLINK_INIT, &content[..74]);
+        let before = std::mem::replace(&mut self.checksum, difference.map(|it| (right, it)));
+        match (before, difference) {
+            (Some((before, _)), _) if content[74..] == crc::characters(before) => kind::CRC_STALE,
+            (Some((_, before)), Some(difference)) if before == difference => kind::CRC_CONSTANT,
+            _ => kind::CRC_UNKNOWN,
+        }
+    }
+
+    /// Takes the bytes between an intact line and the one before.
+    fn take_gap(&mut self, received: &Received, is_next: bool) {
+        let length = match received {
+            Received::Line(..) => LINE_BYTES,
+            Received::Ack(_) => ACK_LINE_BYTES,
+        };
+        let mut gap = std::mem::take(&mut self.gap);
+        gap.truncate(gap.len().saturating_sub(length));
+        let is_text = |byte: &u8| matches!(byte, 0 | b'\t' | b'\r' | b'\n' | b' '..=b'~');
+        if gap.is_empty() || gap.len() > GAP_BYTES_MAX || !is_next || !gap.iter().all(is_text) {
+            return;
+        }
+        self.gaps += 1;
+        let text = String::from_utf8_lossy(&gap).escape_default().to_string();
+        let place = format!("between two lines: \"{text}\"");
+        self.suspect(kind::BETWEEN, false, gap, None, place)
+            .is_refused = false;
+    }
+
     fn take_intact(&mut self, received: &Received, line: &[u8], noise: u64) {
-        self.level = self.level.max(level(received));
+        self.level = self.level.max(level(received, true));
         let letter = match received {
             Received::Line(line, _) => line.body.line_type().letter(),
             Received::Ack(line) if line.listens => b'G',
             Received::Ack(_) => b'K',
         };
         *self.intact.entry(letter).or_default() += 1;
-        for (column, kind) in self.conduct.take(received, noise) {
+        let taken = self.conduct.take(received, noise);
+        for (column, kind) in taken.found {
             let is_sure = [
+                kind::ABILITIES,
+                kind::NO_ABILITIES,
                 kind::BOOT_CHANGES,
                 kind::BOOT_DISAGREES,
                 kind::BOOT_SAME,
@@ -202,6 +264,7 @@ impl Examiner {
             )
             .is_refused = false;
         }
+        self.take_gap(received, taken.is_next);
     }
 
     fn suspect(
@@ -281,7 +344,15 @@ impl Examiner {
             } else if kind == kind::CRC_ZERO {
                 // One flipped bit makes a space of a backtick.
                 count > intact / 100
-            } else if kind == kind::CRC_UNKNOWN {
+            } else if kind == kind::BETWEEN {
+                // A radio that doubles bytes makes some of one byte.
+                let pairs = self.conduct.pairs + self.gaps;
+                if finding.line.len() < 4 {
+                    count > pairs / 2
+                } else {
+                    count >= RECURS_BETWEEN && count > pairs / BETWEEN
+                }
+            } else if kind == kind::CRC_UNKNOWN || kind == kind::CRC_CONSTANT {
                 is_clear && count > 4 * intact && count > of(&self.damaged, finding) / 2
             } else {
                 true
@@ -304,8 +375,8 @@ impl Examiner {
     }
 }
 
-/// The lowest level whose robots send such a line.
-fn level(received: &Received) -> u8 {
+/// The lowest level whose robots send such a line; with `is_stated` that which a line I states.
+pub(super) fn level(received: &Received, is_stated: bool) -> u8 {
     let by_ack = match received.ack().detail {
         Detail::CannotHear { .. } => 1,
         _ => 2,
@@ -314,9 +385,9 @@ fn level(received: &Received) -> u8 {
         Received::Ack(line) if line.listens => 5,
         Received::Ack(_) => 4,
         Received::Line(Line { body, .. }, _) => match body {
-            Body::State(_) => 1,
+            Body::Abilities(abilities) if is_stated => abilities.level,
+            Body::State(_) | Body::Abilities(_) => 1,
             Body::Status(_) => 3,
-            Body::Abilities(abilities) => abilities.level,
             Body::Field(_) | Body::Values(_) => 2,
             Body::Counters(_) | Body::Text(_) => 4,
             Body::Parameter(_) | Body::Song(_) => 5,
@@ -356,6 +427,12 @@ fn shape(line: &[u8]) -> Option<(&'static Kind, Option<usize>, String)> {
             let is_text = content.iter().all(|byte| (b' '..=b'~').contains(byte));
             if !is_text || !(8..=length + length / 2).contains(&found) {
                 return None;
+            }
+            let covered = length - 2 - crc::CHARACTERS;
+            if found > length && is_sealed(content, covered) {
+                let extra = found - length;
+                let text = format!("line {letter} has {extra} bytes before its CR LF");
+                return Some((kind::LINE_END, Some(length - 1), text));
             }
             let (column, place) = match misread(content) {
                 Some((column, misread)) => (column, misread.place),

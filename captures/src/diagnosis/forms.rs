@@ -265,7 +265,7 @@ fn likely(content: &[u8], whole: &[u8], offset: usize, form: &str) -> &'static K
         kind::PADDING
     } else if !is_signed && text.starts_with(['+', '-']) {
         kind::EXTRA_SIGN
-    } else if text.contains(',') || form.contains("point") && !text.contains('.') {
+    } else if text.contains(',') || is_number && !has_point(&text, form) {
         kind::DOT
     } else if form.contains("not above") {
         kind::PAIR
@@ -274,6 +274,15 @@ fn likely(content: &[u8], whole: &[u8], offset: usize, form: &str) -> &'static K
     } else {
         kind::FIELD
     }
+}
+
+/// Whether a number has a decimal point where its form has one.
+fn has_point(text: &str, form: &str) -> bool {
+    let points = text.matches('.').count();
+    if form.starts_with('+') {
+        return points == 0 || points == 1 && text.find('.') == text.len().checked_sub(2);
+    }
+    points == usize::from(form.contains("point"))
 }
 
 /// Whether the content looks like a sign and digits, or hyphens.

@@ -39,7 +39,7 @@ kinds! {
     EXTRA_SIGN = "extra-sign", 3, "this number has no sign", "print digits only";
     PADDING = "padding", 3, "the number is padded with spaces", "pad with zeros: %03d, with a sign %+03d";
     ZERO = "negative-zero", 3, "zero has a minus", "zero has a plus: round first, then choose the sign";
-    DOT = "decimal-point", 3, "the decimal point is missing or a comma", "print a full stop before the last digit";
+    DOT = "decimal-point", 3, "the decimal point is missing, misplaced or a comma", "print one full stop where the form has it, and none in whole numbers";
     NUMBER = "not-a-number", 3, "the value is not a number", "check for division by 0 and for missing readings before printing";
     RANGE = "range", 3, "the value is out of range", "let the value saturate or wrap as the table of the line says";
     LETTER_CASE = "letter-case", 5, "the letter has the wrong case", "copy the letter of the table; capital and small letters differ";
@@ -64,10 +64,14 @@ kinds! {
     CRC_BYTES = "crc-bytes", 4, "the remainder's bytes are reversed", "shift each byte to the top of the remainder, as in the example of section 4";
     CRC_LINE_FEED = "crc-line-feed", 4, "the checksum counts in the line end before", "begin it at the line's letter";
     CRC_COLUMNS = "crc-columns", 4, "the checksum covers the wrong columns", "cover columns 1 to 74, in lines K and G 1 to 8";
-    CRC_STALE = "crc-stale", 4, "the checksum was computed before the acknowledgement was written", "compute it last, over the bytes that are sent";
+    CRC_STALE = "crc-stale", 4, "the checksum was computed before the line was complete", "compute it last, over the bytes that are sent";
+    CRC_CHARACTERS = "crc-characters", 4, "the checksum's characters are not 6-bit ones", "send 0x20 + value for 1 to 63 and a backtick for 0; this is not Base64";
+    CRC_BINARY = "crc-binary", 4, "the checksum is in three bytes", "send it as four 6-bit characters";
+    CRC_CONSTANT = "crc-constant", 4, "the checksum is wrong by the same bits in every line", "start from 0xFFFFFF, and send the remainder unchanged";
     CRC_UNKNOWN = "crc-unknown", 4, "the checksum fits no usual mistake", "compare it step by step with vectors/checksums.jsonl";
     LINE_END = "line-end", 3, "the line does not end with CR LF", "end it with CR LF (\\r\\n) once; println adds its own";
     LENGTH = "length", 5, "a field is longer or shorter than its columns", "give every field a fixed width: %+04d and %03d instead of %d";
+    BETWEEN = "between-lines", 7, "other bytes come between the lines", "end lines with CR LF once and without a NUL, and print text in lines T only";
     STUCK = "sequence-stuck", 5, "the sequence stands still", "count every line by one";
     JUMP = "sequence-jump", 5, "the sequence jumps", "count by one from 00 to 99, lines of all types together";
     PER_TYPE = "sequence-per-type", 5, "each type of line has a sequence of its own", "count the lines of all types together";
@@ -83,6 +87,8 @@ kinds! {
     ERA_TWICE = "era-twice", 11, "two lines in a row show the era", "show the era in lines whose sequence modulo 3 is 1 only";
     DIGEST_EMPTY = "digest-empty", 10, "the digest of an empty list is wrong", "send the digest 0x41D912FF while the list is empty";
     UPTIME = "uptime", 5, "the uptime does not count seconds", "count seconds since boot; one line is a third of a second";
+    ABILITIES = "abilities", 5, "line I and the other lines disagree", "state in line I what the robot has";
+    NO_ABILITIES = "abilities-missing", 5, "no line I comes", "send line I after boot, after each open and at least every 20 s; only a robot with everything may leave it out";
     NO_STATE = "no-state", 7, "two other lines follow each other without a line A", "send a line A after every other line";
     ONLY_STATE = "only-state", 7, "lines B and C come too rarely", "send five lines A, then B or C in turn";
 }

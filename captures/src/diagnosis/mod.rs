@@ -11,7 +11,7 @@ pub mod kind;
 #[cfg(test)]
 mod tests;
 
-use groundwave_lines::runs;
+use groundwave_lines::{Content, Recognizer, runs};
 use groundwave_protocol::decoder::{Counters, Decoder};
 use kind::Kind;
 use serde::{Serialize, Serializer};
@@ -70,9 +70,20 @@ pub fn clause(findings: &[Finding]) -> Option<String> {
 pub struct Diagnosis {
     decoder: Decoder,
     examiner: Examiner,
+    own: Recognizer,
+    own_lines: u64,
 }
 
 impl Diagnosis {
+    /// A diagnosis of a robot whose own lines are read so.
+    #[must_use]
+    pub fn new(own: Recognizer) -> Self {
+        Self {
+            own,
+            ..Self::default()
+        }
+    }
+
     /// Takes bytes of the robot.
     pub fn take(&mut self, bytes: &[u8]) {
         for run in runs(bytes) {
@@ -82,6 +93,8 @@ impl Diagnosis {
             while let Some(received) = self.decoder.next_own_line(&mut rest) {
                 last = Some((received, self.decoder.counters().noise_bytes));
             }
+            let own = self.own.take(run, last.is_some());
+            self.own_lines += u64::from(own.is_some_and(|it| it.content != Content::Damaged));
             self.examiner.take(run, last, &before, &self.decoder);
         }
     }
@@ -90,6 +103,7 @@ impl Diagnosis {
     pub fn skip(&mut self) {
         self.decoder.skip();
         self.examiner.skip();
+        self.own.interrupt();
     }
 
     /// The robot's mistakes, in the order of their first occurrence.
@@ -102,6 +116,12 @@ impl Diagnosis {
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         self.decoder.counters()
+    }
+
+    /// Lines of the robot's own: level 0.
+    #[must_use]
+    pub const fn own_lines(&self) -> u64 {
+        self.own_lines
     }
 
     /// The level that the lines show, 1 to 5 (SPEC.md section 1); 0 without an intact line.

@@ -29,6 +29,16 @@ fn one_wrong_checksum_may_be_the_radios() {
 }
 
 #[test]
+fn a_checksum_of_the_line_before_is_stale() {
+    let of =
+        |head: &[u8], before: &[u8]| with_remainder(head, crc::update(crc::DOWNLINK_INIT, before));
+    let lines = (0..12).map(|n| if n % 2 == 0 { of(A, B) } else { of(B, A) });
+    let findings = diagnosed(lines).findings();
+    let stale = findings.iter().find(|it| it.kind.code == "crc-stale");
+    assert_eq!(stale.map(|it| it.count), Some(6), "{findings:?}");
+}
+
+#[test]
 fn the_level_follows_the_lines() {
     assert_eq!(diagnosed([]).level(), 0);
     assert_eq!(diagnosed([sealed(A)]).level(), 2);
