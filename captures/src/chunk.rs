@@ -30,7 +30,7 @@ impl Chunk<'_> {
         self.is_after_missing || self.unplugged_at.is_some()
     }
 
-    /// Tells a decoder the time of these bytes, and the gap before them.
+    /// Sets the time of these bytes in a decoder, and the gap before them.
     pub const fn tell(&self, decoder: &mut Decoder) {
         set_time(decoder, self.at);
         if self.is_after_missing {
@@ -41,7 +41,7 @@ impl Chunk<'_> {
     }
 }
 
-/// Tells a decoder the time of the bytes that follow.
+/// Sets the time of the next bytes in a decoder.
 pub(crate) const fn set_time(decoder: &mut Decoder, at: Duration) {
     decoder.set_time(at.as_millis() as u64);
 }

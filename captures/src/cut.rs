@@ -19,12 +19,12 @@ use super::text::TextReader;
 use super::topics::{RAW_RX, RAW_TX};
 use super::when::When;
 
-/// A time range without its end.
+/// A time range; its end is excluded.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Window {
-    /// `None`: from the beginning.
+    /// Start of the range; `None` for the beginning of the capture.
     pub from: Option<When>,
-    /// `None`: to the end.
+    /// End of the range; `None` for the end of the capture.
     pub to: Option<When>,
 }
 
@@ -161,7 +161,7 @@ struct Cutter<W: Write> {
 }
 
 impl Part {
-    /// Whether the range contains nothing of the capture.
+    /// Whether no part of the capture is in the range.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.bytes == 0 && self.observations == 0
@@ -209,7 +209,7 @@ impl<W: Write> Cutter<W> {
         Ok(())
     }
 
-    /// Writes the pending bytes, whose line ended at `end_ns`.
+    /// Writes the pending bytes; their line ended at `end_ns`.
     fn give_pending(&mut self, end_ns: u64) -> io::Result<()> {
         self.pending_bytes = 0;
         for (at_ns, raw) in std::mem::take(&mut self.pending) {

@@ -1,7 +1,7 @@
 //! Captures as JSON lines and as CSV.
 //!
 //! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. Commands,
-//! marks, outages and lines of the robot's own are records with the fields of `EventRecord`, of which `event` names the kind. A field that a record does not
+//! marks, outages and lines of the robot's own are records with the fields of `EventRecord`; its field `event` names the kind. A field that a record does not
 //! have is left out in JSON and empty in CSV.
 
 mod events;
@@ -35,7 +35,7 @@ pub enum DecodeError {
     /// The capture cannot be read.
     #[error(transparent)]
     Capture(#[from] CaptureError),
-    /// The output cannot be written. A broken pipe means that the reader has seen enough.
+    /// The output cannot be written. A broken pipe means that the reader has closed it.
     #[error("cannot write: {0}")]
     Output(#[from] io::Error),
 }
@@ -71,14 +71,14 @@ pub fn decode(
     })
 }
 
-/// What a capture held.
+/// Counts and mistakes of a decoded capture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Decoded {
     /// Bytes received.
     pub bytes: u64,
     /// Intact lines, and lines of the robot's own with values.
     pub lines: u64,
-    /// Mistakes in the lines that the robot sent.
+    /// Mistakes in the robot's lines.
     pub mistakes: Vec<Finding>,
 }
 

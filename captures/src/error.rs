@@ -10,21 +10,21 @@ use crate::hint::{self, shell_word};
 /// What to do when the file to be written exists.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
-    /// Keep it and fail.
+    /// Keep the file and fail.
     #[default]
     Refuse,
-    /// Append to it; raw captures only.
+    /// Append to the file; raw captures only.
     Append,
-    /// Replace it.
+    /// Replace the file.
     Overwrite,
 }
 
-/// Fate of a file that was removed or renamed while it was written.
+/// What happened to a file while it was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// No name leads to it.
+    /// The file has no name any more.
     Removed,
-    /// It has another name.
+    /// The file has another name.
     Moved,
 }
 
@@ -150,10 +150,10 @@ pub enum CaptureError {
     Gone {
         /// The file.
         path: PathBuf,
-        /// Fate of its content.
+        /// Whether the file was removed or renamed.
         fate: Fate,
     },
-    /// The disk does not write.
+    /// The disk has stopped writing.
     #[error("recording to {}: the disk has written nothing for 30 s; a power cut would lose everything since", .0.display())]
     Stalled(PathBuf),
     /// The file cannot be opened.
@@ -195,7 +195,7 @@ pub enum CaptureError {
         /// The damaged parts.
         problem: String,
     },
-    /// The MCAP file is no recording of Groundwave.
+    /// The MCAP file is not a Groundwave recording.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::topics::RAW_RX)]
     NoRawBytes(PathBuf),
 }

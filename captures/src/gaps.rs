@@ -7,13 +7,13 @@ use groundwave_protocol::decoder::{Counters, Received};
 
 use crate::event::Moment;
 
-/// Number of newest gaps that may still close: a late line or a restart shows that nothing was lost.
+/// Maximum gaps that may still close: a late line or a restart shows that no line was lost.
 const OPEN_MAX: usize = 16;
 
 /// A gap that may still close.
 #[derive(Clone, Copy, Debug)]
 struct Open {
-    /// Number of the line after it.
+    /// Number of the line after the gap.
     line: u64,
     /// Lines lost; `None` if the link was interrupted.
     lost: Option<u64>,
@@ -29,17 +29,17 @@ pub(crate) struct Gaps {
     settled: u64,
     /// When the latest line arrived.
     at: Moment,
-    /// The longest pause since the latest line C, and the line after it; `None` for one that is a gap already.
+    /// The longest pause since the latest line C, and the line after the pause; `None` if the pause is already a gap.
     longest: (Moment, Option<u64>),
 }
 
 impl Gaps {
-    /// Takes an interruption of the link. It is a gap if lines came before it and lines follow.
+    /// Takes an interruption of the link. It counts as a gap if lines came before and after it.
     pub(crate) const fn interrupt(&mut self) {
         self.is_interrupted = self.has_begun;
     }
 
-    /// Takes an intact line and the decoder's counts after it; returns the line after a gap that no longer closes.
+    /// Takes an intact line and the decoder's counts after it; returns the line after a gap that can no longer close.
     pub(crate) fn take_line(
         &mut self,
         at: Moment,
@@ -82,7 +82,7 @@ impl Gaps {
         None
     }
 
-    /// The line after the oldest gap that could have closed.
+    /// Removes the oldest open gap; returns the line after it.
     pub(crate) fn settle(&mut self) -> Option<u64> {
         let gap = self.open.pop_front()?;
         self.settled += 1;
@@ -94,7 +94,7 @@ impl Gaps {
         self.settled + self.open.len() as u64
     }
 
-    /// Lines counted as lost were not: one was late, or a restart explains all of one gap.
+    /// Closes gaps whose lines were not lost: a line was late, or a restart explains the whole gap.
     fn close(&mut self, found: u64, is_restart: bool) {
         let fits = |gap: &Open| {
             gap.lost
@@ -141,7 +141,7 @@ mod tests {
         lines.find(is_wanted).unwrap()
     }
 
-    /// Whole hundreds of lines were lost in the longest pause; the next line C tells it.
+    /// Whole hundreds of lines were lost in the longest pause; the next line C reports them.
     #[test]
     fn hidden_lines_are_a_gap_in_the_longest_pause() {
         for lost in [0, 2] {

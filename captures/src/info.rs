@@ -20,22 +20,22 @@ use survey::Survey;
 pub struct Info {
     /// Form of the capture.
     pub form: Form,
-    /// Difference of a raw text from the radio's bytes: timestamps, other line ends.
+    /// How a raw text differs from the radio's bytes: timestamps, other line ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stored: Option<String>,
-    /// Start in UTC, from the metadata of an MCAP.
+    /// Start in UTC, from the metadata of a recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<String>,
-    /// Link it was recorded from, likewise.
+    /// Link of the session, from the metadata of a recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub link: Option<String>,
-    /// Program and version that recorded it, likewise.
+    /// Program and version that recorded the session, from the metadata of a recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub software: Option<String>,
     /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Reason why the run does not count; `None` if it counts.
+    /// Reason why the run is void; `None` if it is valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
     /// Time from the beginning to the last byte, seconds; for raw text without timestamps, the transmission time at the rate of the
@@ -58,7 +58,7 @@ pub struct Info {
     pub gaps: u64,
     /// Damaged lines.
     pub damaged: Damaged,
-    /// Mistakes in the lines that the robot sent.
+    /// Mistakes in the robot's lines.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistakes: Vec<Finding>,
     /// Another robot on the channel.
@@ -66,12 +66,12 @@ pub struct Info {
     pub other: OtherRobot,
     /// Times without lines.
     pub outages: Vec<Outage>,
-    /// Bytes between intact lines, where there are any.
+    /// Bytes between intact lines, if there are any.
     pub resync: Option<Resync>,
-    /// Downlink airtime, per cent; `None` of raw text, and where the capture was not made in real time: from a pipe or
+    /// Downlink airtime, per cent; `None` for raw text, and for a capture not made in real time: from a pipe or
     /// a faster simulator.
     pub airtime_down_pct: Option<f64>,
-    /// Totals sent; `None` of raw text.
+    /// Totals sent; `None` for raw text.
     pub sent: Option<Sent>,
     /// Robot and firmware, as last reported.
     pub robot: Option<Robot>,
@@ -145,7 +145,7 @@ impl LineCounts {
     }
 }
 
-/// Whether to leave out a rare type of line.
+/// Whether a count is zero, so that JSON leaves out a rare line type.
 #[expect(
     clippy::trivially_copy_pass_by_ref,
     reason = "serde calls it with a reference"
@@ -161,7 +161,7 @@ pub struct Sent {
     pub bytes: u64,
     /// Frames: STOPs, session requests, commands and waypoints.
     pub frames: u64,
-    /// Repeated frames among them.
+    /// Repeated frames; part of `frames`.
     pub frames_again: u64,
     /// Uplink airtime, per cent; `None` when `airtime_down_pct` is.
     pub airtime_up_pct: Option<f64>,
@@ -170,9 +170,9 @@ pub struct Sent {
 /// The robot that sent the lines.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Robot {
-    /// 1 to 99.
+    /// Number of the robot, 1 to 99.
     pub id: u8,
-    /// Major and minor.
+    /// Firmware version: major and minor number.
     pub firmware_version: String,
 }
 
@@ -181,12 +181,12 @@ pub struct Robot {
 pub struct HolderShare {
     /// A layer or `prowl`.
     pub holder: &'static str,
-    /// Per cent.
+    /// Share, per cent.
     pub share_pct: f64,
 }
 
 impl Info {
-    /// Reads a whole capture, as far as it can be read.
+    /// Reads a capture to its end, or as far as it can be read.
     #[must_use]
     pub fn read(capture: &mut Capture) -> Self {
         let mut decoder = Decoder::default();

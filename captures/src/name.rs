@@ -5,7 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use jiff::Timestamp;
 
-/// Default name, `groundwave-20250314T092653Z.mcap`: sorts by time and is valid on every system.
+/// Default file name of a recording, `groundwave-20250314T092653Z.mcap`; sorts by time and is valid on every system.
 #[must_use]
 pub fn automatic(start: SystemTime) -> String {
     format!("groundwave-{}.mcap", utc(start).replace(['-', ':'], ""))

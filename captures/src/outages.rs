@@ -1,6 +1,6 @@
-//! Times without lines, recognized from the lines and the events of the link. Sans-IO: time is a parameter, memory is bounded.
+//! Outages (times without lines), recognized from the lines and the events of the link. Sans-IO: time is a parameter, memory is bounded.
 //!
-//! An outage has its final number of lost lines at the robot's next line C, which tells the hundreds that the sequence does not
+//! The number of lines lost in an outage is final at the robot's next line C, which gives the hundreds that the sequence does not
 //! show.
 
 use std::collections::VecDeque;
@@ -14,37 +14,37 @@ use crate::event::{Moment, OutageCause};
 use crate::messages::{OutageMessage, StationEvent};
 use crate::words::lost_words;
 
-/// Time without a line from which on it is an outage.
+/// Minimum duration of an outage.
 pub const OUTAGE_AFTER: Moment = Moment::from_secs(2);
 
-/// Noise in an outage from which on the radio was not silent, bytes.
+/// Minimum noise in an outage of a radio that was not silent, bytes.
 const NOISE_BYTES: u64 = 160;
 
-/// Maximum outages between two lines C.
+/// Maximum number of outages kept between two lines C.
 const WAITING_MAX: usize = 64;
 
 /// A time without lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outage {
-    /// Its cause.
+    /// Cause.
     pub cause: OutageCause,
-    /// Its beginning: the line before it, or the loss of the link.
+    /// Beginning: the line before the outage, or the loss of the link.
     pub begin: Moment,
-    /// Its end, the next line; `None` as long as none came.
+    /// End: the next line; `None` while the outage lasts.
     pub end: Option<Moment>,
-    /// Lines lost in it, as far as known.
+    /// Lines lost in the outage, as far as known.
     pub lost: Lost,
 }
 
 impl Outage {
-    /// Duration; zero while it lasts.
+    /// Duration; zero while the outage lasts.
     #[must_use]
     pub fn duration(&self) -> Moment {
         self.end
             .map_or(Moment::ZERO, |end| end.saturating_sub(self.begin))
     }
 
-    /// The message in a recording whose moments count from `zero_ns` since 1970.
+    /// The outage as a message of a recording that begins at `zero_ns` since 1970.
     #[must_use]
     pub fn to_message(&self, zero_ns: u64) -> OutageMessage {
         let since_1970_ns =
@@ -95,20 +95,20 @@ impl Serialize for Outage {
 #[derive(Clone, Debug, Default)]
 pub struct Outages {
     latest: Option<Seen>,
-    /// When the link was lost, since the latest line.
+    /// When the link was lost, if that was after the latest line.
     unplugged_at: Option<Moment>,
-    /// When this station was suspended, since the latest line.
+    /// When this station was suspended, if that was after the latest line.
     suspended_at: Option<Moment>,
-    /// Whether the beginning of the present outage has been reported.
+    /// Whether the beginning of the current outage has been reported.
     has_begun: bool,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
-    /// The longest time between two lines since then.
+    /// The longest time between two lines since the latest line C.
     longest: Option<(Moment, Moment)>,
     found: VecDeque<Outage>,
 }
 
-/// What was known at a line.
+/// Counts and time at the latest line.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     at: Moment,
@@ -137,12 +137,12 @@ impl Outages {
         }
     }
 
-    /// Takes the end of a suspension of this station, which began at `since`.
+    /// Takes the end of a suspension of this station; it began at `since`.
     pub const fn handle_suspension(&mut self, since: Moment) {
         self.suspended_at = Some(since);
     }
 
-    /// Takes a gap in the capture: lines in it were received.
+    /// Takes a gap in the capture; its lines were received, so they are not lost.
     pub fn handle_missing(&mut self) {
         self.give_up_settling();
         self.latest = None;
@@ -232,7 +232,7 @@ impl Outages {
         self.waiting.iter_mut().max_by_key(|it| it.duration())
     }
 
-    /// Adds lines that only the robot's clock shows to the longest outage since the line C before.
+    /// Adds lost lines that only the robot's clock shows, to the longest outage since the previous line C.
     fn add_hidden(&mut self, hidden: Lost) {
         if hidden.max == 0 {
             return;
@@ -250,7 +250,7 @@ impl Outages {
         }
     }
 
-    /// Reports the outages that have ended, before the robot's clock told how many lines were lost in them.
+    /// Reports the outages that have ended, although the robot's clock has not yet shown how many lines were lost.
     fn give_up_settling(&mut self) {
         let max = self.latest.map_or(0, |latest| latest.unsettled);
         self.add_hidden(Lost { min: 0, max });
@@ -263,7 +263,7 @@ impl Outages {
         self.longest = None;
     }
 
-    /// Handles the passing of time: an outage begins.
+    /// Handles the passing of time: may begin an outage.
     pub fn handle_timeout(&mut self, now: Moment) {
         if let Some(at) = self.poll_timeout()
             && at <= now
@@ -273,7 +273,7 @@ impl Outages {
         }
     }
 
-    /// When to call [`Self::handle_timeout`] at the latest.
+    /// Latest time for the next call of [`Self::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         let latest = self.latest.filter(|_| !self.has_begun)?;
@@ -292,20 +292,20 @@ impl Outages {
         }
     }
 
-    /// Takes the end: reports outages whose number of lost lines is not final. An outage that lasts is reported as begun.
+    /// Takes the end of the session: reports outages whose number of lost lines is not final. An outage that lasts is reported as begun.
     pub fn finish(&mut self, now: Moment) {
         self.give_up_settling();
         self.handle_timeout(now);
         self.latest = None;
     }
 
-    /// The next outage: once it begins, where [`Self::handle_timeout`] is called or the link is lost, and again once it has ended.
+    /// The next outage: returned when it begins, if [`Self::handle_timeout`] is called or the link is lost, and when it has ended.
     pub fn poll(&mut self) -> Option<Outage> {
         self.found.pop_front()
     }
 }
 
-/// Keeps outages of a capture for a list.
+/// List of a capture's outages.
 #[derive(Clone, Debug, Default)]
 pub struct OutageList {
     outages: Outages,
@@ -313,7 +313,7 @@ pub struct OutageList {
     lasting: Option<Outage>,
 }
 
-/// Maximum outages that a list keeps: the first ones.
+/// Maximum number of outages in a list; the first ones are kept.
 const LISTED_MAX: usize = 10_000;
 
 impl OutageList {
@@ -329,7 +329,7 @@ impl OutageList {
         &self.ended
     }
 
-    /// Takes a gap in the capture: lines in it were received.
+    /// Takes a gap in the capture; its lines were received, so they are not lost.
     pub fn handle_missing(&mut self) {
         self.outages.handle_missing();
         self.collect();
@@ -364,7 +364,7 @@ impl OutageList {
         }
     }
 
-    /// The outages in the order of their ends; one that lasts at the end of the capture comes last.
+    /// The outages in the order of their ends; an outage that lasts at the end of the capture comes last.
     #[must_use]
     pub fn into_outages(mut self, end: Moment) -> Vec<Outage> {
         self.outages.finish(end);

@@ -10,7 +10,7 @@ use super::files::{create, create_error};
 use super::write_queue::{FileWorker, PATIENCE, WriteQueue};
 use super::{CaptureError, Existing, files, presence};
 
-/// Appends each read of the radio to a file, unbuffered and on a thread of its own, so that a stalled disk or pipe stalls
+/// Appends the bytes of each read to a file, unbuffered and on its own thread. A stalled disk or pipe stalls
 /// nothing else. Dropping it finishes the file.
 #[derive(Debug)]
 pub struct RawWriter {
@@ -22,7 +22,7 @@ impl RawWriter {
     /// Creates the file.
     ///
     /// # Errors
-    /// When it exists and may not be overwritten, or cannot be created.
+    /// When the file exists and may not be overwritten, or cannot be created.
     pub fn create(path: impl Into<PathBuf>, existing: Existing) -> Result<Self, CaptureError> {
         let path = path.into();
         let worker = Worker {
@@ -41,8 +41,8 @@ impl RawWriter {
     }
 
     /// Queues the bytes of one read; call it before parsing them. Waits 100 ms for a file that falls behind, and while 16 MiB
-    /// are queued; gives the file up when it accepts none of them for 5 s. After that and after an error nothing more is
-    /// written, so that the file stays an exact beginning of the stream; [`Self::problem`] and [`Self::finish`] return the
+    /// are queued; gives up the file when it accepts no byte for 5 s. After that and after an error nothing more is
+    /// written, to keep the file an exact prefix of the stream; [`Self::problem`] and [`Self::finish`] return the
     /// error.
     pub fn write(&self, bytes: &[u8]) {
         self.queue.push(bytes.to_vec(), bytes.len() as u64, None);
@@ -50,12 +50,12 @@ impl RawWriter {
     }
 
     /// Checks every eight seconds that the file still has its name and accepts bytes; [`Self::problem`] returns the result.
-    /// Call it about once a second. Writing goes on, because a renamed file keeps the bytes.
+    /// Call this about once a second. Writing continues, because a renamed file keeps the bytes.
     pub fn handle_timeout(&self, now: Moment) {
         self.queue.handle_timeout(now);
     }
 
-    /// Writes what is queued and syncs the file; returns the number of bytes written. Waits a few seconds at most for a file
+    /// Writes the queued bytes and syncs the file; returns the number of bytes written. Waits a few seconds at most for a file
     /// that makes no progress.
     ///
     /// # Errors
@@ -71,13 +71,13 @@ impl RawWriter {
         &self.path
     }
 
-    /// Bytes written.
+    /// Number of bytes written.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.queue.written()
     }
 
-    /// Reason why writing ended, the file is lost, or calls of [`Self::handle_timeout`] over 30 s found bytes waiting and none
+    /// Reason why writing ended or the file is lost; also set when calls of [`Self::handle_timeout`] over 30 s found bytes waiting but none
     /// written.
     #[must_use]
     pub fn problem(&self) -> Option<String> {
@@ -100,12 +100,12 @@ impl Drop for RawWriter {
     }
 }
 
-/// The file, on its thread.
+/// Writes the file, on its own thread.
 #[derive(Debug)]
 struct Worker {
     file: File,
     path: PathBuf,
-    /// Nothing was written yet.
+    /// Whether nothing was written yet.
     is_empty: bool,
 }
 

@@ -1,6 +1,6 @@
 //! Finishes recordings: turns unfinished and damaged files into indexed ones.
 //!
-//! Everything follows from the observations that can be read. The result is written beside the file, read back, synced and
+//! The result is derived from the observations that can be read. It is written beside the file, read back, synced and
 //! renamed over it, so an interrupted attempt changes nothing.
 
 use std::collections::BTreeMap;
@@ -29,22 +29,22 @@ pub use super::recovery::{Missing, Outcome, Recovery};
 
 const BUFFER_BYTES: usize = 1024 * 1024;
 
-/// Limits the share of a recording that one damaged chunk costs, and the length of its index.
+/// Maximum number of chunks; limits the share of a recording lost with one damaged chunk, and the length of the index.
 const CHUNKS: u64 = 1024;
 
-/// Limits how small the chunks of a short recording get, uncompressed.
+/// Minimum length of a chunk in a short recording, uncompressed bytes.
 const CHUNK_BYTES_MIN: u64 = 10 * 1024;
 
-// A chunk that a schema alone fills would have no message, and readers refuse it.
+// Readers refuse a chunk that contains only a schema and no message.
 const _: () = assert!(CHUNK_BYTES_MIN > DESCRIPTORS.len() as u64 + 1024);
 
-/// The metadata table that a recovery with losses adds.
+/// Name of the metadata table that a recovery with losses adds.
 const TABLE: &str = "recovery";
 
 /// Finishes an unfinished recording, or rebuilds a damaged one from its readable parts; reports saved and lost parts.
 ///
 /// # Errors
-/// When the file is no recording, is in use, or a disk fails. The file is then unchanged.
+/// When the file is not a recording or is in use, or a disk fails. The file is then unchanged.
 pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let lock = Lock::take(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
@@ -69,7 +69,7 @@ pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
 /// Finishes a recording that the caller has locked; counts its steps in `progress`.
 ///
 /// # Errors
-/// As [`recover`].
+/// The errors of [`recover`].
 pub(super) fn finish(path: &Path, progress: &AtomicU64) -> Result<Recovery, CaptureError> {
     rewrite(path, Channels::new(), progress)
 }
@@ -141,9 +141,9 @@ struct Survey {
     rx_missing: Vec<Missing>,
     tx_missing: u64,
     damage: Vec<Damage>,
-    /// The file is cut off: an unfinished one in a record, a finished one before its end mark.
+    /// Whether the file is cut off: an unfinished file within a record, a finished file before its end mark.
     is_cut: bool,
-    /// The summary is damaged.
+    /// Whether the summary is damaged.
     has_bad_end: bool,
     /// Number of messages with an unknown topic.
     nameless: u64,
@@ -212,7 +212,7 @@ impl Survey {
         }
     }
 
-    /// Adds a damaged part, to the one before it where they meet.
+    /// Adds a damaged part; joins it to the previous one if they are adjacent.
     fn take_damage(&mut self, damage: &Damage) {
         match self.damage.last_mut() {
             Some(last)
@@ -272,8 +272,8 @@ impl Survey {
     }
 }
 
-/// Number of messages of a file whose checksums are all right, index included, as the `mcap` crate alone finds; `None`
-/// of a damaged one. Counts its steps in `progress`.
+/// Number of messages in a file with only valid checksums, index included, as the `mcap` crate reads it; `None`
+/// for a damaged file. Counts its steps in `progress`.
 fn count_if_whole(path: &Path, progress: &AtomicU64) -> Option<u64> {
     let file = File::open(path).ok()?;
     let options = LinearReaderOptions::default()

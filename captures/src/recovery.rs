@@ -12,11 +12,11 @@ use super::repair::Damage;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
-    /// The recording is whole; nothing was changed.
+    /// The recording is complete; nothing was changed.
     Whole,
     /// Everything that was received and reached the disk is in the recording.
     Recovered,
-    /// Something is lost; the rest was saved.
+    /// A part is lost; the rest was saved.
     Partly,
 }
 
@@ -31,13 +31,13 @@ pub struct Recovery {
     pub messages: u64,
     /// Bytes from the radio in the recording.
     pub rx_bytes: u64,
-    /// Number of recorded bytes that were sent to the radio.
+    /// Bytes to the radio in the recording.
     pub tx_bytes: u64,
     /// Lost bytes from the radio, in order.
     pub rx_missing: Vec<Missing>,
     /// Damaged parts of the old file, in order.
     pub damage: Vec<Damage>,
-    /// Whether the old file ended in the middle of a record, or was a finished one without its end.
+    /// Whether the old file ended in the middle of a record, or was a finished file without its end.
     pub is_cut: bool,
     /// Messages whose topic is unknown.
     pub nameless: u64,
@@ -45,12 +45,12 @@ pub struct Recovery {
     pub original: Option<PathBuf>,
 }
 
-/// A step in the stream of received bytes.
+/// A gap in the stream of received bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Missing {
-    /// Bytes of the stream before it.
+    /// Number of bytes in the stream before the gap.
     pub offset: u64,
-    /// Bytes missing.
+    /// Number of missing bytes.
     pub bytes: u64,
 }
 
@@ -85,7 +85,7 @@ impl Recovery {
         }
     }
 
-    /// How much it matters to an operator.
+    /// Severity for an operator.
     #[must_use]
     pub const fn level(&self) -> Level {
         match self.outcome {
@@ -97,7 +97,7 @@ impl Recovery {
     /// Writes the report as text, one fact per line.
     ///
     /// # Errors
-    /// The output's.
+    /// The output's error.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         writeln!(output, "{}", self.headline())?;
         for Missing { offset, bytes } in &self.rx_missing {

@@ -3,12 +3,12 @@
 use super::messages::{OutageMessage, RawBytes, StationEvent, Telemetry, UplinkEvent};
 use super::own_lines::Values;
 
-/// `proto/groundwave.proto` compiled to a `FileDescriptorSet`; a test compares it with the text.
+/// `FileDescriptorSet` compiled from `proto/groundwave.proto`; a test compares it with the text.
 pub const DESCRIPTORS: &[u8] = include_bytes!("proto/groundwave.binpb");
 
 /// A message type with a schema.
 pub trait Schema: prost::Message {
-    /// Full name, with the package.
+    /// Full name of the message type, with its package.
     const NAME: &str;
 }
 
@@ -55,7 +55,7 @@ mod tests {
         found.unwrap().clone()
     }
 
-    /// `BLESS=1 cargo test schema` compiles the schema again.
+    /// Compare the stored descriptors with the text; `BLESS=1 cargo test schema` compiles them again.
     #[test]
     fn the_descriptors_are_the_text_compiled() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/proto");

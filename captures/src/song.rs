@@ -2,7 +2,7 @@
 
 use groundwave_protocol::telemetry::SongLine;
 
-/// First three notes of each song of the SR04 firmware, hertz, and its meaning.
+/// First three notes (hertz) and meaning of each song of the SR04 firmware.
 const MEANINGS: [([u16; 3], &str); 6] = [
     ([523, 659, 784], "finished its list"),
     ([1568, 1175, 1568], "wandered long enough, goes home"),

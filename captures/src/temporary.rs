@@ -18,7 +18,7 @@ impl Temporary {
     /// Creates the file; a leftover of an interrupted attempt is replaced.
     ///
     /// # Errors
-    /// When it cannot be created.
+    /// When the file cannot be created.
     pub(super) fn create(target: &Path) -> Result<Self, CaptureError> {
         let path = with_suffix(target, FINISHING);
         let _ = fs::remove_file(&path);

@@ -95,7 +95,7 @@ async fn stops(session: &mut Session) -> Result<(), Ended> {
     let counted = session.probe.see(sequence) != before;
     session.judge(rule::STOP_AGAIN, again && counted, || {
         if again {
-            "the sequence stands still".to_owned()
+            "the sequence does not change".to_owned()
         } else {
             session.unheard(None)
         }

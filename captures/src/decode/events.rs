@@ -25,11 +25,11 @@ impl EventRecord {
         "status",
         // The command in words, when it is queued.
         "command",
-        // Why a command was refused or failed; cause of an outage; the alarm.
+        // Code: why a command was refused or failed; cause of an outage; the alarm.
         "code",
         // The client that gave the command.
         "by",
-        // The moment of a mark; begin of an outage or an alarm.
+        // Time of a mark; beginning of an outage or an alarm.
         "begin_s",
         // End of an outage; empty if it lasts at the end of the capture.
         "end_s",
@@ -38,17 +38,17 @@ impl EventRecord {
         "lines_lost_max",
         // `warning` or `alarm`.
         "severity",
-        // Figure of an alarm, its limit and the unit of both.
+        // Value of an alarm, its limit, and the unit of both.
         "figure",
         "limit",
         "unit",
         // Time for which an alarm is shelved.
         "shelved_s",
-        // A line of the robot's own as it came.
+        // A line of the robot's own, unchanged.
         "own",
-        // Its values by the name of their field; JSON only.
+        // Values of the line by the name of their field; JSON only.
         "values",
-        // One of its values: name and value; CSV only.
+        // One value of the line: name and value; CSV only.
         "field",
         "value",
     ];
@@ -85,7 +85,7 @@ impl EventRecord {
         Some(Self::from(value))
     }
 
-    /// The records of a line of the robot's own.
+    /// The records of a line of the robot's own: one in JSON, one for each value in CSV.
     pub(super) fn of_own(line: &OwnLine, format: Format) -> Vec<Self> {
         let samples = match &line.content {
             Content::Values(samples) => &samples[..],

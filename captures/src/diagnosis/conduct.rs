@@ -10,25 +10,25 @@ use groundwave_protocol::telemetry::{
 
 use super::kind::{self, Kind};
 
-/// Lines in a row of which at least one shows the era; while a STOP has a receipt, twice as many.
+/// A robot must show the era at least once in this many consecutive lines; in twice as many while it acknowledges a STOP.
 const ERA_EVERY: u32 = 4;
 
-/// Most lines A in a row of a robot with lines C; the sixth covers an extra one.
+/// Maximum number of consecutive lines A from a robot with lines C; the sixth allows for an extra line.
 const STATES_MAX: u32 = 6;
 
-/// Longest time between the beginnings of two lines, at the lowest rate and with turns, seconds.
+/// Maximum time between the beginnings of two lines, seconds: at the lowest rate, with turns.
 const LINE_S_MAX: u32 = 4;
 
-/// Fewest lines in two seconds, of which a robot begins at most twelve each.
+/// Number of lines in two seconds that is too many; a robot begins at most twelve per second.
 const LINES_2S: u32 = 24;
 
-/// Bytes of a line that a restart cut off.
+/// Maximum length of a line that a restart cut off, bytes.
 const CUT_BYTES_MAX: u64 = 80;
 
-/// A suspicion: its column, and its kind.
+/// A suspected mistake: column and kind.
 pub(super) type Suspicion = (usize, &'static Kind);
 
-/// What the lines showed before.
+/// State of the robot by the lines so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Conduct {
     previous: Option<Previous>,
@@ -36,18 +36,18 @@ pub(super) struct Conduct {
     by_type: BTreeMap<u8, u8>,
     /// Uptime and boots of the latest line C.
     counters: Option<(u32, u16)>,
-    /// Lines in a row since it, if none is missing.
+    /// Number of lines since the latest line C, if none is missing.
     since_counters: Option<u32>,
     without_era: u32,
     has_receipt: bool,
     states: u32,
-    /// Letter of the latest long line, if none is missing since.
+    /// Letter of the latest long line, if no line has been missing since.
     long: Option<u8>,
     has_status: bool,
     has_counters: bool,
-    /// Sequences before a line 00 of the same boot, but 99.
+    /// Sequences other than 99 that preceded a line 00 of the same boot, and how often.
     wraps: BTreeMap<u8, u64>,
-    /// Lines that followed one another, and among them those of another type than the line before.
+    /// Number of pairs of consecutive lines.
     pub pairs: u64,
     pub changes: u64,
 }
@@ -63,7 +63,7 @@ struct Previous {
 }
 
 impl Conduct {
-    /// Takes a line. `noise` is the number of bytes so far that belong to none.
+    /// Takes a line; returns the suspected mistakes. `noise` is the total number of bytes outside lines.
     pub(super) fn take(&mut self, received: &Received, noise: u64) -> Vec<Suspicion> {
         let mut found = Vec::new();
         let (letter, column) = place(received);
@@ -114,7 +114,7 @@ impl Conduct {
         found
     }
 
-    /// Judges the step from line to line; returns whether no line is missing between them.
+    /// Judges the sequence of two lines; returns whether no line is missing between them.
     fn judge_sequence(
         &mut self,
         found: &mut Vec<Suspicion>,
@@ -125,12 +125,12 @@ impl Conduct {
         let after = |sequence: u8| (sequence + 1) % SEQUENCE_MODULUS;
         let is_next = now.sequence == after(previous.sequence);
         let noise = now.noise - previous.noise;
-        // The shortest lines that the noise may have been.
+        // The number of short lines that the noise may have been.
         let missing = u64::from(SEQUENCE_MODULUS - 1 - previous.sequence);
         let is_explained = noise >= missing * ACK_LINE_BYTES as u64;
         let begins_anew = now.sequence == 0 && previous.sequence > 5 && last_of_type.is_some();
         if begins_anew && !is_next && !is_explained && noise < CUT_BYTES_MAX {
-            // The line before is of the robot's previous life, or the sequence wraps.
+            // The previous line was sent before the boot, or the sequence wraps.
             if previous.boot == now.boot {
                 *self.wraps.entry(previous.sequence).or_default() += 1;
                 if let Some(kind) = self.wrap() {
@@ -162,7 +162,7 @@ impl Conduct {
         false
     }
 
-    /// A sequence that begins anew: always at the same number, or at restarts.
+    /// The mistake of a sequence that restarts too early: always at the same number, or at restarts.
     fn wrap(&self) -> Option<&'static Kind> {
         if self.wraps.values().any(|count| *count > 1) {
             return Some(kind::WRAP);
@@ -262,7 +262,7 @@ impl Conduct {
     }
 }
 
-/// Letter of a line and column of its acknowledgement. Lines K and G count as one type.
+/// Letter of a line, and column of its acknowledgement. Lines K and G count as one type.
 fn place(received: &Received) -> (u8, usize) {
     match received {
         Received::Line(line, _) => (line.body.line_type().letter(), 70),

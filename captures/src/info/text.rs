@@ -7,7 +7,7 @@ use super::{Info, LineCounts};
 use crate::diagnosis;
 use crate::outages::Outage;
 
-/// Number of outages that the text lists; JSON has all.
+/// Maximum number of outages that the text lists; JSON contains all.
 const OUTAGES_SHOWN: usize = 10;
 
 impl Info {
@@ -137,7 +137,7 @@ impl Info {
         Ok(())
     }
 
-    /// Writes the longest outages, in their order.
+    /// Writes the longest outages, ordered by time.
     fn write_outages(&self, output: &mut impl Write) -> io::Result<()> {
         let mut durations: Vec<_> = self.outages.iter().map(Outage::duration).collect();
         durations.sort_unstable();

@@ -1,4 +1,4 @@
-//! Handmade sessions.
+//! Outages in constructed sessions.
 
 use groundwave_protocol::decoder::Decoder;
 use groundwave_protocol::telemetry::{
@@ -54,7 +54,7 @@ impl Robot {
     }
 }
 
-/// What is to happen to the lines from a moment on, seconds.
+/// Treatment of the lines from a moment on, seconds.
 #[derive(Clone, Copy)]
 enum Fate {
     Arrive,

@@ -1,4 +1,4 @@
-//! The picture of a track.
+//! Draws the picture of a track.
 
 use super::font::Font;
 use super::mark::{self, HALO, PATH, Symbol};
@@ -9,7 +9,7 @@ use crate::CaptureError;
 use crate::event::Truth;
 use crate::track::{Event, Holder, Place, Stretch, Track, simplify};
 
-/// Segments of a circle.
+/// Number of line segments that draw a circle.
 const CIRCLE: u8 = 32;
 
 pub(super) fn draw(title: &str, track: &Track, problem: Option<&CaptureError>) -> Option<Picture> {
@@ -80,7 +80,7 @@ fn bounds_in(track: &Track) -> Option<[(f32, f32); 2]> {
     Some(bounds(&places))
 }
 
-/// Least and greatest x and y of places.
+/// Minimum and maximum x and y of places.
 pub(super) fn bounds(places: &[Place]) -> [(f32, f32); 2] {
     let none = (f32::INFINITY, f32::NEG_INFINITY);
     places.iter().fold([none, none], |[x, y], place| {
@@ -89,7 +89,7 @@ pub(super) fn bounds(places: &[Place]) -> [(f32, f32); 2] {
     })
 }
 
-/// The true walls; where they are not known, what the sensors saw.
+/// The true walls; if unknown, the detections of the sensors.
 fn surroundings(sheet: &Sheet, track: &Track) -> Vec<Layer> {
     if let Some(truth) = &track.truth {
         return vec![Layer {
@@ -137,7 +137,7 @@ fn walls(sheet: &Sheet, truth: &Truth) -> Vec<Shape> {
     shapes
 }
 
-/// The path in the colours of its behaviours, dashed where it was not received.
+/// The path in the colours of its behaviours, dashed where lines were not received.
 pub(super) fn path(
     sheet: &Sheet,
     stretches: &[Stretch],
@@ -251,14 +251,14 @@ fn legend(track: &Track, stretches: &[Stretch]) -> Vec<Vec<Row>> {
             around.push(Row::new(Symbol::Infrared, "infrared detection"));
         }
     }
-    // A blank row sets each block apart from the next.
+    // A blank row separates the blocks.
     for rows in [&mut marks, &mut path] {
         rows.push(Row::new(None, ""));
     }
     vec![marks, path, around]
 }
 
-/// Gaps as a summary counts them.
+/// Number of gaps as text, counted as in the summary.
 pub(super) fn gap_words(track: &Track) -> String {
     let plural = if track.gaps == 1 { "" } else { "s" };
     format!("not received ({} gap{plural})", track.gaps)

@@ -8,14 +8,14 @@ use super::shape::{
 use crate::track::{Event, Holder};
 use groundwave_protocol::status_codes::Layer;
 
-/// Width of the path, and of the white line below it, pixels.
+/// Width of the path, and of the white line below the path, pixels.
 pub(super) const PATH: f32 = 2.6;
 pub(super) const HALO: f32 = 5.0;
 
 /// Radius of the ring around a start, pixels.
 pub(super) const START: f32 = 8.0;
 
-/// Half of the width of a line in the legend, pixels.
+/// Half of the length of a line in the legend, pixels.
 const REACH: f32 = 15.0;
 
 /// A symbol of the legend.
@@ -27,7 +27,7 @@ pub(super) enum Symbol {
     Start(Color),
     /// The end of a path, with the robot's heading, degrees clockwise from +Y.
     End(Color, f32),
-    /// A waypoint that was reached, or not.
+    /// A waypoint; `true` if it was reached.
     Waypoint(bool),
     Echo,
     Infrared,
@@ -79,7 +79,7 @@ pub(super) fn furniture(spots: Vec<Spot>) -> Shape {
     Shape::line(spots, 1.6, FURNITURE)
 }
 
-/// Detections of a sensor; `None` without any.
+/// Detections of a sensor; `None` if there are none.
 pub(super) fn dots(centers: Vec<Spot>, color: Color) -> Option<Shape> {
     (!centers.is_empty()).then_some(Shape::Circles {
         centers,
@@ -89,7 +89,7 @@ pub(super) fn dots(centers: Vec<Spot>, color: Color) -> Option<Shape> {
     })
 }
 
-/// A line with a halo of paper.
+/// Draws lines with a white outline.
 fn outlined(shapes: &mut Vec<Shape>, lines: &[Vec<Spot>]) {
     for (width, color) in [(4.6, PAPER), (2.0, BLACK)] {
         for line in lines {

@@ -54,7 +54,7 @@ fn texts(shapes: &[Shape]) -> impl Iterator<Item = &Text> {
     })
 }
 
-/// Asserts that nothing is outside of the paper, and that no text is over another one.
+/// Asserts that nothing is outside the sheet, and that texts do not overlap.
 fn is_whole(picture: &Picture) {
     let font = Font::load();
     let (width, height) = picture.size;

@@ -17,7 +17,7 @@ pub struct Figures {
     pub capture: String,
     /// The operator's name of the run.
     pub name: Option<String>,
-    /// Reason why it does not count.
+    /// Reason why the run is void; `None` if it is valid.
     pub void: Option<String>,
     /// Start in UTC, `2025-03-14T09:26:53Z`; `None` of raw text without dates.
     pub start: Option<String>,
@@ -25,7 +25,7 @@ pub struct Figures {
     pub duration_s: f64,
     /// Distance driven, inches.
     pub distance_in: f64,
-    /// Distance from the end to the beginning, or to the place where the odometer was last reset, inches; `None` without a
+    /// Distance from the end to the beginning or to the place of the last odometer reset, inches; `None` without a
     /// position.
     pub closing_error_in: Option<f64>,
     /// Contacts of the bumper.
@@ -37,12 +37,12 @@ pub struct Figures {
     pub loss: Loss,
     /// Damaged lines.
     pub damaged: Damaged,
-    /// Odometer resets in the middle: restarts and set positions.
+    /// Number of odometer resets during the run: restarts and set positions.
     pub odometer_resets: u32,
 }
 
 impl Figures {
-    /// Start to the minute, `2025-03-14 09:26`; empty if unknown.
+    /// Start with minutes, `2025-03-14 09:26`; empty if unknown.
     #[must_use]
     pub fn started(&self) -> String {
         let minute = self.start.as_ref().and_then(|start| start.get(..16));
@@ -108,7 +108,7 @@ impl Comparison {
     /// Writes the comparison as text.
     ///
     /// # Errors
-    /// When the output takes no more.
+    /// When writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         let [a, b] = &self.runs;
         let mut row = |what: &str, a: String, b: String, more: String| {
@@ -196,7 +196,7 @@ impl Comparison {
     }
 }
 
-/// The end of a long name, where captures differ.
+/// A name, or only the end of a long name, where captures differ.
 fn short(name: &str) -> String {
     const WIDTH: usize = 18;
     let length = name.chars().count();
@@ -223,7 +223,7 @@ pub struct Listed {
 pub struct Overlaid {
     /// The comparison.
     pub comparison: Comparison,
-    /// Places of each course, in order.
+    /// Places of both courses, in order.
     pub paths: [Vec<Place>; 2],
     /// Problems, one line each.
     pub problems: Vec<String>,

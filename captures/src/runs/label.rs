@@ -10,14 +10,14 @@ use crate::event::Remark;
 use crate::hint::words;
 use crate::text_file;
 
-/// A name, remarks, and whether the run counts.
+/// A run's name and remarks, and whether the run is void.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Label {
     /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Reason why the run does not count; `None` if it counts.
+    /// Reason why the run is void; `None` if it is valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
     /// Remarks in the order they were made.
@@ -29,10 +29,10 @@ pub struct Label {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Note {
-    /// Its moment, seconds since the capture began; `None` of a remark about the whole run.
+    /// Time of the remark, seconds since the capture began; `None` for a remark about the whole run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_s: Option<f64>,
-    /// Its text.
+    /// Text of the remark.
     pub text: String,
 }
 
@@ -50,17 +50,17 @@ fn hint(error: &io::Error) -> &'static str {
 /// A label could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum LabelError {
-    /// The operating system.
+    /// The operating system reported an error.
     #[error("cannot {action} {}: {}{}", path.display(), words(error), hint(error))]
     File {
         /// The action that failed.
         action: &'static str,
         /// The label's file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// The file cannot be parsed; it is left as it is.
+    /// The file cannot be parsed; it is not changed.
     #[error("{} is not a valid label: {problem}; correct it, or delete it to start again", path.display())]
     Malformed {
         /// The label's file.
@@ -79,7 +79,7 @@ pub fn file_of(capture: &Path) -> PathBuf {
 }
 
 impl Label {
-    /// The label of a capture; an empty one where there is no file.
+    /// The label of a capture; an empty label if there is no file.
     ///
     /// # Errors
     /// When the file cannot be read or parsed.
@@ -107,10 +107,10 @@ impl Label {
         toml::from_str(text).map_err(|error| error.to_string().trim_end().replace('\n', "; "))
     }
 
-    /// Saves the label beside the capture. A failure leaves the old label whole.
+    /// Saves the label beside the capture. After a failure, the old label is intact.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the label cannot be written.
     pub fn keep(&self, capture: &Path) -> Result<(), LabelError> {
         let path = file_of(capture);
         self.write(&path).map_err(|error| LabelError::File {
@@ -125,7 +125,7 @@ impl Label {
         let mut new = path.as_os_str().to_owned();
         new.push(".new");
         let new = PathBuf::from(new);
-        // One that an interrupted attempt left.
+        // A file that an interrupted attempt left.
         let _ = fs::remove_file(&new);
         let mut file = File::create_new(&new)?;
         file.write_all(text.as_bytes())
@@ -137,7 +137,7 @@ impl Label {
             })
     }
 
-    /// Applies a remark of the operator; `at_s`, seconds since the capture began, is used by notes only.
+    /// Applies a remark of the operator. `at_s` is the time of a note, seconds since the capture began; other remarks have none.
     pub fn take(&mut self, at_s: Option<f64>, remark: &Remark) {
         match remark {
             Remark::Name(name) => self.name = Some(name.clone()),

@@ -1,4 +1,4 @@
-//! Handmade streams, with statistics computed by hand.
+//! Constructed streams, with statistics computed by hand.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Drive, Frame, Key, Message, Open, Order, Slots};

@@ -8,11 +8,11 @@ use groundwave_protocol::telemetry::StatusLine;
 use super::DrivenTo;
 use crate::station_event::{StationEvent, StationEventKind};
 
-/// Maximum lists remembered, and waypoints noted.
+/// Maximum number of lists kept, and of waypoints.
 const LISTS_MAX: usize = 64;
 const WAYPOINTS_MAX: usize = 1000;
 
-/// Notes waypoints: from lines B, and from the lists that the operator sent.
+/// Collects waypoints from lines B and from the lists that the operator sent.
 #[derive(Debug, Default)]
 pub(super) struct Routes {
     lists: Vec<(u32, Vec<Waypoint>)>,
@@ -23,7 +23,7 @@ pub(super) struct Routes {
 }
 
 impl Routes {
-    /// Takes an event of the station: a queued command holds its list.
+    /// Takes an event of the station; a queued command contains its list.
     pub(super) fn take_event(&mut self, event: &StationEvent) {
         let Some(StationEventKind::Command(command)) = &event.kind else {
             return;
@@ -86,7 +86,7 @@ impl Routes {
         }
     }
 
-    /// The waypoints of the present route.
+    /// The waypoints of the current route.
     fn own(&self) -> impl Iterator<Item = &DrivenTo> {
         self.waypoints
             .iter()
@@ -94,7 +94,7 @@ impl Routes {
             .take_while(|waypoint| waypoint.route == self.route)
     }
 
-    /// Number of waypoints of the present route that were reached.
+    /// Number of waypoints of the current route that were reached.
     fn reached(&self) -> usize {
         self.own().filter(|waypoint| waypoint.is_reached).count()
     }

@@ -215,7 +215,7 @@ proptest! {
         }
     }
 
-    /// Whatever is lost, a picture and a summary count the same gaps, and draw none where nothing was lost.
+    /// A picture and a summary count the same gaps, whatever is lost, and the picture draws none where no line was lost.
     #[test]
     fn gaps_are_those_of_the_summary(
         lost in proptest::collection::vec(any::<bool>(), 2..60),

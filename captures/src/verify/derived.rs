@@ -1,6 +1,6 @@
-//! Compares the derived messages of a recording with those that its bytes and events give today.
+//! Compares the derived messages of a recording with the messages derived again from its bytes and events.
 //!
-//! The [`Deriver`] gets the received bytes, sent bytes and events again; its messages wait for the equal ones of the
+//! The [`Deriver`] gets the received bytes, sent bytes and events again; its messages wait for the equal messages of the
 //! recording.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -14,7 +14,7 @@ use crate::messages::{RawBytes, StationEvent};
 use crate::own_lines;
 use crate::topics::{Deriver, Origin, RAW_RX, Topic, TopicMessage};
 
-/// Maximum derived messages of a topic that wait for those of the recording.
+/// Maximum number of derived messages of a topic that wait for the recording's messages.
 const WAITING_MAX: usize = 4096;
 
 /// A derived message.
@@ -27,7 +27,7 @@ struct Expected {
 #[derive(Debug)]
 struct Queue {
     expected: VecDeque<Expected>,
-    /// The next message of the topic must equal the first of `expected`; after a gap it may equal a later one.
+    /// Whether the next message of the topic must equal the first of `expected`; after a gap, it may equal a later one.
     is_aligned: bool,
 }
 
@@ -35,7 +35,7 @@ struct Queue {
 pub(super) struct Derived {
     deriver: Deriver,
     queues: BTreeMap<Topic, Queue>,
-    /// The recording is complete from its beginning: every message and time must be equal.
+    /// Whether the recording is complete from its beginning, so that every message and time must be equal.
     is_exact: bool,
 }
 
@@ -48,18 +48,18 @@ impl Derived {
         }
     }
 
-    /// The recording begins here, and this version wrote it.
+    /// Sets that the recording begins here and was written by this version.
     pub(super) const fn begin(&mut self) {
         self.is_exact = true;
     }
 
-    /// Takes the table of the session, which tells the form of the robot's own lines.
+    /// Takes the session's table, which contains the form of the robot's own lines.
     pub(super) fn take_session(&mut self, table: &BTreeMap<String, String>) {
         self.deriver
             .set_own_lines(own_lines::recognizer(Some(table)));
     }
 
-    /// The recording is a part; what came before is unknown.
+    /// Sets that the recording is a part, whose earlier state is unknown.
     pub(super) fn forget_beginning(&mut self) {
         self.is_exact = false;
         for (topic, queue) in &mut self.queues {
@@ -67,7 +67,7 @@ impl Derived {
         }
     }
 
-    /// Takes a gap in the bytes, after which derived messages and those of the recording may differ for a while.
+    /// Takes a gap in the bytes; after it, derived and recorded messages may differ for a while.
     pub(super) fn lose_track(&mut self) {
         self.is_exact = false;
         for queue in self.queues.values_mut() {
@@ -75,7 +75,7 @@ impl Derived {
         }
     }
 
-    /// Takes received bytes that come after `missing` lost ones.
+    /// Takes received bytes after `missing` lost bytes.
     pub(super) fn take_received(&mut self, at_ns: u64, missing: u64, bytes: &[u8]) {
         let (queues, is_exact) = (&mut self.queues, self.is_exact);
         let mut take = |message: TopicMessage<'_>| {
@@ -151,7 +151,7 @@ impl Derived {
         verdict.derived_unchecked += 1;
     }
 
-    /// Reports expected messages that are missing, on topics that the recording has.
+    /// Reports expected messages that are missing on the recording's topics.
     pub(super) fn finish(&self, has: impl Fn(Topic) -> bool, verdict: &mut Verdict) {
         for (topic, queue) in &self.queues {
             let count = queue.expected.len();

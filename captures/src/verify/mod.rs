@@ -1,9 +1,9 @@
 //! Verification of captures.
 //!
-//! For a recording, it checks every checksum, the numbers of the messages, the offsets of the bytes and the statistics;
-//! that each derived message is the one that the bytes give today (`derived`); and that a raw text beside it holds the
-//! same bytes (`raw_file`). Raw text has only the checksums of its lines. Lines lost by the radio are counted; they are
-//! no fault.
+//! For a recording, verification checks every checksum, the numbers of the messages, the offsets of the bytes and the statistics;
+//! that each derived message equals the one derived again from the bytes (`derived`); and that a raw text beside the recording holds the
+//! same bytes (`raw_file`). For raw text, only the lines' checksums are checked. Lines lost by the radio are counted, but are
+//! not a fault.
 
 mod derived;
 mod raw_file;
@@ -28,17 +28,17 @@ use crate::statistics::{Damaged, Loss};
 pub use raw_file::RawCopy;
 pub use recording::verify_mcap;
 
-/// Maximum faults that are listed.
+/// Maximum number of faults listed.
 const FAULTS_LISTED: usize = 10;
 
-/// The result.
+/// Result of a verification.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
     /// Form of the capture.
     pub form: Form,
     /// Received bytes in the capture.
     pub bytes: u64,
-    /// Received bytes that are missing from it.
+    /// Received bytes missing from the capture.
     pub missing_bytes: u64,
     /// Intact lines.
     pub lines: u64,
@@ -47,7 +47,7 @@ pub struct Verdict {
     pub loss: Loss,
     /// Damaged lines.
     pub damaged: Damaged,
-    /// Mistakes in the lines that the robot sent. Those in lines that are refused count as faults.
+    /// Mistakes in the robot's lines. Mistakes in rejected lines count as faults.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistakes: Vec<Finding>,
     /// Places between two intact lines where lines were lost or damaged, or the link was interrupted.
@@ -58,11 +58,11 @@ pub struct Verdict {
     pub outages: Vec<Outage>,
     /// Messages by topic.
     pub messages: BTreeMap<String, u64>,
-    /// Derived messages equal to those that the bytes and events give today.
+    /// Number of derived messages equal to those derived again.
     pub derived_equal: u64,
-    /// Derived messages that cannot be checked, because their bytes are missing or precede the capture.
+    /// Number of derived messages that cannot be checked, because their bytes are missing or precede the capture.
     pub derived_unchecked: u64,
-    /// Whether the raw text holds the same bytes; `None` where there is none, or only another capture beside it.
+    /// Whether the raw text holds the same bytes; `None` if there is none, or if the text is another capture.
     pub is_as_raw_file: Option<bool>,
     /// The first faults.
     pub faults: Vec<String>,
@@ -234,7 +234,7 @@ impl Lines {
             self.outages.handle_line(at, &received, counters);
             self.gaps.take_line(at, &received, counters);
             let counted = shown(counters);
-            // The number of lost lines may fall after a late line or a reboot.
+            // The number of lost lines may decrease after a late line or a reboot.
             let lost = counted.saturating_sub(before);
             before = counted;
             if lost > 0 && verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
@@ -250,7 +250,7 @@ impl Lines {
     fn finish(self, verdict: &mut Verdict) {
         verdict.gaps = self.gaps.count();
         verdict.outages = self.outages.into_outages(self.end);
-        // Their number of lines has the hundreds, which the sequence does not show.
+        // Outages count whole hundreds of lines, which the sequence does not show.
         for outage in &verdict.outages {
             let lines = outage.lost.min;
             if let Some(end) = outage.end
