@@ -1,4 +1,4 @@
-//! The command line, as clap sees it.
+//! The command line, defined for clap.
 
 mod captures;
 mod groups;
@@ -127,7 +127,7 @@ impl Verb {
     }
 }
 
-/// The commands to the robot, and examples.
+/// The commands to the robot, and examples, for the help of `send`.
 fn send_help() -> String {
     let commands: Vec<String> = listing()
         .map(|(form, does)| format!("  {form:<19}{does}"))
@@ -150,7 +150,7 @@ Examples:
     )
 }
 
-/// Examples and exit codes.
+/// Examples and exit codes for the help.
 fn after_help() -> String {
     let codes: Vec<String> = super::Exit::meanings()
         .map(|(code, meaning)| format!("  {code}  {meaning}"))
@@ -167,26 +167,26 @@ Exit codes:
     )
 }
 
-/// `90`, `90s`, `1.5m`, `2h` or `250ms`.
+/// Parses a duration: `90`, `90s`, `1.5m`, `2h` or `250ms`.
 fn parse_duration(text: &str) -> Result<Duration, String> {
     when::span(text)
         .filter(|duration| !duration.is_zero())
         .ok_or_else(|| format!("`{text}` is not a duration; write 30s, 90m or 2h"))
 }
 
-/// `2400`
+/// Parses a baud rate: `2400`.
 fn parse_baud(text: &str) -> Result<u32, String> {
     let baud = text.parse().ok().filter(|baud| *baud > 0);
     baud.ok_or_else(|| format!("`{text}` is not a baud rate; write a number such as 2400"))
 }
 
-/// `4`, `0.5`
+/// Parses a speed factor: `4`, `0.5`.
 fn parse_factor(text: &str) -> Result<f64, String> {
     text.parse()
         .map_err(|_| format!("`{text}` is not a number; write 10 or 0.5"))
 }
 
-/// `7`
+/// Parses a seed: `7`.
 fn parse_seed(text: &str) -> Result<u64, String> {
     text.parse()
         .map_err(|_| format!("`{text}` is not a seed; write a whole number such as 7"))

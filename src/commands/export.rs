@@ -1,4 +1,4 @@
-//! `export`: captures as tables, pictures, recordings and raw text.
+//! `export`: exports captures as tables, pictures, recordings and raw text.
 
 mod recorded;
 
@@ -15,12 +15,12 @@ use crate::capture::diagnosis;
 use crate::capture::picture::Picture;
 use crate::capture::track::Track;
 
-/// The result for a capture.
+/// Result of the export of a capture.
 #[derive(Default)]
 struct Made {
     /// A short description.
     what: String,
-    /// Why the result is incomplete.
+    /// Reason why the result is incomplete.
     problem: Option<Fault>,
     /// Mistakes in the robot's lines, in one clause.
     mistakes: Option<String>,
@@ -95,7 +95,7 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
             None
         }
         Err(DecodeError::Output(error)) => return output.fault(&error).map(|()| Made::default()),
-        // The readable part is written; report that it is not all.
+        // The readable part is written; report that a part is missing.
         Err(DecodeError::Capture(error)) => Some(Fault::from(error)),
     };
     output.finish()?;
@@ -110,7 +110,7 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
     })
 }
 
-/// Passes each line on at once, for a live stream.
+/// Flushes the output after each line, for a live stream.
 struct EachLine<'a>(&'a mut Output);
 
 impl Write for EachLine<'_> {

@@ -9,7 +9,7 @@ use crate::capture::{Capture, CaptureError, content};
 use crate::hint;
 use crate::safe_text;
 
-/// Bytes of a file without a line that are examined.
+/// Number of bytes examined in a file without a line.
 const CONTENT_BYTES: usize = 64 * 1024;
 
 /// Exit codes of the program; scripts rely on the numbers.
@@ -61,7 +61,7 @@ impl Exit {
     }
 }
 
-/// An error message, safe to show, and the exit code it leads to.
+/// An error message, safe to show, and its exit code.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Fault {
@@ -129,7 +129,7 @@ impl Fault {
 }
 
 impl From<CaptureError> for Fault {
-    /// A usage fault for a file that cannot or must not be used; a failure for a failing disk.
+    /// Makes a usage fault for a file that cannot or must not be used, and a failure for a failing disk.
     fn from(error: CaptureError) -> Self {
         let exit = match error {
             CaptureError::Exists { .. }
@@ -152,7 +152,7 @@ impl From<CaptureError> for Fault {
     }
 }
 
-/// What a file without a line holds; `None` of a stream, which is gone.
+/// Describes the content of a file without a line; `None` for a stream, which cannot be read again.
 fn content_words(path: &Path) -> Option<String> {
     let mut capture = path.is_file().then(|| Capture::open(path).ok()).flatten()?;
     let (mut head, mut diagnosis) = (Vec::new(), Diagnosis::default());

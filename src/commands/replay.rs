@@ -1,4 +1,4 @@
-//! `replay`: a capture in the dashboard.
+//! `replay`: plays a capture in the dashboard.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::playback::{CaptureState, Player, read_through};
 use crate::playback::{SPEED_MAX, SPEED_MIN};
 use crate::runtime::{CaptureSource, Dashboard, Source, run as run_dashboard};
 
-/// Most findings waiting for the dashboard.
+/// Maximum number of findings queued for the dashboard.
 const FINDINGS: usize = 4;
 
 pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault> {
@@ -35,7 +35,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     replay(options.file.clone(), options.speed, options.theme, config)
 }
 
-/// Replays a capture, then those that the operator chooses from the list of runs.
+/// Replays a capture, then each capture that the operator chooses from the list of runs.
 pub(super) fn replay(
     file: PathBuf,
     speed: f64,
@@ -54,7 +54,7 @@ pub(super) fn replay(
     damage
 }
 
-/// Plays one capture; returns the one to play next, and what could not be read.
+/// Plays one capture; returns the next capture to play, and the reason if reading was incomplete.
 fn play(
     file: &Path,
     speed: f64,
@@ -63,7 +63,7 @@ fn play(
 ) -> Result<(Option<PathBuf>, Result<(), Fault>), Fault> {
     let tape = index::open(file)?;
     let name = format!("replay of {}", file.display());
-    // A replay does not ring.
+    // A replay does not ring the bell.
     let config = Arc::new(Config {
         bell: false,
         capture: Some(file.display().to_string()),

@@ -53,7 +53,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
     )
 }
 
-/// The raw file to compare: the one named, or the one beside the recording.
+/// The raw file to compare: the named file, or the file beside the recording.
 fn raw_file(options: &Verify, path: &Path) -> Result<Option<RawCopy>, Fault> {
     let is_file = path != Path::new("-");
     let raw = || Some(path.with_extension("txt")).filter(|raw| is_file && raw.is_file());

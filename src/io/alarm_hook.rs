@@ -1,6 +1,6 @@
-//! The command that the operator has run at each event of an alarm.
+//! The alarm hook: runs the operator's command for each alarm event.
 //!
-//! A thread runs it, one event after the other, so a slow command delays neither the link nor the screen.
+//! A thread runs the command for one event after another, so a slow command delays neither the link nor the screen.
 
 use std::io::{self, Write as _};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -12,16 +12,16 @@ use tokio::sync::mpsc;
 
 use crate::hint;
 
-/// Most events that wait for the command.
+/// Maximum number of queued events.
 const WAITING_MAX: usize = 64;
 
-/// Longest time that the command may take for one event.
+/// Maximum run time of the command for one event.
 const TIME_MAX: Duration = Duration::from_secs(30);
 
-/// Period of looks whether it has ended.
+/// Period of the checks whether the command has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Runs a command of the shell for each event.
+/// Runs a shell command for each event.
 pub struct AlarmHook {
     events: SyncSender<String>,
     problems: mpsc::UnboundedReceiver<String>,
@@ -83,7 +83,7 @@ fn serve(
             Ok(None) => format!("took longer than {} s and was ended", time_max.as_secs()),
             Err(error) => format!("failed: {}", hint::words(&error)),
         };
-        // Nobody hears of it at the end of the session.
+        // At the end of the session, the problem is not reported.
         let _ = tell.send(format!("alarm hook `{command}` {problem}"));
     }
 }
@@ -96,7 +96,7 @@ fn run(command: &str, time_max: Duration, event: &str) -> io::Result<Option<Exit
         .stderr(Stdio::null())
         .spawn()?;
     if let Some(mut input) = child.stdin.take() {
-        // The command need not read it.
+        // The command need not read its input.
         let _ = writeln!(input, "{event}");
     }
     let begun = Instant::now();
@@ -111,7 +111,7 @@ fn run(command: &str, time_max: Duration, event: &str) -> io::Result<Option<Exit
     Ok(None)
 }
 
-/// The command in a group of its own: keys of the terminal do not reach it, and its children end with it.
+/// The command in a separate process group: keys of the terminal do not reach it, and its children end with it.
 #[cfg(unix)]
 fn shell(command: &str) -> Command {
     use std::os::unix::process::CommandExt as _;
@@ -130,13 +130,13 @@ fn shell(command: &str) -> Command {
 #[cfg(unix)]
 fn end(child: &mut Child) {
     use rustix::process::{Pid, Signal, kill_process_group};
-    // It may just have ended.
+    // The command may just have ended.
     let _ = kill_process_group(Pid::from_child(child), Signal::KILL);
 }
 
 #[cfg(not(unix))]
 fn end(child: &mut Child) {
-    // It may just have ended.
+    // The command may just have ended.
     let _ = child.kill();
 }
 
@@ -148,7 +148,7 @@ mod tests {
     async fn each_event_is_on_the_standard_input_of_the_command() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("told");
-        // The last event ends with a failure, which tells that all have been passed.
+        // The last event fails, which shows that all events have been passed.
         let command = format!("read -r line; echo \"$line\" >> {path:?}; test \"$line\" != c");
         let mut hook = AlarmHook::start(&command).unwrap();
         for event in ["a", "b", "c"] {

@@ -44,9 +44,9 @@ pub enum Marker {
     /// Round dots, which nearly every font has.
     #[default]
     Braille,
-    /// Full eighths of a cell, of Unicode 16.
+    /// Block eighths of a cell (octants, Unicode 16).
     Octant,
-    /// Full quarters of a cell.
+    /// Block quarters of a cell.
     Quadrant,
 }
 

@@ -80,7 +80,7 @@ pub(super) fn broken(trials: &Trials) -> usize {
         .count()
 }
 
-/// The level reached, and the rules that the next one lacks; none if no rule is broken.
+/// Describes the level reached, and the rules broken at the next level; `None` if no rule is broken.
 pub(super) fn lacking(trials: &Trials) -> Option<String> {
     let reached = trials.level()?;
     let rules: Vec<&str> = trials

@@ -10,7 +10,7 @@ use super::super::config::Theme;
 use super::{laid_out, parse_factor};
 use crate::capture::when::When;
 
-/// The captures to read.
+/// Captures to read.
 #[derive(Clone, Debug, Args)]
 pub struct Captures {
     /// Raw text or MCAP files, quoted patterns ('*.mcap'), or - for standard input
@@ -21,7 +21,7 @@ pub struct Captures {
     pub quiet: bool,
 }
 
-/// Where results are written.
+/// Target of the results.
 #[derive(Clone, Debug, Args)]
 pub struct Output {
     /// Write to FILE; - is standard output
@@ -64,7 +64,7 @@ Examples:
   groundwave info evening.mcap
   groundwave info --json 'evenings/*.mcap' | jq .distance_in"))]
 pub struct Info {
-    /// The captures to read.
+    /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
     /// Print one JSON object per file
@@ -86,13 +86,13 @@ Examples:
 Lines that have timestamps, such as those written by `ts` or another ground station, keep them. Other lines are timed as
 if the radio had sent them without pauses at 2400 baud, beginning at --start. Line ends changed by an editor are restored."))]
 pub struct Export {
-    /// The captures to read.
+    /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
     /// Output format
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub to: ExportFormat,
-    /// Where results are written; by default beside each capture.
+    /// Target of the results; by default, files beside each capture.
     #[command(flatten)]
     pub output: Output,
     /// Start of raw text, with --to mcap: 2025-03-14T09:26:53Z [default: its first timestamp, else 1970]
@@ -130,7 +130,7 @@ Examples:
 
 The output has the format of the input. A line belongs to the part in which it ends, so adjacent parts lose nothing."))]
 pub struct Cut {
-    /// The captures to read.
+    /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
     /// Start: 90s, 1:30 or 1:02:03 since the start of the capture, or a date, 2025-03-14T09:26:53Z
@@ -139,7 +139,7 @@ pub struct Cut {
     /// End, in the same forms
     #[arg(long, value_name = "TIME")]
     pub to: Option<When>,
-    /// Where results are written; by default beside each capture, as NAME.cut.mcap.
+    /// Target of the results; by default, a file NAME.cut.mcap beside each capture.
     #[command(flatten)]
     pub output: Output,
 }
@@ -156,7 +156,7 @@ station's events are what the bytes decode to; and that the raw file beside the 
 like it, holds the same bytes. Lines lost on the radio are reported, but are not a fault of the capture.
 Exit codes: 0 all good, 1 not good, 2 not a capture."))]
 pub struct Verify {
-    /// The captures to read.
+    /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
     /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if it begins like it]

@@ -16,7 +16,7 @@ use crate::io::link::{BAUD, LinkSpec};
 use crate::radio::{Radio, RadioKind};
 use crate::share::Address;
 
-/// The link and how it is opened.
+/// Options for opening a link.
 #[derive(Clone, Debug, Default, Args)]
 pub struct LinkArgs {
     /// Baud rate of the serial device [default: 2400]
@@ -28,7 +28,7 @@ pub struct LinkArgs {
 }
 
 impl LinkArgs {
-    /// The port's baud rate; the command line outranks the configuration.
+    /// The port's baud rate, from the command line or else the configuration.
     #[must_use]
     pub fn baud(&self, config: &Config) -> u32 {
         self.baud.or(config.link.baud).unwrap_or(BAUD)
@@ -53,7 +53,7 @@ pub struct RadioArgs {
 }
 
 impl RadioArgs {
-    /// The radio; the command line outranks the configuration.
+    /// The radio, from the command line or else the configuration.
     #[must_use]
     pub fn radio(&self, config: &Config) -> Radio {
         let kind = if self.no_uplink {
@@ -68,7 +68,7 @@ impl RadioArgs {
     }
 }
 
-/// Where received bytes are recorded.
+/// Options for recording received bytes.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RecordingArgs {
     /// Copy every received byte to FILE
@@ -88,7 +88,7 @@ pub struct RecordingArgs {
     pub force: bool,
 }
 
-/// How the link is shared.
+/// Options for sharing the link.
 #[derive(Clone, Debug, Default, Args)]
 #[command(group = ArgGroup::new("shared").args(["share", "foxglove"]).multiple(true))]
 pub struct Sharing {
@@ -106,7 +106,7 @@ pub struct Sharing {
 }
 
 impl Sharing {
-    /// The command line's address, else the configured one.
+    /// The sharing options, with missing values from the configuration.
     #[must_use]
     pub fn or(&self, config: &Config) -> Self {
         Self {
@@ -144,10 +144,10 @@ pub struct Watch {
     /// Colours of the dashboard; key Ctrl-T changes them
     #[arg(long, value_name = "THEME")]
     pub theme: Option<Theme>,
-    /// Where received bytes are recorded.
+    /// Options for recording received bytes.
     #[command(flatten)]
     pub recording: RecordingArgs,
-    /// How the link is shared.
+    /// Options for sharing the link.
     #[command(flatten)]
     pub sharing: Sharing,
 }
@@ -182,7 +182,7 @@ pub struct Record {
     /// Stop after this long: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,
-    /// The radio, for the commands of other programs.
+    /// Options of the radio, for commands from clients of a shared link.
     #[command(flatten)]
     pub radio: RadioArgs,
     /// Append to an existing raw file
@@ -194,7 +194,7 @@ pub struct Record {
     /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
-    /// How the link is shared; `record` itself sends nothing.
+    /// Options for sharing the link; `record` itself never sends.
     #[command(flatten)]
     pub sharing: Sharing,
 }
@@ -222,7 +222,7 @@ pub struct Check {
     /// Hear a link for this long: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration, conflicts_with = "send")]
     pub duration: Option<Duration>,
-    /// How a link is opened.
+    /// Options for opening a link.
     #[command(flatten)]
     pub link: LinkArgs,
     /// Send commands, and judge the robot's reaction; asks first

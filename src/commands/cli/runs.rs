@@ -98,12 +98,12 @@ pub struct Compare {
     pub json: bool,
 }
 
-/// A date, in UTC.
+/// Parses a date or a time of day, in UTC.
 fn parse_stretch(text: &str) -> Result<Stretch, NoDate> {
     Stretch::parse(text, SystemTime::now())
 }
 
-/// Seconds since the start of the capture.
+/// Parses a time since the start of the capture; returns seconds.
 fn parse_moment(text: &str) -> Result<f64, String> {
     match text.parse::<When>().map_err(|error| error.to_string())? {
         When::Since(since) => Ok(since.as_secs_f64()),

@@ -97,7 +97,7 @@ pub struct Param {
     quiet: bool,
 }
 
-/// The value of `--via`: a station, and the first word of the command where no address was given.
+/// The value of `--via`: a station's address; or, without an address, the first word of the command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Via {
     address: Address,
@@ -117,7 +117,7 @@ impl FromStr for Via {
 }
 
 impl Param {
-    /// The same command for `send`, beginning with the word `param`.
+    /// The equivalent `send` command, beginning with the word `param`.
     #[must_use]
     pub fn to_send(&self) -> Send {
         let word = || "param".to_owned();
@@ -198,7 +198,7 @@ pub enum Connection {
 }
 
 impl Connection {
-    /// The connection that the options ask for.
+    /// The connection given by the options.
     ///
     /// # Errors
     /// If neither a link nor `--via` is given.
@@ -210,7 +210,7 @@ impl Connection {
         }
     }
 
-    /// The link, or the station as a link.
+    /// The link, or a link to the station.
     #[must_use]
     pub fn link(&self) -> LinkSpec {
         match self {
@@ -227,7 +227,7 @@ impl Send {
         self.timeout.unwrap_or_else(|| request.default_timeout())
     }
 
-    /// Time to wait for the confirmation of a short command, for a station and for a condition.
+    /// Time to wait for the confirmation of a short command, for a station, or for a condition.
     #[must_use]
     pub fn usual_timeout(&self) -> Duration {
         self.timeout_of(&Request::Stop)
@@ -239,7 +239,7 @@ impl Send {
         self.connection().is_ok_and(|(_, words)| words == ["stop"])
     }
 
-    /// The connection to the radio and the words of the command, which no link precedes with `--via`.
+    /// The connection to the radio, and the words of the command. With `--via`, all words belong to the command.
     ///
     /// # Errors
     /// If the link is not valid.
@@ -262,7 +262,7 @@ impl Send {
     }
 }
 
-/// Parses a link. A command word in its place probably means that the link was forgotten.
+/// Parses a link. A command word instead of a link probably means that the link was forgotten.
 fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
     let is_forgotten = match words.first() {
         Some(&"param") => Tuning::verbs().any(|verb| verb == first),
@@ -279,7 +279,7 @@ fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
 }
 
 impl Send {
-    /// The words of the command for `--dry-run`. A link before them is checked but not opened.
+    /// The words of the command for `--dry-run`. A link before the words is checked but not opened.
     ///
     /// # Errors
     /// If the link is not valid.

@@ -12,7 +12,7 @@ use crate::commands::completions;
 use crate::commands::config::Theme;
 use crate::radio::RadioKind;
 
-/// The simulation.
+/// Options of the simulation.
 #[derive(Clone, Debug, Args)]
 pub struct Simulated {
     /// A built-in world or a TOML file
@@ -45,7 +45,7 @@ Examples:
   groundwave demo --seed 3 --channel ber=1e-3
   groundwave demo --world living-room --record"))]
 pub struct Demo {
-    /// The simulation.
+    /// Options of the simulation.
     #[command(flatten)]
     pub simulated: Simulated,
     /// Ring the bell for alarms and songs; key b switches it
@@ -54,10 +54,10 @@ pub struct Demo {
     /// Colours of the dashboard; key Ctrl-T changes them
     #[arg(long, value_name = "THEME")]
     pub theme: Option<Theme>,
-    /// Where received bytes are recorded.
+    /// Options for recording received bytes.
     #[command(flatten)]
     pub recording: RecordingArgs,
-    /// How the link is shared.
+    /// Options for sharing the link.
     #[command(flatten)]
     pub sharing: Sharing,
 }
@@ -69,7 +69,7 @@ Examples:
   groundwave sim                            prints the path of a pseudo-terminal, for cat, tio or watch
   groundwave sim --listen 127.0.0.1:4000    then: groundwave watch tcp:127.0.0.1:4000"))]
 pub struct Sim {
-    /// The simulation.
+    /// Options of the simulation.
     #[command(flatten)]
     pub simulated: Simulated,
     /// Make PATH a link to the pseudo-terminal

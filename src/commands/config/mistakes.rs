@@ -8,9 +8,9 @@ use crate::suggest;
 /// A mistake in a configuration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake {
-    /// Line, from 1.
+    /// Line of the text, from 1.
     pub line: usize,
-    /// Column in characters, from 1.
+    /// Column of the text in characters, from 1.
     pub column: usize,
     /// The mistake and how to correct it.
     pub message: String,
@@ -26,7 +26,7 @@ impl fmt::Display for Mistake {
 pub(super) struct Mistakes<'a> {
     text: &'a str,
     found: Vec<(usize, String)>,
-    /// The entries that were wrong.
+    /// Paths of the wrong entries.
     paths: Vec<Vec<String>>,
 }
 
@@ -39,12 +39,12 @@ impl<'a> Mistakes<'a> {
         }
     }
 
-    /// Adds a mistake at these bytes of the text.
+    /// Adds a mistake at a range of bytes in the text.
     pub(super) fn add(&mut self, at: &Range<usize>, message: impl Into<String>) {
         self.found.push((at.start, message.into()));
     }
 
-    /// Adds serde's `message` about the entry with this path.
+    /// Adds serde's `message` about the entry at a path.
     pub(super) fn add_value(
         &mut self,
         at: &Range<usize>,
@@ -58,7 +58,7 @@ impl<'a> Mistakes<'a> {
         self.paths.extend(path.cloned());
     }
 
-    /// Whether an entry of this section was wrong.
+    /// Whether an entry of a section was wrong.
     pub(super) fn are_in(&self, section: &[&str]) -> bool {
         let is_in = |path: &Vec<String>| {
             path.len() > section.len() && path.iter().zip(section).all(|(name, of)| name == of)
@@ -71,7 +71,7 @@ impl<'a> Mistakes<'a> {
         self.found.len()
     }
 
-    /// The mistakes in the order of the text.
+    /// The mistakes, in the order of the text.
     pub(super) fn into_sorted(mut self) -> Vec<Mistake> {
         self.found.sort();
         self.found.dedup();
@@ -91,7 +91,7 @@ impl<'a> Mistakes<'a> {
 
 /// Serde's message with the name of the key, plain types and a suggestion.
 fn reword(key: &str, section: &[String], message: &str) -> String {
-    // Serde quotes the word that is wrong and then those it knows.
+    // Serde quotes the wrong word and then the known ones.
     let known = message.split('`').skip(3).step_by(2);
     if message.starts_with("unknown field") {
         let place = match section {

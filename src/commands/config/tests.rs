@@ -23,7 +23,7 @@ fn every_section_is_optional_and_read() {
     assert_ne!(config.keys, Keymap::default());
 }
 
-/// Checks that each text has one mistake, with these words.
+/// Asserts that each text has one mistake, with the given words.
 fn assert_mistakes(cases: &[(&str, &str)]) {
     for (text, named) in cases {
         let mistakes = parse(text).expect_err(text);
@@ -185,7 +185,7 @@ fn all_mistakes_are_reported_in_the_order_of_the_text() {
     assert_eq!(lines, [1, 4], "{notation:?}");
 }
 
-/// The keys of a section, as the message about an unknown key lists them.
+/// The keys of a section that the message about an unknown key lists.
 fn known_keys(section: &str) -> Vec<String> {
     let text = format!("[{section}]\nqwertyuiop = 1\n");
     let mistakes = parse(&text).expect_err("no such key");

@@ -24,13 +24,13 @@ pub const SERVICE: &str = "/groundwave/send";
 pub struct Call {
     /// The client's name, to show.
     pub by: String,
-    /// The command as JSON: see [`crate::share::Calls`].
+    /// The command as JSON; see [`crate::share::Calls`].
     pub payload: Vec<u8>,
     /// Handle for the answer.
     pub answer: Answer,
 }
 
-/// Why Foxglove cannot be served.
+/// Reason why Foxglove cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum FoxgloveError {
     /// The address is open to a network without permission.

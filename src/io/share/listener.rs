@@ -17,7 +17,7 @@ pub(super) struct Opened {
     pub(super) listener: Listener,
     /// The address for clients.
     pub(super) address: String,
-    /// What clients of a port have to show.
+    /// Token that clients of a port must send.
     pub(super) token: Option<Token>,
     #[cfg(unix)]
     pub(super) file: Option<SocketFile>,
@@ -76,13 +76,13 @@ fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
 }
 
 impl Listener {
-    /// The next connection, and the client's name for people.
+    /// Accepts the next connection; returns it with the client's name for people.
     pub(super) async fn accept(&self) -> (Box<dyn Stream>, String) {
         loop {
             match self {
                 Self::Tcp(listener) => {
                     if let Ok((stream, peer)) = listener.accept().await {
-                        // Statuses are small and urgent; without this option they only arrive later.
+                        // Statuses are small and urgent; without this option they arrive later.
                         let _ = stream.set_nodelay(true);
                         return (Box::new(stream), peer.to_string());
                     }

@@ -20,7 +20,7 @@ use tokio::signal::unix::{SignalKind, signal};
 #[cfg(unix)]
 use super::escape::Reader;
 
-/// Keys, clicks, pastes and sizes; must be called within the runtime.
+/// Receiver of keys, clicks, pastes and sizes; must be called within the runtime.
 ///
 /// # Errors
 /// When the system refuses.
@@ -67,8 +67,8 @@ fn open() -> io::Result<Box<dyn Read + Send>> {
     })
 }
 
-/// Receiver of the terminal's bytes: the dashboard shown last. A read that waits cannot be ended, so one thread reads for all
-/// dashboards of the process; a second one would share the keys with the first.
+/// Sender to the dashboard shown last, which gets the terminal's bytes. A waiting read cannot be ended, so one thread reads for all
+/// dashboards of the process; two threads would each get a part of the keys.
 #[cfg(unix)]
 static TAKER: Mutex<Option<Sender<Vec<u8>>>> = Mutex::new(None);
 
@@ -77,7 +77,7 @@ fn taker() -> MutexGuard<'static, Option<Sender<Vec<u8>>>> {
     TAKER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Reads the terminal until it is gone.
+/// Reads the terminal until it is closed.
 #[cfg(unix)]
 fn read_chunks(mut input: impl Read) {
     let mut buffer = [0; 1024];
@@ -85,7 +85,7 @@ fn read_chunks(mut input: impl Read) {
         match input.read(&mut buffer) {
             Ok(count @ 1..) => {
                 let chunk = buffer.get(..count).unwrap_or_default().to_vec();
-                // Between two dashboards, keys are for neither.
+                // Keys between two dashboards are dropped.
                 let _ = taker().as_ref().map(|taker| taker.send(chunk));
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
@@ -97,7 +97,7 @@ fn read_chunks(mut input: impl Read) {
     }
 }
 
-/// Makes events of bytes, and of the silence after an unfinished sequence.
+/// Converts bytes, and silences after unfinished sequences, to events.
 #[cfg(unix)]
 fn read_events(bytes: &Receiver<Vec<u8>>, sender: &tokio::sync::mpsc::Sender<Event>) {
     let mut reader = Reader::new(Instant::now());
