@@ -11,14 +11,14 @@ use super::{Facts, Panel, Ui, age};
 use crate::event::{AlarmEvent, AlarmStatus, Effect, Moment};
 use crate::suggest;
 
-/// Times for which the key shelves an alarm, one after the other.
+/// Times for which the key shelves an alarm, at successive presses.
 const SHELF_TIMES: [Duration; 3] = [
     Duration::from_mins(10),
     Duration::from_hours(1),
     Duration::from_hours(8),
 ];
 
-/// Longest time on the shelf.
+/// Maximum time for which an alarm is shelved.
 const SHELF_MAX: Duration = Duration::from_hours(24);
 
 impl Ui {
@@ -45,14 +45,14 @@ impl Ui {
         self.chooses_alarms().then_some(self.alarm)
     }
 
-    /// Every alarm as its panel lists it: the raised ones first.
+    /// Every alarm in the order of its panel: raised alarms first.
     pub(crate) fn listed<'a>(&self, facts: &'a Facts) -> Vec<Shown<'a>> {
         let mut listed: Vec<_> = facts.alarms.all(&self.attended).collect();
         listed.sort_by_key(|shown| shown.raised.is_none());
         listed
     }
 
-    /// The alarm that a key concerns: the chosen one in its panel, else the one under the status line.
+    /// Index of the alarm that a key acts on: the chosen one in the panel of alarms, else the one under the status line.
     fn concerned(&self, facts: &Facts) -> Option<usize> {
         if self.chooses_alarms() {
             return Some(self.alarm);
@@ -97,7 +97,7 @@ impl Ui {
         events.map(Effect::Alarm).collect()
     }
 
-    /// Shelves an alarm; longer at each press, until it is taken from the shelf.
+    /// Shelves an alarm, for a longer time at each press; the last press unshelves it.
     pub(super) fn shelve_one(&mut self, facts: &Facts, now: Moment) -> Vec<Effect> {
         let shelved = self.last_shelved.filter(|_| !self.chooses_alarms());
         let Some(index) = self.concerned(facts).or(shelved) else {
@@ -111,7 +111,7 @@ impl Ui {
         self.shelve(facts, now, index, time)
     }
 
-    /// Shelves an alarm for a time, or takes it from the shelf.
+    /// Shelves an alarm for a time, or unshelves it.
     fn shelve(
         &mut self,
         facts: &Facts,
@@ -140,7 +140,7 @@ impl Ui {
         })]
     }
 
-    /// Takes alarms whose time is over from the shelf.
+    /// Unshelves alarms whose time is over.
     pub(super) fn unshelve_expired(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
         let expired = self.attended.expire(now).into_iter();
         let rules = expired.filter_map(|index| facts.alarms.rules().get(index));
@@ -148,7 +148,7 @@ impl Ui {
         events.map(Effect::Alarm).collect()
     }
 
-    /// Whether every alarm that came with the latest event is shelved.
+    /// Whether every alarm raised by the latest event is shelved.
     pub(super) fn is_shelved_alone(&self, facts: &Facts) -> bool {
         let mut begun = facts.alarm_changes.iter().filter(|change| change.is_active);
         let is_shelved = |code: &str| {

@@ -12,10 +12,10 @@ use super::panel::Panel;
 use super::text_entry::Caret;
 use crate::playback::{Control, Landmark};
 
-/// The part of the screen that has the keyboard.
+/// The part of the screen that gets the keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Context {
-    /// The panels.
+    /// The dashboard with its panels.
     Dashboard,
     /// The route editor.
     Route,
@@ -23,7 +23,7 @@ pub(crate) enum Context {
     Drive,
     /// A prompt for a command, a file name or a time.
     Text,
-    /// A question.
+    /// A yes-or-no question.
     Question,
     /// The list of keys.
     Help,
@@ -35,7 +35,7 @@ pub(crate) enum Context {
     Jump,
     /// A value and its columns.
     Trace,
-    /// The reasons for the robot's action.
+    /// The reasons for the robot's behaviour.
     Why,
     /// The list of runs, or two runs over each other.
     Runs,
@@ -64,7 +64,7 @@ impl Context {
         Self::Parameters,
     ];
 
-    /// Its name in the configuration.
+    /// Name of the context in the configuration.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Dashboard => "dashboard",
@@ -93,13 +93,13 @@ pub use map::{KeyMistake, Keymap, Rebinding};
 #[derive(Clone, Copy, Debug)]
 struct Binding {
     context: Context,
-    /// The keys as the help writes them.
+    /// The keys, as the help shows them.
     label: &'static str,
     keys: &'static [(KeyCode, KeyModifiers)],
     action: Action,
-    /// The action, for the help; empty when another row describes it.
+    /// Description for the help; empty if another row describes the action.
     help: &'static str,
-    /// The action, for the footer; empty when it is not shown there.
+    /// Description for the footer; empty if the footer does not show the action.
     footer: &'static str,
 }
 
@@ -142,7 +142,7 @@ use Context::{
     Trace, Why,
 };
 
-/// Every key. STOP is the first of each context: Space, and Ctrl-S where Space is a character.
+/// Every key. STOP is the first row of each context: Space, or Ctrl-S where Space is a character.
 #[rustfmt::skip]
 const TABLE: &[Binding] = &[
     row(Dashboard, "Space", &[plain(' '), ctrl('s')], Action::Stop, "STOP (Ctrl-S while typing)", "STOP"),

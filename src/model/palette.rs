@@ -15,7 +15,7 @@ use crate::request::{Request, dashboard_commands, known_parameters, preset_names
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Palette {
     pub(crate) text: String,
-    /// Index of the chosen entry; `None` before a choice.
+    /// Index of the chosen entry; `None` before the operator chooses.
     chosen: Option<usize>,
 }
 
@@ -23,7 +23,7 @@ pub(crate) struct Palette {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     pub(crate) title: String,
-    /// Its key.
+    /// Key of the action.
     pub(crate) key: String,
     searched: String,
     pick: Pick,
@@ -43,14 +43,14 @@ impl AsRef<str> for Entry {
 }
 
 impl Palette {
-    /// Matches, the best first, with matches at word starts before all others; every entry for an empty text.
+    /// The matching entries, best first; matches at word starts come before all others. An empty text matches every entry.
     pub(crate) fn found(&self, config: &Configured) -> Vec<Entry> {
         let mut matcher = Matcher::new(Config::DEFAULT);
         let mut matching = |kind| {
             let (case, marks) = (CaseMatching::Ignore, Normalization::Smart);
             Pattern::new(&self.text, case, marks, kind).match_list(entries(config), &mut matcher)
         };
-        // Scattered letters match almost everything: used only where nothing contains the typed words.
+        // Scattered letters match almost everything, so they count only if no entry contains the typed words.
         let mut found = matching(AtomKind::Substring);
         if found.is_empty() {
             found = matching(AtomKind::Fuzzy);
@@ -70,7 +70,7 @@ impl Palette {
         self.text.to_lowercase().split_whitespace().all(is_begun)
     }
 
-    /// Index of the chosen match: the best by default, unless it only has scattered letters.
+    /// Index of the chosen match; by default the best one, unless only scattered letters match.
     pub(crate) fn chosen(&self, found: &[Entry]) -> Option<usize> {
         let best = found.first().filter(|entry| self.begins(entry)).map(|_| 0);
         let last = found.len().checked_sub(1)?;
@@ -83,7 +83,7 @@ impl Palette {
         self.chosen = found.len().checked_sub(1).map(|last| place.min(last));
     }
 
-    /// Appends text; the best match is chosen again.
+    /// Appends text, and chooses the best match again.
     pub(super) fn append(&mut self, text: &str) {
         let room = TEXT_MAX.saturating_sub(self.text.len());
         let printable = text.chars().filter(|c| !c.is_control());
@@ -155,7 +155,7 @@ fn entries(config: &Configured) -> Vec<Entry> {
     own.chain(keys).chain(commands).chain(parameters).collect()
 }
 
-/// A sentence in the form that follows a colon.
+/// A sentence in the form used after a colon.
 fn in_passing(sentence: &str) -> String {
     let mut letters = sentence.trim_end_matches('.').chars();
     let first = letters.next().map(|first| first.to_ascii_lowercase());
@@ -201,7 +201,7 @@ impl Ui {
                         .flat_map(|request| self.ask_or_send(request))
                         .collect();
                 }
-                // The prompt takes the missing words.
+                // The operator types the missing words in the prompt.
                 if let Ok(Some(effects)) = self.ask_for_runs(facts, &words) {
                     return effects;
                 }
@@ -271,7 +271,7 @@ mod tests {
         );
     }
 
-    /// Two rows that read the same would leave open which is which.
+    /// The operator could not tell two equal rows apart.
     #[test]
     fn palette_entries_have_distinct_titles() {
         let all = Palette::default().found(&Configured::default());

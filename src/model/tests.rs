@@ -1,4 +1,4 @@
-//! The model's facts and effects, from hand-made lines and keys.
+//! The model's facts and effects, from constructed lines and keys.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::failsafe::Failsafe;
@@ -37,7 +37,7 @@ fn route(points: &[(i16, i16)]) -> Vec<Waypoint> {
     points.iter().map(waypoint).collect()
 }
 
-/// The boot counter of a line is modulo 8; lines B and C tell boots apart where it agrees.
+/// The boot counter of a line is modulo 8; lines B and C distinguish boots with equal counters.
 #[test]
 fn a_restart_is_noticed_although_the_short_boot_counter_agrees() {
     let restarts = |scene: &Scene| {
@@ -63,7 +63,7 @@ fn a_restart_is_noticed_although_the_short_boot_counter_agrees() {
     let before = restarts(&scene);
     scene.hear_ticks(3, [0; 9]);
     assert_eq!(restarts(&scene), before, "the count of seconds goes round");
-    // One restart is logged once, by whichever line comes first.
+    // A restart is logged once, at the first line that shows it.
     scene.ack.boot = (scene.ack.boot + 1) % 8;
     scene.hear();
     scene.hear_status();

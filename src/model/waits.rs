@@ -1,4 +1,4 @@
-//! Waiting for the robot while the operator does other things: `:wait until driven`, `:expect battery > 12`.
+//! Waits for the robot in the background: `:wait until driven`, `:expect battery > 12`.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::wait::{Wait, Waiting};
 /// Time for `expect` to hear its fields: two status lines at 2400 baud.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A wait under way, and when it began.
+/// A wait in progress, and its beginning.
 pub(super) type Begun = (Moment, Waiting);
 
 impl Ui {
@@ -35,14 +35,14 @@ impl Ui {
         Some(Ok(()))
     }
 
-    /// Gives up what is waited for.
+    /// Ends all waits.
     pub(super) fn give_up_waits(&mut self) {
         for (_, waiting) in std::mem::take(&mut self.waits) {
             self.note(Level::Info, format!("{}: given up", waiting.wait()));
         }
     }
 
-    /// Takes a line of the robot, and tells the ends of waits.
+    /// Takes an event with a line of the robot, and reports the waits that end.
     pub(super) fn wait_on(&mut self, now: Moment, event: &Event) -> Option<Effect> {
         if self.waits.is_empty() {
             return None;
@@ -75,7 +75,7 @@ impl Ui {
         (!ended.is_empty() && self.bell).then_some(Effect::Ring)
     }
 
-    /// When the first wait with a limit ends.
+    /// Time at which the first wait with a limit ends.
     pub(super) fn waits_until(&self) -> Option<Moment> {
         let limits = self
             .waits

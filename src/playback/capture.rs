@@ -1,4 +1,4 @@
-//! The state of a capture: a station that hears the recorded bytes, and the facts it reports.
+//! The state of a capture: a station that receives the recorded bytes, and the facts from its events.
 
 use std::sync::Arc;
 
@@ -14,19 +14,19 @@ use crate::model::{Config, Facts};
 use crate::recorded::from_recorded;
 use crate::station::Station;
 
-/// Time between two kept states at first; in a day it grows to about five minutes.
+/// Initial time between two keyframes; in a capture of a day, it grows to about five minutes.
 pub const SPACING: Moment = Moment::from_secs(20);
 
-/// How long a fresh state listens before its moment: enough for the figures of the latest minute.
+/// Time before its moment from which a fresh state reads the capture: enough for the figures of the latest minute.
 const HEARD_BEFORE: Moment = Moment::from_mins(3);
 
-/// The next step.
+/// The next step of a state.
 enum Next {
     /// A timeout of the station or the facts.
     Timeout,
-    /// The capture goes on.
+    /// The next piece of the capture.
     Piece,
-    /// The capture ends.
+    /// The end of the capture.
     End,
 }
 
@@ -38,7 +38,7 @@ pub struct CaptureState {
     name: String,
     place: Place,
     at: Moment,
-    /// A timeout changed nothing: the next piece comes first.
+    /// Whether a timeout changed nothing, so that the next piece comes first.
     is_waiting: bool,
     is_over: bool,
     is_lost: bool,
@@ -49,7 +49,7 @@ pub struct CaptureState {
 }
 
 impl CaptureState {
-    /// The beginning of a capture, shown under `name`.
+    /// The state at the beginning of a capture, displayed as `name`.
     #[must_use]
     pub fn new(name: &str, config: Arc<Config>, tape: &dyn SeekableReader) -> Self {
         Self::from(name, config, tape.place(), tape)
@@ -81,7 +81,7 @@ impl CaptureState {
         scene
     }
 
-    /// When the last step happened.
+    /// Time of the last step.
     #[must_use]
     pub const fn moment(&self) -> Moment {
         self.at
@@ -93,7 +93,7 @@ impl CaptureState {
         }
     }
 
-    /// Takes an event at this moment.
+    /// Takes an event at the current moment.
     pub fn tell(&mut self, event: &Event) {
         self.facts.update(self.at, event);
     }
@@ -108,7 +108,7 @@ impl CaptureState {
         let Some(piece_at) = tape.next_at() else {
             return Some((self.at, Next::End));
         };
-        // At the same moment bytes come before timeouts, however they are cut into pieces.
+        // At the same moment, bytes come before timeouts, however the bytes are split into pieces.
         let timeout = self.poll_timeout().filter(|_| !self.is_waiting);
         match timeout.map(|at| at.max(self.at)) {
             Some(at) if at < piece_at => Some((at, Next::Timeout)),
@@ -116,7 +116,7 @@ impl CaptureState {
         }
     }
 
-    /// When time alone changes something.
+    /// Time of the next change without an event.
     fn poll_timeout(&self) -> Option<Moment> {
         let station = self.station.poll_timeout();
         station.into_iter().chain(self.facts.poll_timeout()).min()
@@ -156,7 +156,7 @@ impl CaptureState {
         }
     }
 
-    /// A mark before the beginning belongs to another file.
+    /// Takes a mark. A mark before the beginning belongs to another file.
     fn take_mark(&mut self, mark: Mark) {
         let Some(at) = self.at.checked_sub(mark.ago) else {
             return;
@@ -170,7 +170,7 @@ impl CaptureState {
         }
     }
 
-    /// The recorded link was lost or came back.
+    /// Takes a loss or return of the recorded link.
     fn take_link(&mut self, event: LinkEvent) {
         match event {
             LinkEvent::Lost { .. } => self.is_lost = true,
@@ -226,7 +226,7 @@ impl Cursor for CaptureState {
     }
 }
 
-/// How to enter a capture anywhere.
+/// Functions that enter a capture at any moment.
 pub(super) static SHORTCUTS: Shortcuts<CaptureState> = Shortcuts {
     fresh: |state, tape, at| {
         let place = tape.find(at.saturating_sub(HEARD_BEFORE));
@@ -237,7 +237,7 @@ pub(super) static SHORTCUTS: Shortcuts<CaptureState> = Shortcuts {
     may_hold: |tape, landmark, from, until| tape.may_hold(landmark, from, until),
 };
 
-/// The timeline of a capture of which no state has been read yet but the first.
+/// The timeline of an unread capture, which has only its first state.
 #[must_use]
 pub fn timeline(
     tape: Box<dyn SeekableReader + Send>,
@@ -257,16 +257,16 @@ fn opened(name: &str) -> LinkEvent {
 /// A finding of [`read_through`].
 #[derive(Debug)]
 pub enum Finding {
-    /// A state to keep.
+    /// A keyframe.
     State(Box<CaptureState>),
     /// All marks known so far.
     Marks(Vec<Moment>),
-    /// The end, and its moment.
+    /// The end of the capture, and its time.
     End(Moment),
 }
 
-/// Reads a capture to its end and reports states to keep, spaced by its length, until `report` returns `false` or the findings
-/// are no longer wanted. Returns the first damaged part.
+/// Reads a capture to its end and reports keyframes, spaced by its length, until `report` returns `false` or the findings
+/// are no longer received. Returns the first damaged part.
 pub fn read_through(
     mut scene: CaptureState,
     tape: &mut Box<dyn SeekableReader + Send>,
@@ -312,7 +312,7 @@ mod tests {
     use crate::event::OutageCause;
     use crate::statistics::{Damaged, Loss, Resync};
 
-    /// `info` of the bytes, and their state after playing to the end.
+    /// The summary (`info`) of a capture, and its state after playing to the end.
     fn both(bytes: Vec<u8>) -> (Info, CaptureState) {
         let mut capture = Capture::read("", Box::new(Bytes::new(bytes.clone()))).unwrap();
         let info = Info::read(&mut capture);
@@ -406,7 +406,7 @@ mod tests {
         );
     }
 
-    /// Nothing was lost where an appended run begins, for the screen and for `info`.
+    /// Where an appended run begins, neither the screen nor `info` counts lost lines.
     #[test]
     fn an_appended_run_is_a_restart_and_no_alarm() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
@@ -436,7 +436,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever happens to the lines, a live station, `info` and the replay have the same figures.
+        /// A live station, `info` and the replay have the same figures, whatever happens to the lines.
         #[test]
         fn live_and_replayed_figures_are_equal(fates in prop::collection::vec(any_fate(), 1..4)) {
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");

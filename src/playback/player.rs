@@ -11,10 +11,10 @@ use super::timeline::{STEPS_MAX, Timeline};
 use crate::event::Moment;
 use crate::model::Facts;
 
-/// Least time between two updates of the screen.
+/// Minimum time between two updates of the screen.
 const FASTEST: Moment = Moment::from_millis(40);
 
-/// Most time between two updates of the screen while time passes.
+/// Maximum time between two updates of the screen during playback.
 const SLOWEST: Moment = Moment::from_secs(1);
 
 const DAY: Moment = Moment::from_hours(24);
@@ -25,18 +25,18 @@ pub struct Player<C: Cursor> {
     is_live: bool,
     paused: bool,
     speed: f64,
-    /// The moment shown, and the host's time then.
+    /// The displayed moment, and the host's time at which it was displayed.
     at: Moment,
     set_at: Moment,
     from: Moment,
     until: Moment,
     unix: Option<Moment>,
-    /// How far the timeline has been read; `None` when it is complete.
+    /// Time up to which the timeline has been read; `None` if read completely.
     read_until: Option<Moment>,
     markers: Vec<Moment>,
     /// The markers from the capture.
     recorded: Vec<Moment>,
-    /// The mark set (`true`) or removed last.
+    /// Time of the mark last set (`true`) or removed (`false`).
     marked: Option<(Moment, bool)>,
     repeat: Option<(Moment, Option<Moment>)>,
     note: Option<String>,
@@ -76,7 +76,7 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// Plays the past of a live session that began `unix` after 1970; stands at the newest moment.
+    /// Plays the past of a live session that began `unix` after 1970; begins at the newest moment.
     #[must_use]
     pub fn of_session(timeline: Timeline<C>, unix: Option<Moment>) -> Self {
         Self {
@@ -87,30 +87,30 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// The facts at the moment shown.
+    /// The facts at the displayed moment.
     #[must_use]
     pub fn facts(&self) -> &Facts {
         self.timeline.facts()
     }
 
-    /// The moments that can be shown.
+    /// The timeline of the moments that can be shown.
     #[must_use]
     pub const fn timeline(&self) -> &Timeline<C> {
         &self.timeline
     }
 
-    /// The moments that can be shown.
+    /// The timeline of the moments that can be shown.
     pub const fn timeline_mut(&mut self) -> &mut Timeline<C> {
         &mut self.timeline
     }
 
-    /// The moment shown.
+    /// The displayed moment.
     #[must_use]
     pub const fn at(&self) -> Moment {
         self.at
     }
 
-    /// Whether it stands at the newest moment.
+    /// Whether the displayed moment is the newest.
     #[must_use]
     pub fn is_at_end(&self) -> bool {
         self.at >= self.until
@@ -130,13 +130,13 @@ impl<C: Cursor> Player<C> {
         self.at = self.until;
     }
 
-    /// Sets the span that can be shown.
+    /// Sets the time span that can be shown.
     pub fn set_span(&mut self, from: Moment, until: Moment) {
         (self.from, self.until) = (from, until);
         self.markers.retain(|marker| *marker >= from);
     }
 
-    /// Sets the marks of the recording; the operator's own stay.
+    /// Sets the marks of the recording; the operator's marks are kept.
     pub fn set_recorded_marks(&mut self, marks: Vec<Moment>) {
         let before = std::mem::replace(&mut self.recorded, marks);
         let recorded = &self.recorded;
@@ -148,18 +148,18 @@ impl<C: Cursor> Player<C> {
         self.markers.dedup();
     }
 
-    /// The mark set (`true`) or removed since the last call.
+    /// The mark set (`true`) or removed (`false`) since the last call.
     pub const fn take_marked(&mut self) -> Option<(Moment, bool)> {
         self.marked.take()
     }
 
-    /// The capture has been read up to a moment, and its states are kept; continues a search.
+    /// Takes the progress of reading: the capture has been read up to a moment. Continues a search.
     pub fn set_read(&mut self, until: Moment) {
         self.read_until = Some(until);
         self.look_on();
     }
 
-    /// The capture has been read to its end.
+    /// Takes the end of reading: the capture has been read completely.
     pub fn set_read_through(&mut self, end: Moment) {
         self.read_until = None;
         self.until = end;
@@ -196,7 +196,7 @@ impl<C: Cursor> Player<C> {
         true
     }
 
-    /// When to call [`Self::advance`], in the host's time: the next step, or the next second of the clock on the
+    /// Time of the next call of [`Self::advance`], in the host's time: the next step, or the next second of the clock on the
     /// screen.
     pub fn wake_at(&mut self) -> Option<Moment> {
         if self.paused {
@@ -237,15 +237,15 @@ impl<C: Cursor> Player<C> {
             }
             Control::Mark => self.mark(),
             Control::Loop => self.set_loop(),
-            // A speed that is not finite; any other control ends the search, too.
+            // A speed that is not finite is ignored; any other control also ends the search.
             Control::Speed(_) | Control::StopSearch => {}
             Control::Newest => self.go(self.until),
             Control::Oldest => self.go(self.from),
         }
     }
 
-    /// Like [`Self::handle`], from the newest moment of a live session; returns whether another moment is shown. The
-    /// note says why not.
+    /// Carries out a control as [`Self::handle`] does, from the newest moment of a live session; returns whether another moment is displayed. If not, the
+    /// message gives the reason.
     pub fn leave_newest(&mut self, host: Moment, control: Control) -> bool {
         self.rest();
         self.handle(host, Control::Newest);
@@ -312,7 +312,7 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// The time of day on the day shown, else on the first day that has it.
+    /// The moment with a time of day: on the displayed day, else on the first day that contains it.
     fn moment_of_utc(&mut self, since_midnight: Moment) -> Option<Moment> {
         let unix = self.unix?;
         let midnight = |at: Moment| Moment::from_secs(at.as_secs() / DAY.as_secs() * DAY.as_secs());
@@ -333,14 +333,14 @@ impl<C: Cursor> Player<C> {
         self.look_for(target, STEPS_MAX);
     }
 
-    /// Continues a search in what has been read since.
+    /// Continues a search in the part read since.
     fn look_on(&mut self) {
         if let Some(target) = self.target.take() {
             self.look_for(target, 0);
         }
     }
 
-    /// Goes to a target and pauses there; waits for one that may lie in the unread part.
+    /// Goes to a target and pauses there; waits if the target may be in the unread part.
     fn look_for(&mut self, target: Target, beyond: usize) {
         let found = self.find(target, beyond);
         self.arrive(target, found);
@@ -357,7 +357,7 @@ impl<C: Cursor> Player<C> {
             Found::At(at) => {
                 self.paused = true;
                 match target {
-                    // The timeline stands at this line, which may be one of several of its moment.
+                    // The timeline is at this line, which may be one of several at the same moment.
                     Target::Packet(_) => self.at = at.min(self.until),
                     Target::Landmark { .. } => self.go(at),
                 }
@@ -370,13 +370,13 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// Whether there is something to do for [`Self::work`].
+    /// Whether [`Self::work`] must be called.
     #[must_use]
     pub const fn has_work(&self) -> bool {
         self.timeline.has_work()
     }
 
-    /// Continues a search, or completes the state shown, in at most `steps` steps; says whether the screen changes.
+    /// Continues a search, or completes the displayed state, in at most `steps` steps; returns whether the screen changes.
     pub fn work(&mut self, steps: usize) -> bool {
         if self.timeline.is_searching() {
             let found = self.timeline.search(steps);
@@ -388,7 +388,7 @@ impl<C: Cursor> Player<C> {
         }
         let is_whole = self.timeline.work(steps);
         if let Some(target @ Target::Packet(_)) = self.target.filter(|_| is_whole) {
-            // The number of the line shown is known, and may differ from the estimate.
+            // The number of the displayed line is now known, and may differ from the estimate.
             let found = self.find(target, STEPS_MAX);
             self.arrive(target, found);
         }
@@ -418,7 +418,7 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// The progress of the search.
+    /// The progress of the search as text.
     fn progress(&self) -> Option<String> {
         let target = self.target?;
         let read = clock_words(self.read_until.unwrap_or(self.until));
@@ -475,7 +475,7 @@ impl<C: Cursor> Player<C> {
         };
     }
 
-    /// Where the screen stands.
+    /// State of playback.
     #[must_use]
     pub fn playback(&self) -> Playback {
         let note = self.progress().or_else(|| self.note.clone());

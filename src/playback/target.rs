@@ -5,10 +5,10 @@ use std::fmt;
 use super::control::Landmark;
 use crate::event::Moment;
 
-/// A line or landmark that may lie in the unread part of a capture.
+/// A line or landmark that may be in the unread part of a capture.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Target {
-    /// The line of this number.
+    /// The line with this number, from 1.
     Packet(u64),
     /// The next landmark after a moment, or the last before it.
     Landmark {
@@ -28,7 +28,7 @@ impl fmt::Display for Target {
 }
 
 impl Target {
-    /// The note when it does not exist.
+    /// Message when the target does not exist.
     pub(super) fn not_found(self) -> String {
         match self {
             Self::Packet(_) => format!("there is no {self}"),

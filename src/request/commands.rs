@@ -1,9 +1,9 @@
-//! The table of commands. Errors, completion, the help of `send` and the list in the dashboard come from it.
+//! The table of commands: source of errors, completion, the help of `send` and the list in the dashboard.
 
 use super::RequestError;
 
-/// The commands: the form, whose first word names the command; the arguments that it takes, for errors; and its
-/// description, empty where another row describes it too.
+/// The commands: form (the first word names the command), expected arguments for errors, and
+/// description (empty if another row describes the command).
 const COMMANDS: [(&str, &str, &str); 20] = [
     ("stop", "nothing", "switch the motors off, in any state"),
     (
@@ -71,7 +71,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     ),
 ];
 
-/// Forms and descriptions of the commands of the dashboard itself; the description is empty where another row describes it too.
+/// Forms and descriptions of the commands of the dashboard itself; the description is empty if another row describes the command.
 const DASHBOARD_COMMANDS: [(&str, &str); 13] = [
     (
         "wait until THIS",
@@ -105,7 +105,7 @@ pub fn listing() -> impl Iterator<Item = (&'static str, &'static str)> {
         .map(|(form, _, does)| (form, does))
 }
 
-/// Forms and descriptions of all commands in the dashboard. It replaces names in angle brackets by keys.
+/// Forms and descriptions of all commands in the dashboard, which replaces names in angle brackets by keys.
 pub fn dashboard_listing() -> impl Iterator<Item = (&'static str, &'static str)> {
     let own = DASHBOARD_COMMANDS.into_iter();
     listing().chain(own.filter(|(_, does)| !does.is_empty()))
@@ -123,7 +123,7 @@ pub fn dashboard_commands() -> impl Iterator<Item = &'static str> {
         .map(|(form, _)| first_word(form))
 }
 
-/// The error for a command that does not exist, or not with these arguments.
+/// The error for an unknown command or wrong arguments.
 pub(super) fn wrong(command: &str, arguments: &[&str]) -> RequestError {
     COMMANDS
         .into_iter()

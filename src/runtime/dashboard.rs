@@ -21,16 +21,16 @@ use crate::model::{MapLines, Shown, Ui};
 use crate::route;
 use crate::view;
 
-/// Interval of updates of the recording's figures while lines arrive: they cause no frame of their own.
+/// Interval between updates of the recording's figures while lines arrive; these updates cause no extra frame.
 const RECORDING_PERIOD: Duration = Duration::from_secs(1);
 
-/// The interval on a silent link.
+/// Interval between updates of the recording's figures on a silent link.
 const RECORDING_PERIOD_SILENT: Duration = Duration::from_secs(2);
 
-/// The interval while a recording starts or ends.
+/// Interval between updates of the recording's figures while a recording starts or ends.
 const RECORDING_PERIOD_BUSY: Duration = Duration::from_millis(100);
 
-/// Maximum number of terminal events taken in a row.
+/// Maximum number of terminal events handled before other inputs.
 const BATCH: usize = 32;
 
 /// The parts of a dashboard.
@@ -41,23 +41,23 @@ pub struct Dashboard {
     pub ui: Ui,
     /// Returns the recording's figures.
     pub recording: Box<dyn FnMut() -> Recording>,
-    /// First events.
+    /// Events to handle first.
     pub first: Vec<Event>,
     /// Starts and ends recordings; `None` in a replay.
     pub keeper: Option<Keeper>,
 }
 
-/// What a dashboard leaves behind.
+/// Result of a dashboard.
 pub struct Left {
-    /// The operator's last view.
+    /// The operator's view at the end.
     pub ui: Ui,
-    /// What the robot was doing, in words; `None` if it was never heard.
+    /// Describes what the robot was doing; `None` if no line was received.
     pub robot: Option<String>,
     /// The capture to replay next, if the operator chose one.
     pub replay: Option<String>,
 }
 
-/// Runs until the operator leaves, a signal arrives or the terminal is gone.
+/// Runs until the operator leaves, a signal arrives or the terminal is closed.
 ///
 /// # Errors
 /// When the terminal cannot be set up or written to.
@@ -115,7 +115,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
             },
             event = keys.recv() => match event {
                 Some(event) => running.take_keys(event, &mut keys)?,
-                // The terminal is gone, and with it the operator.
+                // The terminal is closed, so there is no operator.
                 None => true,
             },
             Some(event) = read.recv() => running.tell(event)?,
@@ -147,10 +147,10 @@ struct Running {
     replay: Option<String>,
 }
 
-/// The frame that is on the screen.
+/// The displayed frame.
 struct Drawn {
     revision: u64,
-    /// Time at which shown ages are outdated.
+    /// Time at which displayed ages are outdated.
     stale_at: Option<Moment>,
 }
 
@@ -348,7 +348,7 @@ impl Running {
         self.ui.show_moment(self.source.playback());
     }
 
-    /// Runs `work` on a thread: STOP must not wait for a slow disk.
+    /// Runs `work` on a thread, because STOP must not wait for a slow disk.
     fn work_on_files(&self, work: impl FnOnce() -> Event + Send + 'static) {
         let readers = self.readers.clone();
         thread::spawn(move || {
@@ -414,7 +414,7 @@ impl Running {
         [at, self.source.wake_at()].into_iter().flatten().min()
     }
 
-    /// Hands the drawing thread a frame if one is due.
+    /// Passes a frame to the drawing thread if one is due.
     fn draw_if_due(&mut self) -> io::Result<()> {
         let host = self.source.host_now();
         if self.due().is_some_and(|at| at <= host) {

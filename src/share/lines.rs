@@ -15,7 +15,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Takes bytes up to the end of a line. Returns the number taken, at least one unless `bytes` is empty, and the
+    /// Takes bytes up to the end of a line. Returns the number of bytes taken (at least one unless `bytes` is empty) and the
     /// line without its line feed. A line that is too long is dropped.
     ///
     /// # Errors

@@ -17,11 +17,11 @@ const NAME_COLUMNS: usize = 17;
 
 const INDENT: usize = 2;
 
-/// The key that acknowledges.
+/// Label of the key that acknowledges alarms.
 const ACKNOWLEDGE: &str = "<acknowledge-alarms>: acknowledge";
 
 impl Screen<'_> {
-    /// The unacknowledged alarms as of now, even while the screen shows the past of a live session.
+    /// The alarms that are unacknowledged now, even while the screen shows the past of a live session.
     pub(super) fn calling(&self) -> Vec<(&Rule, Raised)> {
         self.present.alarms.calling(&self.ui.attended)
     }
@@ -83,7 +83,7 @@ impl Screen<'_> {
         self.pages(buffer, area, title, Some(note), &lines, First::Top);
     }
 
-    /// A raised alarm, with what to do about it.
+    /// The lines of a raised alarm, with a hint.
     fn raised_lines(&self, shown: &Shown<'_>, raised: &Raised, room: usize) -> Vec<Line<'static>> {
         let (glyph, style) = match shown.shelved_until {
             Some(_) => (self.theme.glyphs.off, self.theme.dim),
@@ -105,7 +105,7 @@ impl Screen<'_> {
         rows.chain(hint).collect()
     }
 
-    /// How long an alarm is shelved.
+    /// The time for which an alarm is shelved, as text.
     fn shelf_words(&self, shown: &Shown<'_>) -> Option<String> {
         let left = shown.shelved_until?.saturating_sub(self.now);
         Some(format!("shelved, {} left", age::words(left)))
@@ -131,7 +131,7 @@ impl Screen<'_> {
         }
     }
 
-    /// What to do, as a sentence.
+    /// The hint of a rule, as a sentence.
     fn hint_of(&self, rule: &Rule) -> String {
         let mut hint = self.with_keys(rule.hint_of(&self.present.recording));
         if let Some(first) = hint.get_mut(..1) {
@@ -140,7 +140,7 @@ impl Screen<'_> {
         hint
     }
 
-    /// Name, figures and duration of an alarm.
+    /// Name, values and duration of an alarm as text.
     fn alarm_words(&self, rule: &Rule, raised: &Raised, now: Moment) -> String {
         let figure = match raised.worst.filter(|_| rule.has_figure()) {
             Some(worst) => {
@@ -205,7 +205,7 @@ fn limit_words(rule: &Rule) -> String {
     format!("limit {}", rule.figure(rule.bounds.raise))
 }
 
-/// The latest figure and the worst one, each labelled.
+/// The latest and the worst value as text, each labelled.
 fn figure_words(rule: &Rule, raised: &Raised, worst: f64) -> String {
     let worst = rule.figure(worst);
     let latest = raised.latest.map(|latest| rule.figure(latest));

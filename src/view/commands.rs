@@ -207,7 +207,7 @@ impl Screen<'_> {
     }
 }
 
-/// The time until a confirmation.
+/// The time until a confirmation as text.
 fn in_seconds(delay: Moment) -> String {
     format!(" in {:.1} s", delay.as_secs_f64())
 }

@@ -14,7 +14,7 @@ use crate::model::{Overlay, Panel, Purpose};
 use crate::playback::POSITION_HELP;
 use crate::request::completion::Candidate;
 
-/// Variants of the summary from longest to shortest: the first that fits is drawn.
+/// Variants of the summary from longest to shortest; the first one that fits is drawn.
 const TERSENESS: [Terseness; 3] = [
     Terseness {
         short: false,
@@ -30,12 +30,12 @@ const TERSENESS: [Terseness; 3] = [
     },
 ];
 
-/// What a variant of the summary leaves out.
+/// Length of a variant of the summary.
 #[derive(Clone, Copy)]
 struct Terseness {
-    /// Shorter words, and files without their folders.
+    /// Whether to use shorter words, and file names without folders.
     short: bool,
-    /// Maximum length of a recording's name.
+    /// Maximum width of a recording's name, columns.
     name_columns: usize,
 }
 
@@ -95,12 +95,12 @@ impl Screen<'_> {
         })
     }
 
-    /// What may follow; the meaning of a single one.
+    /// The candidates of a completion; for a single candidate, its meaning.
     fn candidates(&self, candidates: &[Candidate]) -> Line<'_> {
         let text = match candidates {
             [one] if !one.about.is_empty() => format!("{}: {}", one.text, one.about),
             all => {
-                // Of a path, the last part: the others are in the prompt.
+                // Only the last part of a path is shown; the prompt shows the other parts.
                 let words = all.iter().map(|candidate| {
                     let text = &*candidate.text;
                     let folder = text.trim_end_matches('/').rfind('/');
@@ -112,7 +112,7 @@ impl Screen<'_> {
         Line::styled(text, self.theme.plain)
     }
 
-    /// The hint in the past: news, or the target of commands.
+    /// The hint while the screen shows the past: news, or the target of commands.
     fn aside(&self) -> Option<Line<'_>> {
         let playback = self.ui.playback.as_ref()?;
         let said = self.ui.aside.as_ref().or(playback.note.as_ref());
@@ -202,7 +202,7 @@ impl Screen<'_> {
                 facts.push(format!("after leaving: groundwave recover {name}"));
             }
         } else if self.ui.is_replay() {
-            // The robot of a replay is not there to be recorded.
+            // A replay has no robot to record.
         } else if !places.is_empty() {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));

@@ -23,7 +23,7 @@ const HELP_COLUMNS: u16 = 80;
 /// Width of a command in the help, columns.
 const COMMAND_COLUMNS: usize = 18;
 
-/// A further context in the help: its heading and the actions to show.
+/// A further context in the help: heading, context, and a filter of the actions to show.
 type Elsewhere = (&'static str, Context, fn(Action) -> bool);
 
 /// Further contexts in the help, one row each.
@@ -128,7 +128,7 @@ impl Screen<'_> {
         let inside = area.height.saturating_sub(2);
         let first = usize::from(inside.saturating_sub(others).max(1));
         let later = usize::from(inside.max(1));
-        // As low as two columns allow, else over several pages.
+        // As low as two columns allow, otherwise on several pages.
         let whole = (1..first).map(|rows| flow(&blocks, rows, rows));
         let whole = whole.into_iter().find(|columns| columns.len() <= 2);
         let columns = whole.unwrap_or_else(|| flow(&blocks, first, later));
@@ -181,7 +181,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The keys of a context, those of the dashboard as one block for each heading.
+    /// The keys of a context; for the dashboard, one block for each heading.
     fn help_blocks(&self, of: Context) -> Vec<Vec<Line<'_>>> {
         let mut blocks = vec![Vec::new()];
         let mut heading = None;
@@ -255,8 +255,8 @@ impl Screen<'_> {
     }
 }
 
-/// Lets blocks flow into columns, two a page, with an empty line between blocks: those of the first page have `first` rows, others
-/// `later`. Only a block that is higher than a column is divided.
+/// Arranges blocks in columns, two per page, with an empty line between blocks. Columns of the first page have `first` rows, others
+/// `later`. Only a block higher than a column is divided.
 fn flow<'l>(blocks: &[Vec<Line<'l>>], first: usize, later: usize) -> Vec<Vec<Line<'l>>> {
     let mut columns: Vec<Vec<Line<'l>>> = vec![Vec::new()];
     for block in blocks {

@@ -59,7 +59,7 @@ impl Screen<'_> {
         ])
     }
 
-    /// The traced value in words.
+    /// The traced value as text.
     pub(super) fn trace_words(&self) -> Option<Line<'static>> {
         let field = self.traced()?;
         let letter = char::from(field.line_type.letter());

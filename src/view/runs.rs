@@ -17,7 +17,7 @@ use crate::safe_text::SafeWriter;
 /// Preferred size of the window, columns and rows.
 const SIZE: (u16, u16) = (110, 44);
 
-/// The two runs with the spacing of their dots, which tells them apart without colours.
+/// Ink and dot spacing of the two runs; the spacing distinguishes them without colours.
 const INKS: [(Ink, usize); 2] = [(Ink::Left, 1), (Ink::Right, 3)];
 
 impl Screen<'_> {

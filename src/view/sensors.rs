@@ -1,4 +1,4 @@
-//! The sensors: the robot's measured values, each with its age once stale.
+//! The sensors: the robot's measured values, each with its age if stale.
 
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Power};
 use groundwave_protocol::telemetry::Reading;
@@ -23,7 +23,7 @@ pub(super) const ROWS: u16 = 11;
 /// Index of the battery's row among those of line A.
 const BATTERY_PLACE: usize = 5;
 
-/// Where the alarms' limits end on a wide screen, columns.
+/// Right end of the alarms' limits on a wide screen, columns.
 const LIMITS_COLUMNS: usize = 100;
 
 /// Width of a row's name, columns.
@@ -105,7 +105,7 @@ impl Screen<'_> {
         )
     }
 
-    /// The limit at which a row's figure raises an alarm.
+    /// The limit at which a row's value raises an alarm, as text.
     fn alarm_limit(&self, name: &str) -> Option<String> {
         let limits = &self.ui.config.limits;
         let volts = |dv: u16| format!("{}.{}", dv / 10, dv % 10);
@@ -340,7 +340,7 @@ impl Screen<'_> {
             "id {}, up {}, bumps {}, boot {}, v{}.{:02}",
             c.robot_id,
             age::words(Moment::from_secs(u64::from(c.uptime_s))),
-            // A contact is seen up to four seconds before the robot's next count.
+            // A contact is seen up to four seconds before the robot's next count arrives.
             c.bumps.max(self.facts.robot.contacts),
             c.boots,
             c.version.major,
@@ -350,7 +350,7 @@ impl Screen<'_> {
             name: "robot",
             spans: vec![Span::styled(words, self.theme.dim)],
             age: Some(counters.age(self.now)),
-            // The uptime stands still when the robot is silent.
+            // The displayed uptime does not advance while the robot is silent.
             stale_after: if self.is_stale() {
                 STATE_STALE
             } else {

@@ -100,7 +100,7 @@ impl Screen<'_> {
         };
         let shortened_name = shortened(name, NAME_COLUMNS.max(room.saturating_sub(WORDS_COLUMNS)));
         let newest = link.newest_age(self.now).map(age::words);
-        // What does not fit is left out whole.
+        // Parts that do not fit are omitted completely.
         let flow = |words: &str| {
             let mut room = room.saturating_sub(2 + columns(&shortened_name) + columns(words));
             let rate = format!("  {:.1}/s", link.lines_per_s(self.now));
@@ -164,7 +164,7 @@ impl Screen<'_> {
         format!("  LINK LOST {since}: {reason}")
     }
 
-    /// The recording's failure or files in the longest words that fit; `None` if none fit.
+    /// The recording's failure or files, as the longest text that fits; `None` if no text fits.
     fn recording(&self, room: usize) -> Option<Span<'_>> {
         let recording = &self.present.recording;
         let (words, style) = if let Some(problem) = &recording.problem {
@@ -235,7 +235,7 @@ fn ended(room: usize) -> String {
     fits.unwrap_or("  ended").to_owned()
 }
 
-/// Width that the link's name may always have, columns.
+/// Width that is always available for the link's name, columns.
 const NAME_COLUMNS: usize = 24;
 
 /// Width kept free for the words after a longer name, columns.
@@ -249,7 +249,7 @@ pub(super) fn file_name(path: &str) -> &str {
         .unwrap_or(path)
 }
 
-/// Shortens a name at its start: the end tells more.
+/// Shortens a name at its start, because the end is more informative.
 pub(super) fn shortened(name: &str, width: usize) -> String {
     let length = name.chars().count();
     if length <= width {

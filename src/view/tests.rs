@@ -1,4 +1,4 @@
-//! The screen as text: snapshots, and the important facts beside them.
+//! The screen as text: snapshots, and the important facts in each.
 
 use crossterm::event::KeyCode;
 use groundwave_protocol::digest::digest;
@@ -61,7 +61,7 @@ fn text(buffer: &Buffer) -> String {
     rows.collect()
 }
 
-/// The row that contains some words.
+/// The row of a screen that contains a text.
 fn row<'a>(screen: &'a str, words: &str) -> &'a str {
     screen
         .lines()

@@ -147,7 +147,7 @@ impl Script {
         self.task.is_some()
     }
 
-    /// The next step. The steps of a parameter file depend on the robot's `parameters`.
+    /// The next step of a state. The steps of a parameter file depend on the robot's `parameters`.
     pub(super) fn next(
         &mut self,
         options: &Send,

@@ -23,26 +23,26 @@ pub struct Limits {
     pub battery_low_dv: u16,
     /// Battery critical at this voltage or below, decivolts.
     pub battery_critical_dv: u16,
-    /// A low or critical battery recovers this far above its limit, decivolts.
+    /// Distance above its limit at which a low or critical battery counts as recovered, decivolts.
     pub battery_hysteresis_dv: u16,
-    /// Time below the limit before the alarm, s: starting motors draw the voltage down.
+    /// Time below the limit before the alarm, s; starting motors lower the voltage.
     pub battery_for_s: u16,
     /// Time without a line before the robot is silent, s.
     pub silent_s: u16,
     /// Share of lines lost or damaged that raises an alarm, per cent.
     pub loss_pct: u8,
-    /// Time above that share before the alarm, s.
+    /// Time above `loss_pct` before the alarm, s.
     pub loss_for_s: u16,
-    /// Time that ordered wheels stand still before they are stalled, s.
+    /// Time for which ordered wheels do not turn before they count as stalled, s.
     pub stalled_s: u16,
     /// Time without floor under several sensors before the robot counts as fallen or lifted, s.
     pub fallen_s: u16,
-    /// Time that layers take the motors from each other before the alarm, s.
+    /// Time of thrashing between layers before the alarm, s.
     pub thrash_s: u16,
 }
 
 impl Default for Limits {
-    /// The thresholds of the SR04's own firmware where it has them.
+    /// The thresholds of the SR04's firmware, where it has them.
     fn default() -> Self {
         Self {
             battery_low_dv: 116,
@@ -79,25 +79,25 @@ pub(in crate::model) struct Inputs<'a> {
 /// The result of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Sight {
-    /// Unknown: the alarm stays as it was.
+    /// The state of the cause is unknown; the alarm does not change.
     Unknown,
     No,
-    /// The cause is there; counts when it has lasted.
+    /// The cause is present; raises the alarm when it has lasted long enough.
     Yes,
-    /// The robot or the recorder reports it; counts at once.
+    /// The robot or the recorder reports the cause; raises the alarm at once.
     Certain,
-    /// A figure to compare with the limit.
+    /// A value to compare with the limit.
     Is(f64),
 }
 
 /// Limits of one rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
-    /// The figure that raises the alarm.
+    /// Value that raises the alarm.
     pub(crate) raise: f64,
-    /// The figure that clears it; below `raise` if high figures are bad, else above.
+    /// Value that ends the alarm; below `raise` if high values are bad, else above.
     pub(super) clear: f64,
-    /// Whether high figures are bad.
+    /// Whether high values are bad.
     pub(super) is_high_bad: bool,
     /// Whether the limit itself raises the alarm.
     pub(super) is_inclusive: bool,
@@ -105,7 +105,7 @@ pub(crate) struct Bounds {
     pub(super) persists: Moment,
 }
 
-/// Where a rule's figure comes from.
+/// Source of a rule's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
     /// The robot's line A.
@@ -136,17 +136,17 @@ struct BuiltIn {
 /// An alarm with its limit.
 #[derive(Clone, Debug)]
 pub(crate) struct Rule {
-    /// Its name in JSON.
+    /// Stable code in JSON.
     pub(crate) code: Cow<'static, str>,
     pub(crate) level: Level,
     pub(crate) name: Cow<'static, str>,
-    /// What to do about it, for [`Keymap::with_keys`](crate::model::keys::Keymap::with_keys); may be empty.
+    /// What the operator should do, as a text for [`Keymap::with_keys`](crate::model::keys::Keymap::with_keys); may be empty.
     pub(crate) hint: Cow<'static, str>,
-    /// Unit of the figure; empty where there is none.
+    /// Unit of the value; empty if there is none.
     pub(crate) unit: &'static str,
-    /// Whether raising it adds the log line; otherwise another event does.
+    /// Whether raising the alarm adds the log line; otherwise another event adds it.
     logged_here: bool,
-    /// Where its figure comes from.
+    /// Source of the value.
     pub(crate) source: Source,
     pub(super) look: Look,
     pub(crate) bounds: Bounds,
@@ -161,10 +161,10 @@ pub(super) enum Look {
     Field(FieldLimit),
 }
 
-/// Unit of a figure that is an age.
+/// Unit of a value that is an age.
 pub(super) const SECONDS: &str = "s";
 
-/// Time that the bumper is pressed before it counts as jammed, s.
+/// Time for which the bumper is pressed before it counts as jammed, s.
 pub(crate) const PRESSED_S: u16 = 5;
 
 /// The built-in alarms, the worst first.
@@ -382,7 +382,7 @@ fn silence(inputs: &Inputs<'_>) -> Sight {
 }
 
 impl Bounds {
-    /// Whether a figure is beyond the limit.
+    /// Whether a value is beyond the limit.
     pub(crate) fn reaches(self, value: f64) -> bool {
         match (self.is_high_bad, self.is_inclusive) {
             (true, true) => value >= self.raise,
@@ -392,7 +392,7 @@ impl Bounds {
         }
     }
 
-    /// Whether a figure is clear of the limit.
+    /// Whether a value is clear of the limit.
     pub(super) fn is_clear(self, value: f64) -> bool {
         if self.is_high_bad {
             value <= self.clear
@@ -450,7 +450,7 @@ pub(super) fn built_in_codes() -> impl Iterator<Item = &'static str> {
 }
 
 impl Rule {
-    /// An event of it without figures.
+    /// An event of this alarm without values.
     pub(in crate::model) fn event(&self, status: AlarmStatus) -> AlarmEvent {
         AlarmEvent {
             code: self.code.clone().into_owned(),
@@ -465,12 +465,12 @@ impl Rule {
         }
     }
 
-    /// Whether its figure is the age of its cause.
+    /// Whether the value is the age of the cause.
     pub(super) fn is_age(&self) -> bool {
         self.unit == SECONDS && matches!(self.look, Look::BuiltIn(_))
     }
 
-    /// Whether it has a figure, which may be its age.
+    /// Whether the rule has a value, which may be the age of the cause.
     pub(crate) fn is_measured(&self) -> bool {
         match &self.look {
             Look::BuiltIn(_) => !self.unit.is_empty(),
@@ -478,12 +478,12 @@ impl Rule {
         }
     }
 
-    /// Whether it has a figure besides its age.
+    /// Whether the rule has a value other than the age of the cause.
     pub(crate) fn has_figure(&self) -> bool {
         self.is_measured() && !self.is_age()
     }
 
-    /// A figure of this rule in words.
+    /// A value of this rule as text.
     pub(crate) fn figure(&self, value: f64) -> String {
         match (&self.look, self.unit) {
             (_, "V") => format!("{value:.1} V"),
@@ -495,7 +495,7 @@ impl Rule {
         }
     }
 
-    /// The hint for a recording as it is.
+    /// The hint for the current state of the recording.
     pub(crate) fn hint_of(&self, recording: &Recording) -> &str {
         if self.hint == MAKE_ROOM && recording.is_disk_silent {
             DISK_IS_SILENT
@@ -504,7 +504,7 @@ impl Rule {
         }
     }
 
-    /// The log line when it is raised; `None` when another event adds one.
+    /// The log line when the alarm is raised; `None` if another event adds one.
     pub(in crate::model) fn log_text(&self, value: Option<f64>, keys: &Keymap) -> Option<String> {
         let figures = match value {
             Some(value) if self.has_figure() => {

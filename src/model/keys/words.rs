@@ -7,7 +7,7 @@ use crate::model::text_entry::Caret;
 use crate::playback::Control;
 use crate::request::layer_word;
 
-/// The description; `None` where the help has one.
+/// The description of a single key; `None` if the help has one.
 pub(super) fn alone(action: Action) -> Option<String> {
     let words = match action {
         Action::Mode(mode) => return mode_words(mode).map(str::to_owned),
@@ -112,7 +112,7 @@ fn pick(steps: impl Into<i32>, more: &str, less: &str) -> String {
     if steps.into() > 0 { more } else { less }.to_owned()
 }
 
-/// A direction on the screen.
+/// Name of a direction on the screen.
 fn way(east: i32, north: i32) -> &'static str {
     match (east, north) {
         (1.., _) => "right",

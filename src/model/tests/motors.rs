@@ -106,7 +106,7 @@ fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
     let both = [Holder::Layer(Layer::Bumpers), Holder::Prowl];
     assert_eq!(suppressed(Holder::CliffGuard, &scene.state), both);
 
-    // With the guard switched off it was prowl that drove the robot there.
+    // With the guard off, prowl drove the robot there.
     scene.hear_parameter("cliff-guard", 0);
     scene.state.cliff = Cliff::Several;
     scene.hear();

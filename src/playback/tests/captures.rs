@@ -1,8 +1,8 @@
-//! Captures of all kinds: with the times of others, damaged, empty.
+//! Captures of all kinds: with timestamps of other programs, damaged, empty.
 
 use super::*;
 
-/// Stamped text shows the same robot at the times of its stamps.
+/// Text with timestamps shows the same robot at the times of its timestamps.
 #[test]
 fn stamped_text_is_played_at_its_own_times() {
     let plain =
@@ -42,7 +42,7 @@ fn stamped_text_is_played_at_its_own_times() {
     );
     timeline.seek(Moment::from_mins(50));
     assert_eq!(timeline.facts().tally().lines, silent);
-    // Lines with the same stamp follow each other as on the radio.
+    // Lines with the same timestamp are spaced by their transmission time.
     assert!(matches!(timeline.seek_line(20, STEPS_MAX), Found::At(_)));
     let times: Vec<Moment> = (0..6)
         .map(|_| {

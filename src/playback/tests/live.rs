@@ -206,8 +206,8 @@ fn screen(facts: &Facts, now: Moment) -> String {
     terminal.backend().to_string()
 }
 
-/// The facts as text, without the plotted airtime and the last digits of the newest: it counts bytes as they come, and a recording has
-/// only the time of the line they end in.
+/// The facts as text, without the plotted airtime and the last digits of the newest value: the airtime depends on how bytes arrive, and a recording has
+/// only the time of each line.
 fn known(facts: &Facts) -> String {
     const AIRTIME: &str = "airtime_down_pct: ";
     let mut facts = facts.clone();
@@ -313,7 +313,7 @@ impl Listening {
     }
 }
 
-/// A byte stream heard live in random chunks, its recording played, and the past of the live session agree: the same
+/// A byte stream received live in random chunks, its replayed recording and the past of the live session agree: the same
 /// facts, to the last counter, and the same screen at every moment when a line or noise
 /// has ended.
 #[test]

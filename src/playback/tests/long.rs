@@ -6,7 +6,7 @@ use super::*;
 use crate::capture::index::{Piece, Place};
 use crate::event::Truth;
 
-/// A capture that counts the pieces given out.
+/// A capture that counts the returned pieces.
 struct Counted {
     capture: Box<dyn SeekableReader + Send>,
     pieces: Arc<AtomicUsize>,
@@ -59,7 +59,7 @@ impl SeekableReader for Counted {
     }
 }
 
-/// Pieces that a key may lead to before the next look at keys and signals.
+/// Maximum number of pieces read after a key before keys and signals are handled again.
 const PIECES_MAX: usize = 25_000;
 
 #[test]

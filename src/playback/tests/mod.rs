@@ -1,4 +1,4 @@
-//! A moment shown again is the same moment, in random live sessions and in captures.
+//! A moment shown again is equal, in random live sessions and in captures.
 
 mod captures;
 mod live;

@@ -1,4 +1,4 @@
-//! Playing: speeds, loops, marks, and jumps to what may not have been read yet.
+//! Playing: speeds, loops, marks, and jumps to targets that may not have been read yet.
 
 use super::*;
 use crate::model::keys::{Keymap, Rebinding};
@@ -13,7 +13,7 @@ fn player(name: &str) -> Player<CaptureState> {
     player
 }
 
-/// A target in the unread part is reached when it has been read.
+/// A target in the unread part is reached once it has been read.
 #[test]
 fn jump_into_the_unread_part_waits_for_it() {
     let calm =

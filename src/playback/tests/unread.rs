@@ -83,7 +83,7 @@ const KINDS: [Landmark; 4] = [
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// For any chunks: the index knows when each line came and rules out no landmark,
+    /// For any chunks: the index has the time of each line and rules out no landmark,
     /// and neither does the prefilter of a text.
     #[test]
     fn index_and_prefilter_agree_with_reading(
@@ -307,7 +307,7 @@ fn a_search_goes_on_where_it_was_interrupted() {
                 );
             }
         }
-        // Kept states know that nothing lies before the first.
+        // Keyframes show that there is no landmark before the first.
         let mut timeline = unread(of_bytes(bytes));
         let first = whole.find_next(Landmark::Bump, Moment::ZERO, 0);
         let Found::At(first) = first else {
@@ -321,7 +321,7 @@ fn a_search_goes_on_where_it_was_interrupted() {
     }
 }
 
-/// Cached states between distant kept ones give the same moments, lines and landmarks.
+/// Cached states between distant keyframes give the same moments, lines and landmarks.
 #[test]
 fn cached_states_equal_played_states() {
     let bytes = bytes_of("house-noisy.txt").repeat(12);

@@ -1,4 +1,4 @@
-//! Wording decides nothing: a recording with other texts replays as the same.
+//! Wording has no meaning: a recording with other texts replays the same.
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -95,7 +95,7 @@ fn reword(topic: &str, data: &[u8], texts: &mut Vec<String>) -> Option<Vec<u8>> 
     }
 }
 
-/// The demo with further events, as it is or with every text reworded, and its texts.
+/// The demo with further events, unchanged or with every text reworded, and its texts.
 fn recording(is_reworded: bool) -> (Vec<u8>, Vec<String>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/demo-commands.mcap");
     let demo = std::fs::read(path).unwrap();

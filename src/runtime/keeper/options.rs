@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::capture::{Existing, Rotation};
 
-/// Length of the history that a recording begun from the dashboard starts with.
+/// Length of the history that a recording begun from the dashboard includes.
 pub const REMEMBERED: Duration = Duration::from_mins(10);
 
 /// The files to write, and the metadata of a recording.
@@ -26,7 +26,7 @@ pub struct KeepOptions {
     pub notes: BTreeMap<String, String>,
     /// The active configuration, as text.
     pub configuration: String,
-    /// When a recording continues in another file.
+    /// Limits of one file; beyond them the recording continues in another file.
     pub rotation: Rotation,
     /// Length of the history.
     pub remembered: Duration,

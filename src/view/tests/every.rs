@@ -18,7 +18,7 @@ pub(super) const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 pub(super) struct State {
     pub(super) name: &'static str,
     pub(super) make: fn(Config) -> Scene,
-    /// Texts in each snapshot of it.
+    /// Texts that each snapshot of the state contains.
     facts: &'static [&'static str],
 }
 
@@ -376,7 +376,7 @@ fn busy(config: Config) -> Scene {
     scene
 }
 
-/// The scene with a chosen panel, after the news of that.
+/// The scene with a chosen panel, after the message about it has expired.
 fn chosen(mut scene: Scene, key: u8) -> Scene {
     if key > 2 {
         scene.press(&[KeyCode::F(key)]);

@@ -137,7 +137,7 @@ fn a_wide_status_row_has_a_running_clock() {
             .contains(&clock)
     };
     assert!(clock(&scene, 120) && !clock(&scene, 80));
-    // On a silent link too, at the very second.
+    // Also on a silent link, at exactly this second.
     scene.wait_ms(200_000);
     for _ in 0..10 {
         let at = scene.redraw_at().unwrap();
@@ -242,13 +242,13 @@ fn plots_have_gaps_in_silence() {
     assert!(screen(&ascii, 80, 24).is_ascii());
 }
 
-/// As `info` lists them: from the last line to the next, and while one lasts to the present.
+/// Plots shade outages as `info` lists them: from the last line to the next one, or to now while an outage lasts.
 #[test]
 fn outages_are_shaded_in_plots() {
     let mut scene = flight(mono());
     scene.press(&[KeyCode::F(4)]);
     scene.type_text("z");
-    // The limits of an alarm are drawn the same, in rows of their own.
+    // The limits of an alarm are drawn the same way, in separate rows.
     let shaded = |scene: &Scene| {
         let shown = screen(scene, 120, 40);
         let row = row(&shown, "wheels in/s").to_owned();

@@ -1,4 +1,4 @@
-//! Rebound keys: texts name the chosen keys only.
+//! Rebound keys: texts name only the chosen keys.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
