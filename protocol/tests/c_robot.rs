@@ -1,4 +1,4 @@
-//! The C library (`protocol/c`) as the robot's end: the promises of delivery, over a wire that flips bits, in virtual time.
+//! Delivery to a robot with the C library (`protocol/c`), over a wire that flips bits, in virtual time.
 //!
 //! The robot is a process in lockstep with the test: each exchange is a byte time.
 #![cfg(unix)]
@@ -28,7 +28,7 @@ struct Robot {
     answers: BufReader<ChildStdout>,
 }
 
-/// What the robot's program knows of itself.
+/// State of the robot, as its program reports it.
 #[derive(Debug, PartialEq)]
 struct State {
     mode: Option<Mode>,

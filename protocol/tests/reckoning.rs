@@ -97,7 +97,7 @@ fn exactly(lines: u64) -> Lost {
     }
 }
 
-/// What is counted when `missed` of the lines between two parts of a stream do not arrive.
+/// The counts if `missed` of the lines between two parts of a stream do not arrive.
 fn after_a_gap(robot: &mut Robot, missed: u64) -> Counters {
     let mut decoder = Decoder::default();
     hear(&mut decoder, &robot.lines(120));
@@ -200,7 +200,7 @@ fn lines_of_another_robot_are_kept_apart_and_not_lost() {
     assert_eq!(decoder.counters().other_robot, None);
 }
 
-/// Lines since a boot are lost as certainly as others, and the uptime bounds the hundreds among them.
+/// Lines since a boot are certainly lost, and the uptime limits the hundreds among them.
 #[test]
 fn lines_between_a_boot_and_the_first_line_heard_are_lost() {
     for (missed, boot) in [(0, 4), (1, 4), (57, 4), (157, 4), (57, 3)] {
@@ -224,7 +224,7 @@ fn lines_between_a_boot_and_the_first_line_heard_are_lost() {
     }
 }
 
-/// Until the robot's next line C, the ground's clock says how many lines may have been lost in a silence.
+/// Until the robot's next line C, the ground's clock gives the number of lines that may have been lost in a silence.
 #[test]
 fn a_silence_may_hide_hundreds_until_the_robots_clock_tells_them() {
     for missed in [20, 93, 94, 98, 99, 100, 165, 199, 520] {
@@ -246,7 +246,7 @@ fn a_silence_may_hide_hundreds_until_the_robots_clock_tells_them() {
         };
         assert_eq!((said[120], said[121]), (exactly(0), then), "{missed}");
         assert_eq!(said[199], exactly(missed));
-        // Missing bytes end the knowledge, and not the doubt.
+        // Missing bytes make the count uncertain until the end.
         let mut decoder = Decoder::default();
         let mut robot = Robot::new(7);
         for n in 0..40 {
@@ -279,7 +279,7 @@ fn a_robot_that_follows_another_one_has_not_restarted() {
     assert_eq!(counters.intact() + counters.other_lines, 140);
 }
 
-/// Lines of the robot's own among them are neither damaged nor noise of damaged lines.
+/// Lines of the robot's own are neither damaged nor noise of damaged lines.
 #[test]
 fn lines_of_the_robots_own_are_no_damaged_ones() {
     let mut robot = Robot::new(7);
@@ -326,7 +326,7 @@ proptest! {
         prop_assert!(told.abs_diff(damaged) <= 1 + damaged / 20, "{told} of {damaged}");
     }
 
-    /// However the lines are missed, the true number is within the interval, and without short lines it is exact.
+    /// Whichever lines are missed, the true number is within the interval, and without short lines the number is exact.
     #[test]
     fn the_true_number_is_in_the_interval(
         gaps in prop::collection::vec((10_u64..200, 0_u64..400), 1..8),

@@ -1,4 +1,4 @@
-//! Exhaustive search of the state machines: all orders in which a few steps can happen.
+//! Exhaustive search of the state machines: all possible orders of a few steps.
 //!
 //! Each test searches a small setting to its end. `search/model.rs` and `search/instants.rs` describe the limits.
 

@@ -184,7 +184,7 @@ impl Raster {
         (enters <= leaves).then(|| (at(enters), at(leaves)))
     }
 
-    /// The dots that are set, counted from the upper left; a path is four dots wide.
+    /// The set dots, counted from the upper left; each dot of a path is doubled in both directions.
     pub(super) fn lit(&self) -> impl Iterator<Item = (usize, usize, Ink)> {
         let cells = self.cells.iter().enumerate();
         let cells = cells.filter(|(_, (bits, _))| *bits != 0);

@@ -24,7 +24,7 @@ pub const HOLDERS: usize = 9;
 /// Line C.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CountersLine {
-    /// 1 to 99.
+    /// Id of the robot, 1 to 99.
     pub robot_id: u8,
     /// Seconds since boot by the robot's clock, modulo 1,000,000.
     pub uptime_s: u32,
@@ -42,7 +42,7 @@ pub struct CountersLine {
     pub ticks_late: u16,
     /// Bumper contacts since boot, modulo 10,000.
     pub bumps: u16,
-    /// Failsafe against a silent ground; `None`: the robot carries on.
+    /// Failsafe against a silent ground; `None` if it is off.
     pub failsafe: Option<Failsafe>,
 }
 
@@ -94,7 +94,7 @@ impl CountersLine {
     }
 }
 
-/// Silence and mode, both or neither of them hyphens.
+/// Reads silence and mode; both or neither are hyphens.
 fn read_failsafe(line: &mut Fields) -> Read<Option<Failsafe>> {
     let silence_s = verify(digits::<4, u16>, |silence_s| {
         (SILENCE_MIN_S..=SILENCE_MAX_S).contains(silence_s)

@@ -62,7 +62,7 @@ impl Sample {
         bytes
     }
 
-    /// Computes the checksum anew.
+    /// Computes the checksum again.
     pub fn seal(&mut self) {
         let content = self.bytes.len() - 6;
         let remainder = crc::update(crc::DOWNLINK_INIT, &self.bytes[..content]);

@@ -27,9 +27,9 @@ pub struct Ground {
     requests: Vec<Request>,
     /// Number of tasks begun.
     pub begun: usize,
-    /// The task under way.
+    /// The current task.
     pub task: Option<TaskId>,
-    /// The session that the station believes its own.
+    /// The session that the station believes to be its own.
     pub epoch: Option<Epoch>,
     /// STOPs that the robot had taken at the latest request for one, and at the latest request that has been sent.
     pub stops_before: [u8; 2],

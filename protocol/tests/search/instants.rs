@@ -1,4 +1,4 @@
-//! Hashing of instants relative to the present, so that the same situation at another time is the same state.
+//! Hashes times relative to now, so that the same situation at another time is the same state.
 
 use std::hash::Hasher;
 

@@ -38,7 +38,7 @@ pub struct Robot {
     pub deeds: Vec<Deed>,
     /// STOPs taken, over all lives.
     pub stops: u8,
-    /// Hash of the FARM, kept because the FARM is large and seldom changes.
+    /// Hash of the FARM; cached because the FARM is large and rarely changes.
     hash: u64,
 }
 

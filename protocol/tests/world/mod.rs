@@ -37,7 +37,7 @@ impl Rng {
 pub struct Uart {
     /// Data bits so far and their number; `None` while it waits for a start bit.
     data: Option<(u8, u8)>,
-    /// A stop bit was wrong: the wire must be idle before the next start bit.
+    /// Whether a stop bit was wrong, so that the wire must be idle before the next start bit.
     broken: bool,
 }
 
@@ -79,7 +79,7 @@ pub struct Robot {
     pub mode: Mode,
     pub executed: Vec<Order>,
     pub lists: Vec<u32>,
-    /// Drive frames obeyed.
+    /// Number of drive frames obeyed.
     pub drives: u32,
     /// Failsafe fields of lines A and C.
     pub link: Link,
