@@ -27,7 +27,7 @@ impl Request {
     }
 }
 
-/// The requests of layers 0 to 7 and of prowl, in falling priority.
+/// The requests of layers 0 to 7 and of prowl, in order of priority.
 pub type Requests = [Request; HOLDERS];
 
 /// Winner of the arbitration.

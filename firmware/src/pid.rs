@@ -1,6 +1,6 @@
 //! Speed control of one wheel: a PID controller that accumulates count error, 20 times a second.
 //!
-//! It accumulates the error of counts, not of speeds: a delayed wheel catches up, so two wheels with equal speeds keep
+//! The controller accumulates the error of counts, not of speeds: a delayed wheel catches up, so two wheels with equal speeds keep
 //! the robot's heading.
 //!
 //! A motor that cannot turn its wheel would overheat, so its power is switched off for some seconds at a time.
@@ -93,7 +93,7 @@ const FOLLOWS_DURING: i32 = 40;
 const FOLLOWS_AFTER: i32 = 66;
 
 /// Share in 1/256 of their difference by which the edges correct the expected speed. Without expectation a wheel whose
-/// direction was once wrong would stay wrong for ever, its motor driving against it.
+/// direction was once wrong would stay wrong forever, with its motor driving against it.
 const CORRECTS: i32 = 64;
 
 /// Resolution of the count error: 1/20 count, because a speed of 1 count per second makes one of them per tick.
@@ -118,7 +118,7 @@ pub struct Wheel {
     overload_ticks: u8,
     /// Whether the wheel has stalled and not moved since.
     is_stalled: bool,
-    /// Whether the wheel has stalled backward and forward since its last encoder edge.
+    /// Whether the wheel has stalled since its last encoder edge: backward, and forward.
     silent: (bool, bool),
     /// Ticks without power left after a stall, and the direction in which the wheel stalled.
     rest_ticks: u8,
@@ -275,8 +275,8 @@ impl Wheel {
         }
     }
 
-    /// Whether the encoder is broken: power in either direction gives no edge. An obstacle holds a wheel in one direction,
-    /// and in the other the wheel turns, if only by the play of its gears.
+    /// Whether the encoder is broken: power in either direction gives no edge. An obstacle holds a wheel in only one direction;
+    /// in the other, the wheel turns at least by the play of its gears.
     #[must_use]
     pub const fn is_mute(&self) -> bool {
         self.silent.0 && self.silent.1
@@ -288,7 +288,7 @@ impl Wheel {
         self.silent.0 || self.silent.1
     }
 
-    /// Forgets the stalls without an edge: the operator has looked at the encoder.
+    /// Clears the stalls without an edge, because the operator has checked the encoder.
     pub const fn trust_again(&mut self) {
         self.silent = (false, false);
     }

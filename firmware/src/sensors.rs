@@ -7,7 +7,7 @@ use crate::units::cps;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::Mode;
 
-/// Everything that a behaviour may use.
+/// All inputs of a behaviour.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "one per sensor")]
 pub struct Senses<'a> {
@@ -81,9 +81,9 @@ const OPEN_IN: u16 = 40;
 /// Latest range of each sonar; `None` without an echo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ranges {
-    /// Left, inches.
+    /// Range of the left sonar, inches.
     pub left_in: Option<u16>,
-    /// Right, inches.
+    /// Range of the right sonar, inches.
     pub right_in: Option<u16>,
 }
 
@@ -126,7 +126,7 @@ pub const fn ping_at(now_ticks: u32) -> Option<Side> {
     }
 }
 
-/// Battery voltage averaged over about 3 s, so that starting motors do not count as a low battery.
+/// Battery voltage averaged over about 3 s, because starting motors must not count as a low battery.
 #[derive(Clone, Debug, Default)]
 pub struct Battery {
     /// Average in 1/64 of a tenth of a volt; 0 before the first reading.

@@ -99,7 +99,7 @@ impl Operator {
         bytes
     }
 
-    /// Notes what the robot has executed.
+    /// Takes an acknowledgement of the robot, and records which commands it has executed.
     fn take(&mut self, ack: Ack) {
         let present = (ack.boot, ack.session);
         if let Some(replaced) = self.opening

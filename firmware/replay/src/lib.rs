@@ -73,7 +73,7 @@ impl Call<'_> {
     }
 }
 
-/// Repeats calls for ever. The first one must be a boot.
+/// Repeats calls forever. The first call must be a boot.
 pub fn repeat(place: &mut MaybeUninit<Robot>, port: &mut impl Port) -> ! {
     // The kind of the first call.
     port.read();

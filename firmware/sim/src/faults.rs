@@ -11,7 +11,7 @@ pub(crate) const EDGE_SENSORS: usize = 28;
 /// Duration of a dropout.
 const DROPOUT_S: (f64, f64) = (0.2, 2.0);
 
-/// How often sensors err. The default is never.
+/// Rates of sensor errors. The default is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faults {
     /// Share of the ticks in which an edge sensor misses an edge.
@@ -45,7 +45,7 @@ impl Faults {
         dead_encoder: None,
     };
 
-    /// Sensors that nobody would use any more: edge sensors miss half of their ticks.
+    /// Sensors in very bad condition: edge sensors miss half of their ticks.
     pub const ROTTEN: Self = Self {
         edge_misses: 0.5,
         edge_false: 0.001,

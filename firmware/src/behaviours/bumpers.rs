@@ -38,7 +38,7 @@ const ESCAPE_TURN: u16 = 0x8000;
 /// Angle by which the slew limit extends a turn, about 15 degrees.
 const OVERRUN: u16 = (0x1_0000_u32 / 24) as u16;
 
-/// Ticks until the wheels stand after a turn. Driving on at once would widen the turn by 20 degrees, because the slew
+/// Ticks until the wheels have stopped after a turn. Driving on at once would widen the turn by 20 degrees, because the slew
 /// limit needs longer from reverse to top speed than from reverse to standing.
 const SETTLE_TICKS: u8 = 8;
 
@@ -120,7 +120,7 @@ impl Bumpers {
         matches!(self.state, State::Jam { .. })
     }
 
-    /// Forgets the positions of contacts, because the odometer has been set.
+    /// Drops the positions of contacts, because the odometer has been set.
     pub fn forget_places(&mut self) {
         self.contacts = [None; MEMORY];
     }

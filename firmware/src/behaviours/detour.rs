@@ -1,8 +1,8 @@
-//! Detours: when the target comes no nearer, follow a wall until it does.
+//! Detours: when the robot does not come nearer to the target, it follows a wall until it does.
 //!
 //! After the "Bug" algorithms of Lumelsky and Stepanov (1987), which need no map: drive straight at the target, and
-//! where that fails follow the obstacle until the target is nearer than ever before. The layers above do the following:
-//! this one only drives an arc toward the wall, and infrared and bumpers push away from it.
+//! where that fails, follow the obstacle until the target is nearer than ever before. The layers above do the following of the wall:
+//! this layer only drives an arc toward the wall, and infrared and bumpers push away from it.
 
 use super::prowl;
 use crate::drive::Motion;
@@ -72,7 +72,7 @@ impl Detour {
             self.follow_ticks = 0;
             self.stalled_ticks = 0;
             self.nearest_in = distance_in;
-            // After a failed attempt follow the wall in the other direction.
+            // After a failed attempt, follow the wall in the other direction.
             self.wall_right ^= !passed;
             return prowl::toward(senses, target);
         }

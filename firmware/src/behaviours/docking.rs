@@ -35,7 +35,7 @@ const LOST_TICKS: u8 = ticks(10) as u8;
 /// Maximum duration of following: the beacon is visible from about 15 feet.
 const FOLLOW_TICKS: u16 = ticks(90);
 
-/// Ticks of pushing against a contact with the beacon straight ahead, which is the dock.
+/// Ticks of pushing against a contact with the beacon straight ahead: the contact is the dock.
 const PUSH_TICKS: u8 = ticks(2) as u8;
 
 /// Maximum ticks for which bouncing contacts may open.

@@ -1,6 +1,6 @@
 //! Layer 3: infrared collision avoidance. Turns away from detections.
 //!
-//! A prowling robot passes between them where sonar sees open floor ahead: the detections are the sides of a gap.
+//! A prowling robot passes between two detections if sonar sees open floor ahead, because they are the sides of a gap.
 
 use super::behaviour::Behaviour;
 use crate::arbiter::Request;
@@ -25,7 +25,7 @@ const REACH_IN: u16 = 30;
 /// Duration of a turn after a detection on one side: rare detections turn the robot less.
 const HOLD_TICKS: u8 = 2;
 
-/// Duration of a stop after a detection on both sides: with rare ones the slew limit carries the robot on in a passage.
+/// Duration of a stop after a detection on both sides; if these are rare, the slew limit carries the robot on in a passage.
 const STOP_TICKS: u8 = 1;
 
 /// The latest detection while it still turns the robot.

@@ -1,6 +1,6 @@
 //! Mode Passive: scan, face the likely direction of people, stop, sing, wait for motion and charge.
 //!
-//! It is no layer: it requests turns from layer 2, motion detection from layer 6, and the song.
+//! The mode is not a layer: it requests turns from layer 2, motion detection from layer 6, and the song.
 
 use super::bumpers::side;
 use super::motion::MotionDetector;
@@ -118,7 +118,7 @@ impl BumpSequence {
         fits
     }
 
-    /// Draws a new sequence and forgets the contacts.
+    /// Draws a new sequence and drops the contacts.
     pub fn forget(&mut self) {
         self.wanted = None;
         self.contacts = [None; SEQUENCE];

@@ -19,7 +19,7 @@ const KNOWN: u8 = 2;
 /// Duration of ignoring light: 15 feet of driving.
 const ELSEWHERE_TICKS: u16 = ticks(15);
 
-/// The darkest reading.
+/// Reading of complete darkness.
 const DARK: i16 = 255;
 
 /// Known dark places.
@@ -80,7 +80,7 @@ impl Refuge {
             return false;
         }
         self.known = (self.known + 1).min(KNOWN);
-        // Expect less of a place that is not found again.
+        // A place that is not found again counts as less dark.
         self.darkest = self.dark.max(self.darkest.saturating_sub(equal));
         self.elsewhere_ticks = ELSEWHERE_TICKS;
         true

@@ -1,6 +1,6 @@
 //! The behaviour layer: switches sensors off and on according to recent detections.
 //!
-//! It is none of the eight layers, because it moves nothing. It has three rules; the infrared detectors apply a fourth
+//! It is not one of the eight layers, because it does not move the robot. It has three rules; the infrared detectors apply a fourth
 //! themselves (30 s of detections switch them off for 30 s):
 //!
 //! - Sonar is off after it has led the robot to the side on which infrared detects an obstacle. Close to an oblique wall
@@ -21,7 +21,7 @@ const DWELL_TICKS: u16 = ticks(2);
 /// Ticks for which a side counts as close after an infrared detection.
 const CLOSE_TICKS: u8 = ticks(1) as u8;
 
-/// Doubt, which rises by one per contradicting tick and falls by one in any other, at which sonar is switched off: two and a half seconds of contradiction, which the mouth of a passage rarely causes.
+/// Doubt at which sonar is switched off. Doubt rises by one per contradicting tick and falls by one in any other tick, so this is two and a half seconds of contradiction, which the mouth of a passage rarely causes.
 const DOUBT_ENOUGH: u8 = 50;
 
 /// Maximum doubt: sonar is on again two and a half seconds after the last contradiction.

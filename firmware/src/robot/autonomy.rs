@@ -1,5 +1,5 @@
-//! Decisions of the robot about its own mode: when wandering ends, when a low battery calls for the operator or the
-//! dock, and what follows docking and the calibration square.
+//! Decisions of the robot about its own mode: the end of wandering, the call for the operator or the drive to the dock with a low
+//! battery, and the mode after docking and after the calibration square.
 
 use super::Robot;
 use crate::behaviours::DockingEvent;

@@ -159,7 +159,7 @@ impl Robot {
     }
 
     /// Takes a drive frame. A delayed frame must not move the robot. In mode stop no frame moves it, because
-    /// its layers rest and forget drive frames.
+    /// its layers are reset and drop drive frames.
     fn drive_by_hand(&mut self, drive: Drive) {
         if self.is_fresh(drive.heard) && self.live_ticks > 0 && !self.guard.acts() {
             self.farm.take_drive(&drive);

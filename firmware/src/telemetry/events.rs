@@ -16,7 +16,7 @@ pub struct Events {
     bumper: Switches,
     jammed: bool,
     infrared: Sides,
-    /// `None` if no sensors are fitted.
+    /// Edges since the last line A; `None` if no sensors are fitted.
     cliff: Option<Edges>,
     saturated: bool,
     stalled: bool,

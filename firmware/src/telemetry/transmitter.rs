@@ -21,7 +21,7 @@ const OVER_LINE_FEEDS: u8 = 3;
 /// Turns after which a long line is sent while the ground station sends much.
 const TURNS_A_LINE: u8 = 3;
 
-/// Columns of an acknowledgement.
+/// Number of columns of an acknowledgement.
 const ACK_BYTES: usize = 5;
 
 /// Number of lines whose start time is kept.
@@ -44,7 +44,7 @@ pub struct Transmitter {
     line: [u8; LINE_BYTES],
     /// Index of the next byte.
     position: u8,
-    /// Index of the acknowledgement, which is written with the trailer when it is due.
+    /// Index at which the acknowledgement begins; it is written with the trailer when due.
     head: u8,
     length: u8,
     /// Sequence of the current line.
@@ -72,7 +72,7 @@ struct Turn {
     heard_bytes: u8,
     has_heard: bool,
     has_heard_line_feed: bool,
-    /// Number of line feeds received in a row.
+    /// Number of consecutive line feeds received.
     line_feeds: u8,
 }
 

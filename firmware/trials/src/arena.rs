@@ -151,7 +151,7 @@ pub(crate) fn arena(name: &'static str) -> Arc<Arena> {
             Some((_, text)) => World::parse(name, text),
             None => World::open(name),
         };
-        // A test opens each of them.
+        // A test opens each world.
         Arc::new(Arena::new(world.unwrap_or_else(|error| panic!("{error}"))))
     });
     Arc::clone(arena)

@@ -241,7 +241,7 @@ impl Reckoning {
         }
     }
 
-    /// Minimum and maximum number of lines that the robot can have sent in `passed_s` of its clock, which counts
+    /// Minimum and maximum number of lines that can be missing among `bytes`, received in `passed_s` of the robot's clock. The clock counts
     /// whole seconds.
     fn expected(&self, passed_s: u64, bytes: u64, is_mixed: bool) -> (i64, i64) {
         let (rate, error_pct) = if self.clean_s >= MEASURED_S {

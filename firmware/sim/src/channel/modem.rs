@@ -29,7 +29,7 @@ struct Preset {
     air_bits_per_s: usize,
     /// Time from the end of a packet on the air to its first byte at the output.
     latency_ms: u64,
-    /// Whether it waits for a free channel.
+    /// Whether the module waits for a free channel.
     senses_carrier: bool,
     /// Maximum number of transmissions of a packet.
     tries: u8,

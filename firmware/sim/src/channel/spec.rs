@@ -66,7 +66,7 @@ impl Modem {
     }
 }
 
-/// Why a channel specification is invalid.
+/// Reason why a channel specification is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("channel option `{option}`: {problem}")]
 pub struct ChannelSpecError {

@@ -184,7 +184,7 @@ impl Server {
         self.shared.stop.store(true, Ordering::Relaxed);
     }
 
-    /// The next error of a file that could not be written to its end; all of them have been reported when the robot has
+    /// The next error of a file that could not be written completely; all errors are available when the robot has
     /// [stopped](Server::end).
     #[must_use]
     pub fn poll_error(&self) -> Option<ServeError> {

@@ -24,7 +24,7 @@ enum Cell {
 /// A checked floor plan: the floor that the robot can reach is enclosed on every side.
 pub(super) struct Plan {
     layout: Layout,
-    /// North row first.
+    /// Cells by row, north row first.
     cells: Vec<Cell>,
     glyphs: Vec<char>,
     /// Offset of the north row in the file.

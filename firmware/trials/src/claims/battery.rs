@@ -71,7 +71,7 @@ const BY_ITSELF: Experiment = Experiment {
     ],
 };
 
-/// Received parts of the call.
+/// Which parts of the call were received.
 #[derive(Default)]
 struct Heard {
     text: bool,

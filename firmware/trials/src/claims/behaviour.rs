@@ -74,7 +74,7 @@ struct Switch {
     shows_on: Option<bool>,
     shown_ticks: u32,
     is_seen: bool,
-    /// Number of lasting states, and whether all were shown.
+    /// Number of lasting states, and whether all of them were shown.
     lasting: u32,
     is_reported: bool,
 }

@@ -18,7 +18,7 @@ const WORLDS: [&str; 4] = ["living-room", "house", "corners", "chair"];
 const FREE_IN: f64 = 24.0;
 const FREE_WITHIN_S: f64 = 60.0;
 
-/// How long bumps must repeat before the bumper layer escapes.
+/// Time for which bumps must repeat before the bumper layer escapes, seconds.
 const CAUGHT_S: f64 = 20.0;
 
 /// Position of the chair in its world.

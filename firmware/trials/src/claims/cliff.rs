@@ -86,14 +86,14 @@ fn approaches(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Maximum length of a stop.
+/// Maximum distance of a stop, inches.
 const STOP_IN: f64 = 1.0;
 
 /// Result of an approach.
 #[derive(Clone, Copy, Debug)]
 struct Approach {
     fell: bool,
-    /// Longest stop until the robot first stood; `None` when the edge was seen during a turn on the spot or beside the path,
+    /// Longest stop until the robot first stood; `None` if the edge was detected during a turn on the spot or beside the path,
     /// where the robot need not stop.
     stop_in: Option<f64>,
 }

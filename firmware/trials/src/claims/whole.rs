@@ -113,7 +113,7 @@ fn survival(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Squares of a foot that the middle of the robot has been in.
+/// The square feet that the middle of the robot has visited.
 #[derive(Default)]
 pub(super) struct Covered(BTreeSet<(i32, i32)>);
 
