@@ -197,7 +197,7 @@ impl Squares {
         }
     }
 
-    /// One Gauss-Newton step toward the errors whose squares end at the measured positions.
+    /// One Gauss-Newton step towards the errors for which the squares end at the measured positions.
     fn refine(&self, at: Errors, track_in: f64) -> Errors {
         const STEP: f64 = 1e-6;
         let here = self.residuals(at, track_in);

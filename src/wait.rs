@@ -369,7 +369,7 @@ mod tests {
             ("wheel_left_in_s > 4", Some(true)),
             ("stopped", Some(false)),
             ("driven", Some(false)),
-            // No line T was heard.
+            // No line T was received.
             ("text hello", None),
         ] {
             assert_eq!(condition(words).unwrap().holds(&readings), holds, "{words}");

@@ -1,4 +1,4 @@
-//! Captures from end to end: either form holds exactly the received bytes.
+//! Captures from end to end: both forms hold exactly the received bytes.
 
 use crate::streams;
 use std::fs::{self, File};
@@ -197,7 +197,7 @@ fn every_type_of_line_as_json_and_as_csv() {
     }
 }
 
-/// The partial line at a pulled plug is no noise.
+/// The partial line received when the plug is pulled is not noise.
 #[test]
 fn half_a_line_at_the_end_is_no_noise() {
     let stream = streams::clean(18);
@@ -397,7 +397,7 @@ fn a_clock_set_back_leaves_the_times_in_order() {
     assert_eq!(at_s, [100, 130, 130, 131]);
 }
 
-/// Accepts a few bytes and then fails.
+/// A writer that accepts a few bytes and then fails.
 struct Closing(usize);
 
 impl std::io::Write for Closing {
@@ -455,7 +455,7 @@ fn a_full_disk_is_remembered_to_the_end() {
     assert!(error.to_string().contains("create the folder"), "{error}");
 }
 
-/// Returns reads of `sizes` bytes in turn.
+/// A reader that returns `sizes` bytes in turn.
 struct Reads {
     stream: Cursor<Vec<u8>>,
     sizes: std::iter::Cycle<std::vec::IntoIter<usize>>,
@@ -521,7 +521,7 @@ fn tools_that_others_wrote_agree() {
     println!("{said}");
 }
 
-/// 55 s without a line, 165 lines: the sequence shows 65 of them, the robot's clock all.
+/// 55 s without a line, 165 lines: the sequence shows the loss of 65 of them, the robot's clock the loss of all.
 #[test]
 fn an_outage_has_the_same_figure_everywhere() {
     let folder = TempDir::new().unwrap();

@@ -1,4 +1,4 @@
-//! `groundwave check`: planted mistakes are named, and a correct robot has none.
+//! `groundwave check` reports planted mistakes, and none for a correct robot.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -31,16 +31,16 @@ const S: &str = "S49 (+$*3$,0$07(``\"(+0                                        
 /// A correct robot's lines: five lines A and one other in turn.
 const ORDER: &[u8] = b"AAAAABAAAAACAAAAATAAAAAPAAAAAS";
 
-/// A line before it is sent.
+/// A line that has not been sent.
 struct Draft {
-    /// Lines before it.
+    /// Number of lines before this line.
     n: usize,
     letter: u8,
     sequence: u8,
     ack: Ack,
-    /// The line up to the acknowledgement, sequence included.
+    /// The line up to the acknowledgement, including the sequence number.
     head: Vec<u8>,
-    /// The whole line, once it has its checksum.
+    /// The whole line with its checksum.
     bytes: Vec<u8>,
 }
 
@@ -85,7 +85,7 @@ impl Draft {
         self.head[column - 1..column - 1 + text.len()].copy_from_slice(text);
     }
 
-    /// Writes the acknowledgement, too.
+    /// Writes the acknowledgement; returns the bytes that the checksum covers.
     fn covered(&mut self) -> Vec<u8> {
         let digits = format!("{:02}", self.sequence);
         if self
@@ -113,15 +113,15 @@ fn right(covered: &[u8]) -> Vec<u8> {
     crc::characters(crc::update(DOWNLINK_INIT, covered)).to_vec()
 }
 
-/// Where the robot goes wrong.
+/// The place of a planted mistake.
 enum Plant {
-    /// The text at a column of the lines of a type, under a right checksum. Another length than the field's moves the rest.
+    /// The text at a column of the lines of a type, with a correct checksum. If its length differs from the field's, the rest moves.
     Field(u8, usize, &'static [u8], usize),
     /// The checksum.
     Checksum(fn(&[u8]) -> Vec<u8>),
     /// The finished bytes.
     Bytes(fn(Vec<u8>) -> Vec<u8>),
-    /// Sequence or acknowledgement, and fields that depend on the line's number.
+    /// Sequence number or acknowledgement, and fields that depend on the line's number.
     Draft(fn(&mut Draft)),
     /// The order of the lines.
     Order(&'static [u8]),
@@ -129,10 +129,10 @@ enum Plant {
 
 use Plant::{Bytes, Checksum, Field, Order};
 
-/// A mistake, where it is planted, and the type, column and code that must be named.
+/// A mistake, its place, and the type, column and code that must be reported.
 struct Row(&'static str, Plant, &'static str, usize, &'static str);
 
-/// A field of the usual length.
+/// A mistake in a field that keeps its length.
 const fn field(letter: u8, column: usize, text: &'static [u8]) -> Plant {
     Field(letter, column, text, text.len())
 }
@@ -306,8 +306,8 @@ fn a_correct_robot_has_no_mistake() {
     assert_eq!(findings(&stream(None)), []);
 }
 
-/// Each mistake is the first one named, by type, column and likely cause, and most are the only one. docs/check.md has the table; to
-/// write it anew, set `GROUNDWAVE_WRITE`.
+/// Each mistake is the first one reported, with type, column and likely cause, and most are the only one. docs/check.md has the table; to
+/// regenerate it, set `GROUNDWAVE_WRITE`.
 #[test]
 fn planted_mistakes_are_named_by_line_column_and_cause() {
     let mut wrong = String::new();
@@ -407,7 +407,7 @@ fn notices(events: impl IntoIterator<Item = Event>) -> Vec<String> {
     mistakes.collect()
 }
 
-/// A correct robot that takes commands, over radios with bit errors, and at each moment of them.
+/// A correct robot executes commands over radios with bit errors; no mistake is reported at any time.
 #[test]
 fn a_radio_with_bit_errors_makes_no_mistake_of_a_correct_robot() {
     let hours = if is_nightly() { 24.0 } else { 0.5 };
@@ -455,7 +455,7 @@ fn a_radio_with_bit_errors_makes_no_mistake_of_a_correct_robot() {
     }
 }
 
-/// The mistake in a capture of a robot, wherever it is read; each kind is told once while it is received.
+/// The mistake in a capture of a robot, wherever it is read; each kind is reported once while it is received.
 #[test]
 fn a_mistake_is_told_wherever_lines_are_read() {
     let folder = scratch("mistakes");

@@ -13,7 +13,7 @@ use groundwave::capture::interrupted::find_interrupted;
 use groundwave::capture::recover::{Outcome, recover};
 use groundwave::capture::{Existing, RawWriter, Recorder, Session};
 
-/// A limit on the size of files acts like a full disk and needs no privileges.
+/// A limit on the size of files simulates a full disk without privileges.
 #[test]
 fn a_full_disk_is_told_and_the_robot_is_watched_on() {
     let folder = scratch("full");
@@ -153,7 +153,7 @@ fn a_disk_that_is_full_stops_a_recovery_and_changes_nothing() {
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
 }
 
-/// All recordings that cannot be recovered are reported in one line, which says how to end the reports.
+/// All recordings that cannot be recovered are reported in one line, which explains how to stop the reports.
 #[test]
 fn unrecoverable_file_is_told_once() {
     let folder = scratch("hopeless");

@@ -1,4 +1,4 @@
-//! The robot's failsafe triggers only when the station is gone: the real station and the robot's real program, in
+//! The robot's failsafe triggers only when the station has ended: the real station and the robot's real program, in
 //! virtual time.
 
 use crate::common::{CoSimulation, on_all_cores, seeds};

@@ -1,4 +1,4 @@
-//! Failures around the program: full disks, closed streams, odd files.
+//! Failures outside the program: full disks, closed streams, unusual files.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -24,7 +24,7 @@ fn code(line: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(both).unwrap())
 }
 
-/// A limit of 8 kB on files stands for a full disk.
+/// A limit of 8 kB on files simulates a full disk.
 #[test]
 fn a_full_disk_is_no_success() {
     let folder = scratch("full");
@@ -50,7 +50,7 @@ fn a_full_disk_is_no_success() {
     assert!(told.contains("make room"), "{told}");
 }
 
-/// The disk of the simulator's outputs is full: the robot goes on, and the exit code tells.
+/// The disk for the simulator's outputs is full: the robot continues, and the exit code reports the error.
 #[test]
 fn a_simulation_with_an_incomplete_file_is_no_success() {
     for output in ["trace", "wav"] {
@@ -181,7 +181,7 @@ fn a_closed_or_full_standard_error_keeps_the_exit_code() {
     }
 }
 
-/// A refusal keeps its exit code when the reader of standard error is gone.
+/// A refusal keeps its exit code when the reader of standard error has ended.
 #[test]
 fn a_reader_of_standard_error_that_goes_away_keeps_the_exit_code() {
     let folder = scratch("closed-pipe");

@@ -1,6 +1,6 @@
-//! The program is killed while it records: all bytes read are in the file, and in the recovered recording.
+//! The program is killed while it records: all bytes that it read are in the file and in the recovered recording.
 //!
-//! By default a few kills at full speed; `GROUNDWAVE_KILLS=200 cargo test --test kills -- --nocapture` runs 200 kills
+//! By default, the tests kill the program a few times at full speed; `GROUNDWAVE_KILLS=200 cargo test --test kills -- --nocapture` runs 200 kills
 //! each at 3 and at 200 lines per second, in parallel, and prints the results.
 #![cfg(unix)]
 
@@ -73,7 +73,7 @@ fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) ->
     check(&path, &stream[..read])
 }
 
-/// The clock of a radio.
+/// A radio that sends lines at a fixed rate.
 struct Radio {
     period: Duration,
     runtime: tokio::runtime::Runtime,
@@ -141,7 +141,7 @@ fn check(path: &Path, read: &[u8]) -> Kill {
     }
 }
 
-/// The received bytes that the `mcap` crate reads alone.
+/// The received bytes, read by the `mcap` crate alone.
 fn received_by_others(path: &Path) -> Vec<u8> {
     let bytes = fs::read(path).unwrap();
     let options = mcap::read::Options::IgnoreEndMagic;
@@ -194,7 +194,7 @@ fn a_kill_at_any_moment_costs_nothing_that_was_read() {
     }
 }
 
-/// Forty in parallel, because they mostly wait for their radio.
+/// Runs forty kills in parallel, because each mostly waits for its radio.
 fn at_a_rate(folder: &Path, kills: u64, packets_s: u32) -> Vec<Kill> {
     let folder = folder.join(packets_s.to_string());
     fs::create_dir_all(&folder).unwrap();

@@ -1,4 +1,4 @@
-//! Commands over bad channels: the robot holds the old list or the new one, executes each command once, and every claim
+//! Commands over bad channels: the robot has either the old list or the new one, executes each command once, and every claim
 //! is true. The real station and the robot's real program in virtual time; failures print the seed.
 
 use crate::common::{on_all_cores, seeds};
@@ -10,7 +10,7 @@ use sr04_firmware::board::Duplex;
 
 const SEEDS: u64 = 50;
 
-/// Commands per seed, besides those at its end.
+/// Number of commands per seed, besides those at the end.
 const ORDERS: usize = 4;
 
 /// Runs a few commands over each seed's channel, with random pauses.
@@ -132,7 +132,7 @@ fn buffered_modules() {
     });
 }
 
-/// STOP before the first line, on a half-duplex radio.
+/// A STOP before the first line waits for its turn on a half-duplex radio.
 #[test]
 fn a_cold_stop_takes_its_turn() {
     on_all_cores(seeds(SEEDS), |seed| {
@@ -150,7 +150,7 @@ fn a_cold_stop_takes_its_turn() {
     });
 }
 
-/// The radio is configured on one end only: a station for modems whose robot does not take turns, and the other way round.
+/// The radio is configured on one end only: a station for modems whose robot does not take turns, and vice versa.
 #[test]
 fn a_radio_known_to_one_end() {
     over_seeds(|seed| {

@@ -1,4 +1,4 @@
-//! Output files: never in place of the input, and whole or absent.
+//! Output files never replace the input, and are either whole or absent.
 
 use std::fs;
 use std::process::{Command, Stdio};

@@ -1,4 +1,4 @@
-//! A recorder under way: its parts, its history, and a removed folder.
+//! A running recorder: its parts, its history, and a removed folder.
 
 use crate::streams;
 use std::fs::{self, File};
@@ -49,7 +49,7 @@ fn days_are_recorded_in_parts_that_are_whole_by_themselves() {
     assert_eq!(all, stream);
 }
 
-/// The lines in each part of a recording of one line at each of these times, milliseconds.
+/// Number of lines in each part of a recording with one line at each of these times, milliseconds.
 fn lines_by_part(rotation: &str, times_ms: impl IntoIterator<Item = u64>) -> Vec<usize> {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.mcap");

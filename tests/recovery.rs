@@ -1,4 +1,4 @@
-//! Recovery of killed, cut and damaged recordings: received bytes are saved, and losses are reported.
+//! Recovery of killed, cut and damaged recordings: received bytes are kept, and losses are reported.
 
 use crate::streams;
 use std::fs;
@@ -193,7 +193,7 @@ fn a_flipped_bit_of_an_unfinished_recording_costs_one_message() {
     }
 }
 
-/// Several damaged places cost only the parts that they hit; station events are kept too.
+/// Several damaged places cost only the parts in which they are; station events are kept, too.
 #[test]
 fn everything_between_damaged_places_is_saved() {
     let folder = TempDir::new().unwrap();
@@ -227,7 +227,7 @@ fn everything_between_damaged_places_is_saved() {
     }
 }
 
-/// A file of another program may have such a name.
+/// Another program's file may have the name of an interrupted recording.
 #[test]
 fn files_of_others_with_such_names_are_left_alone() {
     let folder = TempDir::new().unwrap();
@@ -242,7 +242,7 @@ fn files_of_others_with_such_names_are_left_alone() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// A flipped bit costs a recovered recording no more than one under way.
+/// A flipped bit costs a recovered recording no more than a recording in progress.
 #[test]
 fn a_flipped_bit_of_a_recovered_recording_costs_little() {
     let folder = TempDir::new().unwrap();

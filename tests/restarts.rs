@@ -135,7 +135,7 @@ fn bytes_of_an_earlier_session_do_nothing_in_a_later_one() {
 
 const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 
-/// Step between moments: the gate tries every fourth, the nightly run each.
+/// Step between boundaries: usually every fourth, in the nightly run each.
 fn sampling() -> usize {
     if is_nightly() { 1 } else { 4 }
 }

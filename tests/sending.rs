@@ -52,7 +52,7 @@ fn with_input(arguments: &[&str], input: &str) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// The frame of a test vector, by its name.
+/// The frame of the test vector with this name.
 fn vector(about: &str) -> String {
     let vectors = concat!(
         include_str!("../protocol/vectors/frames.jsonl"),
@@ -306,7 +306,7 @@ fn script_over_a_shared_link_stops_at_the_first_failure() {
     );
 }
 
-/// A script waits for a drive to end and checks what it finds, over its own link and through a station that shares one.
+/// A script waits for a drive to end and checks the result, over its own link and through a station that shares its link.
 #[test]
 fn scripts_wait_and_check() {
     let folder = scratch("waits");

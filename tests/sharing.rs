@@ -171,14 +171,14 @@ fn shared_link_passes_raw_bytes() {
     assert!(lines.any(|line| line.unwrap().trim_end().len() == 78));
 }
 
-/// The program with a folder of its own for sockets and tokens.
+/// The program with a separate folder for sockets and tokens.
 fn program_in(folder: &Path, arguments: &[&str]) -> Command {
     let mut program = Command::new(GROUNDWAVE);
     program.args(arguments).env("XDG_RUNTIME_DIR", folder);
     program
 }
 
-/// A station that shares on a port of its own choice, and its address.
+/// A station that shares on a free port, and its address.
 fn station_on_a_port(link: &str, folder: &Path) -> (Telling, String) {
     let watch = ["watch", link, "--headless", "--share", "0"];
     let mut station = Telling::spawn(program_in(folder, &watch));
@@ -262,7 +262,7 @@ fn a_port_is_for_its_owner_alone() {
     assert!(lines.any(|line| line.unwrap().trim_end().len() == 78));
 }
 
-/// Connections of strangers do not use up those of the owner.
+/// Connections of other users do not use up those of the owner.
 #[test]
 fn strangers_do_not_keep_the_owner_out() {
     let folder = scratch("strangers");
@@ -402,7 +402,7 @@ fn replaced_reader_is_reported() {
     }
 }
 
-/// Sixteen programs that said hello and nothing more locked STOP out.
+/// Sixteen programs that connected and then sent nothing must not block STOP.
 #[test]
 fn idle_clients_do_not_block_stop() {
     let folder = scratch("idle");
@@ -424,7 +424,7 @@ fn idle_clients_do_not_block_stop() {
     assert_eq!(last_line(&mut idle[0])["code"], "gave-way");
 }
 
-/// Readers do not use up the connections for commands.
+/// Clients that only read do not use up the connections for commands.
 #[test]
 fn idle_readers_do_not_block_stop() {
     let folder = scratch("readers");
@@ -711,7 +711,7 @@ fn second_dashboard_commands_over_a_socket() {
     command_from_a_second_dashboard(&path_in(&folder, "s"), "unix:");
 }
 
-/// A share opened as a plain link: a client, or a clear word; never frames into it.
+/// A shared link opened as a plain link becomes a client or gets a clear error; no frames are sent into it.
 #[test]
 fn a_share_is_recognized_by_every_verb() {
     let folder = scratch("recognized");

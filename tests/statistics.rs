@@ -1,4 +1,4 @@
-//! Link statistics: of a handmade recording, of a station in the simulated world, and of the program.
+//! Link statistics of a handmade recording, of a station in the simulated world, and of the program.
 #![cfg(unix)]
 
 use std::fs;
@@ -208,7 +208,7 @@ fn a_bad_channel_shows_in_every_figure() {
     );
 }
 
-/// Damaged lines are not lost: they are told by kind and type. A radio that breaks every line B loses nothing.
+/// Damaged lines are not lost: they are counted by kind and type. A radio that damages every line B loses nothing.
 #[test]
 fn a_bad_line_b_among_good_lines_a_is_damaged_and_not_lost() {
     let run = fs::read("captures/house-clean.txt").unwrap();
@@ -230,7 +230,7 @@ fn a_bad_line_b_among_good_lines_a_is_damaged_and_not_lost() {
     assert_eq!(info["damaged"]["B"], count, "{info}");
 }
 
-/// Also in a recording: the airtime is of the port's rate.
+/// The airtime in a recording is a share of the port's rate, too.
 #[test]
 fn airtime_of_a_recording_is_of_its_rate() {
     for (baud, expected_pct) in [(1200, 50.0), (9600, 6.25), (115_200, 0.520_8)] {

@@ -359,7 +359,7 @@ fn size(svg: &str) -> (u32, u32) {
     (width.parse().unwrap(), height.parse().unwrap())
 }
 
-/// A picture names the gaps that `info` counts, and has a dashed line only with some.
+/// A picture names the number of gaps that `info` counts, and has a dashed line only if there are gaps.
 #[test]
 fn pictures_and_info_have_the_same_gaps() {
     for name in [

@@ -179,7 +179,7 @@ pub enum CaptureError {
         .0.display(), shell_word(.0)
     )]
     NotConfirmed(PathBuf),
-    /// The recording is under way or was interrupted.
+    /// The recording is in progress or was interrupted.
     #[error("{}", unfinished_words(path, *is_in_use))]
     Unfinished {
         /// The file.

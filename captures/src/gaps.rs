@@ -27,7 +27,7 @@ pub(crate) struct Gaps {
     before: Counters,
     open: VecDeque<Open>,
     settled: u64,
-    /// When the latest line arrived.
+    /// Time at which the latest line arrived.
     at: Moment,
     /// The longest pause since the latest line C, and the line after the pause; `None` if the pause is already a gap.
     longest: (Moment, Option<u64>),

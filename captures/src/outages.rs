@@ -186,7 +186,7 @@ impl Outages {
         let (unplugged_at, suspended_at) = (self.unplugged_at.take(), self.suspended_at.take());
         self.has_begun = false;
         let pause = now.saturating_sub(latest.at);
-        // Lines that waited while this station was suspended are no outage.
+        // Lines that waited while this station was suspended do not count as an outage.
         let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
         let is_interrupted = unplugged_at.or(suspended_at).is_some();
         if pause >= OUTAGE_AFTER || is_interrupted || has_restarted && !is_told {
@@ -292,7 +292,7 @@ impl Outages {
         }
     }
 
-    /// Takes the end of the session: reports outages whose number of lost lines is not final. An outage that lasts is reported as begun.
+    /// Takes the end of the session: reports outages whose number of lost lines is not final. An outage that has not ended is reported as begun.
     pub fn finish(&mut self, now: Moment) {
         self.give_up_settling();
         self.handle_timeout(now);

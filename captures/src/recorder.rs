@@ -35,7 +35,7 @@ pub struct Recorder {
     queue: WriteQueue<Entry>,
     shared: Arc<Shared>,
     alarms: AlarmDetector,
-    /// When a sync was requested that has not begun.
+    /// Time at which a sync was requested that has not begun.
     stalled_since: Option<Moment>,
     /// Whether a requested sync has not begun for [`STALL_PERIOD`].
     is_stalled: bool,
@@ -261,7 +261,7 @@ impl Recorder {
         self.shared.problem().is_none() && (self.is_stalled || self.queue.is_stalled())
     }
 
-    /// Whether the current part cannot be written or is gone.
+    /// Whether the current part cannot be written or no longer exists.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.queue.has_failed() || self.shared.is_lost.load(Ordering::Acquire)

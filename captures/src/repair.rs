@@ -294,7 +294,7 @@ impl<R: Read> RepairingReader<R> {
             }
             op::MESSAGE => self.last_ns = log_time_ns(&self.body),
             CHECKSUM => self.checksum = self.body.first_chunk().map(|sum| u32::from_le_bytes(*sum)),
-            // The summary has a checksum of its own.
+            // The summary has a separate checksum.
             op::DATA_END => self.is_damaged = false,
             op::FOOTER => self.has_footer = true,
             _ => {}

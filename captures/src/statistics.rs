@@ -4,7 +4,7 @@
 //!   interval if the number of lost lines is known only as an interval.
 //! - *Damaged*: lines that arrived but were not intact, by kind and type. They do not count as lost.
 //! - *Resync*: bytes between two intact lines: the cost of an error until the decoder finds the next line. One
-//!   wrong bit costs its line, 80 bytes. Bytes before the first line after the start or a loss of the link are no error.
+//!   wrong bit costs its line, 80 bytes. Bytes before the first line after the start or a loss of the link are not errors.
 //! - *Again*: repeated frames: the same STOP within a second, the same session request, the same command, or waypoints of which
 //!   some were sent before. Hand drive and keepalives are not counted. The station repeats frames while it
 //!   waits for an acknowledgement, also on a link without loss.
@@ -268,7 +268,7 @@ impl Gaps {
         }
     }
 
-    /// Takes an interruption of the link; bytes before the next line are no error.
+    /// Takes an interruption of the link; bytes before the next line are not errors.
     pub const fn interrupt(&mut self) {
         self.noise_bytes = None;
     }

@@ -1,4 +1,4 @@
-//! The infrared detectors, sampled 250 times a second.
+//! The infrared detectors, sampled 250 times per second.
 //!
 //! The LEDs are on for one half cycle and off for the next. A reflection fires a detector only with the LEDs on; a
 //! detector that also fires with the LEDs off receives ambient light. A detection needs `max_count` consecutive

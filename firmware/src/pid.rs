@@ -1,4 +1,4 @@
-//! Speed control of one wheel: a PID controller that accumulates count error, 20 times a second.
+//! Speed control of one wheel: a PID controller that accumulates the count error, 20 times per second.
 //!
 //! The controller accumulates the error of counts, not of speeds: a delayed wheel catches up, so two wheels with equal speeds keep
 //! the robot's heading.

@@ -1,4 +1,4 @@
-//! Which lines count as lost, as damaged, and as another robot's.
+//! Tests which lines count as lost, as damaged, and as another robot's.
 
 use groundwave_protocol::decoder::{Counters, Decoder, Lost, Received};
 use groundwave_protocol::telemetry::{
@@ -10,11 +10,11 @@ use proptest::prelude::*;
 struct Robot {
     id: u8,
     boot: u8,
-    /// Time by its clock, byte times of 2400 baud.
+    /// Time of the robot's clock, in byte times at 2400 baud.
     clock: u64,
     sent: u64,
     sent_long: u64,
-    /// Byte times after each line.
+    /// Pause after each line, in byte times.
     idle: u64,
 }
 
@@ -279,7 +279,7 @@ fn a_robot_that_follows_another_one_has_not_restarted() {
     assert_eq!(counters.intact() + counters.other_lines, 140);
 }
 
-/// Lines of the robot's own are neither damaged nor noise of damaged lines.
+/// The robot's own lines are neither damaged nor noise of damaged lines.
 #[test]
 fn lines_of_the_robots_own_are_no_damaged_ones() {
     let mut robot = Robot::new(7);
@@ -302,7 +302,7 @@ fn lines_of_the_robots_own_are_no_damaged_ones() {
 }
 
 proptest! {
-    /// Lines that arrive damaged are never lost, whichever bits are wrong, also those of their line ends.
+    /// Lines that arrive damaged are never lost, whichever bits are wrong, including those of their line ends.
     #[test]
     fn damaged_lines_are_never_lost(
         errors in prop::collection::vec((0_u64..300, 0_usize..80, 0_u8..8), 1..40),

@@ -217,7 +217,7 @@ fn all_unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 fn remove_all() -> MutexGuard<'static, Vec<PathBuf>> {
     let unfinished = all_unfinished();
     for path in &*unfinished {
-        // The file may be gone already.
+        // The file may no longer exist.
         let _ = fs::remove_file(path);
     }
     unfinished

@@ -269,7 +269,7 @@ impl Link {
         wire + self.own_per_s(now)
     }
 
-    /// Acknowledgement lines a second over the window.
+    /// Number of acknowledgement lines per second over the window.
     pub(crate) fn acks_per_s(&self, now: Moment) -> f64 {
         self.rate(now, |counters| {
             counters.ack_lines - counters.other_ack_lines

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::alarms::Attended;
+use super::chosen_panel::Large;
 use super::config::Config;
 use super::drive::Stick;
 use super::editor::Editor;
@@ -13,7 +14,6 @@ use super::map::MapView;
 use super::news::Passing;
 use super::palette::Palette;
 use super::panel::Panel;
-use super::panels::Large;
 use super::plots::WINDOWS;
 use super::runs::Runs;
 use super::search::Search;

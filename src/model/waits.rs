@@ -8,7 +8,7 @@ use super::Ui;
 use crate::event::{Effect, Event, Level, Moment};
 use crate::wait::{Wait, Waiting};
 
-/// Time for `expect` to hear its fields: two status lines at 2400 baud.
+/// Time for `expect` to receive its fields: two status lines at 2400 baud.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A wait in progress, and its beginning.

@@ -5,7 +5,7 @@ use super::RequestError;
 /// The commands: form (the first word names the command), expected arguments for errors, and
 /// description (empty if another row describes the command).
 const COMMANDS: [(&str, &str, &str); 20] = [
-    ("stop", "nothing", "switch the motors off, in any state"),
+    ("stop", "nothing", "switch off the motors in any state"),
     (
         "mode M",
         "one mode",
@@ -14,7 +14,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     (
         "prowl reactive ..",
         "nothing",
-        "short for `mode prowl` and so on; dock is forage",
+        "short for mode prowl etc.; dock is mode forage",
     ),
     ("reactive", "nothing", ""),
     ("passive", "nothing", ""),
@@ -38,7 +38,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     ),
     (
         "preset P",
-        "one name, and stands for several commands",
+        "the name of one group of commands",
         "all sonar-only sonar-ir moth shy reactive passive wander",
     ),
     (
@@ -51,14 +51,14 @@ const COMMANDS: [(&str, &str, &str); 20] = [
         "the name of one file of `X,Y` lines",
         "waypoints from a file of X,Y lines; --go drives them",
     ),
-    ("clear", "nothing", "delete the robot's route"),
+    ("clear", "nothing", "delete the route in the robot"),
     (
         "set-pose X Y DEG",
         "X and Y in inches and theta, 0 to 359 degrees",
         "set the robot's pose",
     ),
     ("reset-pose", "nothing", "set the pose to 0 0 0"),
-    ("scan", "nothing", "measure the distances all around"),
+    ("scan", "nothing", "measure the distances in all directions"),
     (
         "failsafe M 30s",
         "`off`, or a mode and the silence after which to enter it, like `home 30s`",
@@ -94,7 +94,7 @@ const DASHBOARD_COMMANDS: [(&str, &str); 13] = [
     ("runs FOLDER", "list runs; <runs-window/submit> replays one"),
     ("compare A B", "compare the runs of two captures"),
     ("help", ""),
-    ("quit", "quit; the robot carries on"),
+    ("quit", "quit; the robot continues"),
 ];
 
 /// Forms and descriptions of the commands to the robot.

@@ -1,4 +1,4 @@
-//! The robot of `protocol/c/examples/Host` as a process in lockstep with the test: each exchange is a byte time.
+//! The robot of `protocol/c/examples/Host` as a process in lockstep with the test: each exchange takes a byte time.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -7,12 +7,12 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
-/// Byte times a second.
+/// Number of byte times per second.
 pub const BYTES_PER_S: u32 = 240;
 
 use super::Patch;
 
-/// Boots at the start: their era is not 0.
+/// Number of boots at the start, chosen so that their era is not 0.
 pub const BOOTS: u8 = 9;
 
 /// A running robot.
@@ -24,7 +24,7 @@ pub struct CRobot {
     byte_times: u32,
 }
 
-/// What the robot's program knows of itself.
+/// The state of the robot's program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CState {
     pub mode: u8,
@@ -90,7 +90,7 @@ impl CRobot {
         self.ask(&[b'B', boots, patience_bytes]);
     }
 
-    /// A byte time, with or without a byte from the ground; returns the byte that the robot sends.
+    /// Advances by a byte time, with or without a byte from the ground; returns the byte that the robot sends.
     pub fn exchange(&mut self, heard: Option<u8>) -> Option<u8> {
         match heard {
             Some(byte) => self.ask(&[b'+', byte]),

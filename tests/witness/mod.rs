@@ -92,7 +92,7 @@ impl Trial {
         Self::with(seed, channel, robot, arq::Duplex::Half, latency_ms)
     }
 
-    /// A trial with the duplex that each end is configured for.
+    /// A trial with a configured duplex for each end.
     pub fn with(
         seed: u64,
         channel: &str,
@@ -162,7 +162,7 @@ impl Trial {
         self.some_list(count)
     }
 
-    /// Gives a command; returns its number for [`Trial::end`].
+    /// Sends a command; returns its number for [`Trial::end`].
     pub fn order(&mut self, deed: Deed) -> usize {
         let id = self.co.request(deed.request());
         self.issued.push(Issued {
@@ -201,7 +201,7 @@ impl Trial {
         self.stops.last().and_then(|(_, end)| end.as_ref())
     }
 
-    /// Reboots the robot: its list is gone, executed commands stay executed.
+    /// Reboots the robot: its list is lost, executed commands stay executed.
     pub fn reboot_robot(&mut self) {
         self.co.simulation.reboot();
         self.list.clear();
@@ -291,7 +291,7 @@ impl Trial {
         );
     }
 
-    /// Compares the robot with its state a millisecond ago.
+    /// Compares the robot with its state one millisecond earlier.
     fn look(&mut self) {
         let robot = self.co.simulation.robot();
         let now_ms = self.co.simulation.now_ms();

@@ -7,7 +7,7 @@ use groundwave_protocol::telemetry::{
 
 use super::*;
 
-/// A robot with three lines a second, every twelfth of them a line C.
+/// A robot that sends three lines per second; every twelfth is a line C.
 struct Robot {
     sent: u64,
     boots: u16,

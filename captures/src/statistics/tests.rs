@@ -44,7 +44,7 @@ fn hear(meter: &mut LinkMeter, decoder: &mut Decoder, now: Moment, mut bytes: &[
 fn a_damaged_stream_comes_to_what_a_pencil_says() {
     let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
     let mut stream = Vec::new();
-    // Half a line before the first is no error, but its line feed counts as rejected.
+    // Half a line before the first is not an error, but its line feed counts as rejected.
     stream.extend_from_slice(&line(9)[40..]);
     stream.extend_from_slice(&line(10));
     // 1: a wrong letter costs the line, 80 bytes.
@@ -202,7 +202,7 @@ fn airtime_is_of_the_latest_twenty_seconds() {
     assert_eq!(share(&meter, 60), (0, 0));
 }
 
-/// The robot's 240 bytes a second are all of 2400 baud, a quarter of 9600, and twice as much as 1200 baud carries.
+/// The robot sends 240 bytes per second: the full rate of 2400 baud, a quarter of 9600 baud, and twice the rate of 1200 baud.
 #[test]
 fn airtime_is_of_the_radios_rate() {
     for (baud, bytes_per_s, expected_pct) in [

@@ -205,7 +205,7 @@ impl Style {
             return length;
         };
         if self.is_stamped() {
-            // The next line may have a timestamp of its own.
+            // The next line may have its own timestamp.
             return length + more.iter().take_while(|&&byte| byte == b'\n').count();
         }
         let end = more.iter().rposition(|&byte| byte == b'\n');

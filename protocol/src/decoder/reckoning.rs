@@ -214,7 +214,7 @@ impl Reckoning {
         let (least, most) = self.expected(passed_s, bytes, is_mixed);
         if let Some(before_first) = then.before_first {
             // A robot may begin to send some time after its boot, so the uptime gives only the maximum number of lines sent. A robot
-            // whose first line was heard has lost none before it.
+            // whose first line was received has lost none before it.
             let unseen = most - missing - i64::from(before_first);
             let hidden = unseen / MODULUS * MODULUS;
             let max = if before_first == 0 { 0 } else { hidden.max(0) };

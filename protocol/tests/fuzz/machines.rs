@@ -10,7 +10,7 @@ use groundwave_protocol::telemetry::{Ack, AckLine, Detail, Outcome};
 const ROBOT_ID: u8 = 7;
 const OWNER: u16 = 0x2A5;
 
-/// Reads an input; zeros follow its end.
+/// Reads an input; after its end, reads zeros.
 struct Input<'a>(&'a [u8]);
 
 impl Input<'_> {
@@ -29,7 +29,7 @@ impl Input<'_> {
     }
 }
 
-/// Frames under the robot's own key, because others would fail the checksum; the input gives type and content.
+/// Frames with the robot's own key, because others would fail the checksum; the input gives type and content.
 pub fn farm(input: &[u8]) {
     let mut input = Input(input);
     let mut farm = Farm::new(ROBOT_ID, u16::from(input.byte()));

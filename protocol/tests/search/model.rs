@@ -50,7 +50,7 @@ pub struct Frame {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
     received: Received,
-    /// The line of the same moment that shows the era.
+    /// The line of the same time that shows the era.
     era: Received,
     boots: u16,
 }
@@ -121,7 +121,7 @@ pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
 pub const STOP_AFTER_REQUEST: &str = "a confirmed STOP was taken after its request";
 pub const ENDS: &str = "a channel that works again ends every task";
 
-/// Share of states continued over a good channel: one in this number.
+/// One in this number of states is continued over a good channel.
 const CONTINUED_ONE_IN: u64 = 64;
 
 /// Rounds of a good channel within which all tasks must have ended.

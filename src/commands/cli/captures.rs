@@ -43,8 +43,8 @@ Examples:
   groundwave replay evening.txt --speed 10
 
 Default keys: k pauses and resumes; comma and full stop step one line back and forward; < and > change the speed; g asks
-for a place: 12:30, +30s, 90% or #1234 (a line number); n and N go to the next and the previous alarm, bump, behaviour change or command; m
-marks this moment; o starts a loop, and o again ends it; ? shows all keys."))]
+for a position: 12:30, +30s, 90% or #1234 (a line number); n and N go to the next and the previous alarm, bump, behaviour change or command; m
+marks the current time; o starts a loop, and o again ends it; ? shows all keys."))]
 pub struct Replay {
     /// A raw text capture, with or without timestamps, or an MCAP file
     #[arg(add = ArgValueCompleter::new(completions::captures))]
@@ -83,8 +83,8 @@ Examples:
   cat /dev/ttyUSB0 | groundwave export - --to jsonl
   ssh robot cat evening.txt | groundwave export - --to mcap -o evening.mcap
 
-Lines that have timestamps, such as those written by `ts` or another ground station, keep them. Other lines are timed as
-if the radio had sent them without pauses at 2400 baud, beginning at --start. Line ends changed by an editor are restored."))]
+Timestamps in the lines, such as those written by `ts` or another ground station, are kept. Other lines get times as if
+the radio had sent them without pauses at 2400 baud, starting at --start. Line ends changed by an editor are restored."))]
 pub struct Export {
     /// Captures to read.
     #[command(flatten)]
@@ -98,7 +98,7 @@ pub struct Export {
     /// Start of raw text, with --to mcap: 2025-03-14T09:26:53Z [default: its first timestamp, else 1970]
     #[arg(long, value_name = "TIME")]
     pub start: Option<When>,
-    /// With --to mcap, also take files without an intact line, such as noise
+    /// With --to mcap, also convert files without an intact line, such as noise
     #[arg(long)]
     pub anyway: bool,
 }
@@ -128,7 +128,7 @@ Examples:
   groundwave cut evening.mcap --from 2025-03-14T20:15:00Z      writes evening.cut.mcap
   groundwave cut evening.txt --to 10m -o -
 
-The output has the format of the input. A line belongs to the part in which it ends, so adjacent parts lose nothing."))]
+The output has the format of the input. A line belongs to the range in which it ends, so adjacent ranges lose no line."))]
 pub struct Cut {
     /// Captures to read.
     #[command(flatten)]
@@ -151,15 +151,16 @@ Examples:
   groundwave verify 'evenings/*.mcap'
   groundwave verify evening.mcap --raw evening.txt
 
-Checks all checksums, message numbers, byte offsets and statistics; that all messages derived from the bytes and the
-station's events are what the bytes decode to; and that the raw file beside the recording (NAME.txt), if it begins
-like it, holds the same bytes. Lines lost on the radio are reported, but are not a fault of the capture.
-Exit codes: 0 all good, 1 not good, 2 not a capture."))]
+The command checks all checksums, message numbers, byte offsets and statistics. It derives all messages again from the
+bytes and the station's events, and compares them with those in the recording. It compares the bytes with the raw file
+beside the recording (NAME.txt) if both begin with the same bytes. Lines lost on the radio are reported, but are not a
+fault of the capture.
+Exit codes: 0 no faults, 1 faults, 2 not a capture."))]
 pub struct Verify {
     /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if it begins like it]
+    /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if both begin with the same bytes]
     #[arg(long, value_name = "FILE")]
     pub raw: Option<PathBuf>,
     /// Print one JSON object per file
@@ -174,9 +175,9 @@ Examples:
   groundwave recover evening.mcap
   groundwave recover --json ~/captures    all interrupted recordings in a folder
 
-An interrupted recording is finished: its messages are indexed and compressed. A damaged recording is rewritten from its
-readable parts, the skipped parts are reported, and the original is kept as FILE.damaged. The command may be interrupted
-and repeated at any time."))]
+The command finishes an interrupted recording: it indexes and compresses the messages. It rewrites a damaged recording
+from the readable parts, reports the skipped parts and keeps the original as FILE.damaged. You can interrupt and repeat
+the command at any time."))]
 pub struct Recover {
     /// Recordings, or folders with interrupted recordings
     #[arg(required = true, add = ArgValueCompleter::new(completions::captures))]

@@ -20,7 +20,7 @@ Examples:
   groundwave runs --since 2026-11-01 --until 2026-11-20
   groundwave runs --json | jq 'select(.void == null)'
 
-Each capture is one run, the newest last, with the figures of `info`. Dates are in UTC, as in all captures. The closing error is the distance from the end of its path to the
+Each capture is one run with the figures of `info`; the newest is last. Dates are in UTC, as in all captures. The closing error is the distance from the end of the path to its
 beginning, or to the place where the odometer was last reset by a restart or by setting the position."))]
 pub struct Runs {
     /// Captures, or folders of captures
@@ -47,7 +47,7 @@ Examples:
   groundwave label run7.mcap --void 'the cat sat on it'
   groundwave label run7.mcap --counts                   make the run valid again
 
-The label is kept beside the capture, in run7.mcap.run.toml. The capture itself is not changed."))]
+The label is saved beside the capture, in run7.mcap.run.toml. The capture itself is not changed."))]
 pub struct Label {
     /// A capture
     #[arg(add = ArgValueCompleter::new(completions::captures))]

@@ -28,17 +28,17 @@ pub struct Send {
     /// The command and its arguments
     #[arg(value_name = "COMMAND", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::commands))]
     words: Vec<String>,
-    /// Send through a station that was started with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the station's default socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     pub via: Option<Via>,
     /// Read commands, `wait 30s`, `wait until driven within 2m` and `expect battery > 12` from FILE (- is standard input), one per line;
     /// stop at the first failure
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
     pub file: Option<PathBuf>,
-    /// Send nothing; print the frames and the minimum time they take. LINK may be omitted
+    /// Send nothing; print the frames and the minimum time for sending them. LINK may be omitted
     #[arg(long)]
     pub dry_run: bool,
-    /// Send commands that take a protection away: bumpers, cliff guard, critical battery, failsafe
+    /// Send commands that turn off a protection: bumpers, cliff guard, critical battery, failsafe
     #[arg(long)]
     pub yes: bool,
     /// After goto or route, enter mode prowl, so that the robot drives
@@ -74,13 +74,13 @@ pub struct Param {
     /// list, get NAME, set NAME VALUE, save, save-to FILE, load FILE or diff FILE
     #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::param))]
     words: Vec<String>,
-    /// Send through a station that was started with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the station's default socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     via: Option<Via>,
     /// Overwrite an existing file (save-to)
     #[arg(long)]
     force: bool,
-    /// Set a parameter even if it takes a protection away: cliff-guard 0, battery-critical 0
+    /// Set a parameter even if its value turns off a protection: cliff-guard 0, battery-critical 0
     #[arg(long)]
     yes: bool,
     /// Give up if the robot has not confirmed after this time
@@ -158,7 +158,7 @@ pub struct Calibrate {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
-    /// Send through a station that was started with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the station's default socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
     via: Option<Address>,
     /// Side of the square in inches; keep another foot of floor free around it

@@ -24,11 +24,11 @@ pub struct Ports {
 #[command(after_help = laid_out("\
 Examples:
   groundwave config                                     print the default configuration, with comments
-  groundwave config > ~/.config/groundwave/config.toml  make a file to start from
+  groundwave config > ~/.config/groundwave/config.toml  make a file to edit
   groundwave config path                                print the file's path
   groundwave config check my.toml                       list the mistakes in a file"))]
 pub struct ConfigArgs {
-    /// Without a subcommand, the default configuration is printed
+    /// The subcommand; without one, the default configuration is printed.
     #[command(subcommand)]
     pub what: Option<ConfigVerb>,
 }
@@ -40,7 +40,7 @@ pub enum ConfigVerb {
     Path,
     /// Check a configuration and list its mistakes
     Check {
-        /// The file [default: the one that is in use]
+        /// The file [default: the file in use]
         file: Option<PathBuf>,
     },
 }

@@ -30,7 +30,7 @@ pub struct Simulated {
     /// The robot's radio; with half, hc-12 and xbee, the robot and the station take turns
     #[arg(long, value_enum, value_name = "KIND", default_value = "full")]
     pub radio: RadioKind,
-    /// Charge of the robot's battery at the start in per cent; 15 soon raises the alarm
+    /// Charge of the robot's battery at the start in per cent; at 15 the alarm follows soon
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u8).range(..=100))]
     pub battery: u8,
     /// Speed, as a multiple of real time
@@ -87,7 +87,7 @@ pub struct Sim {
     /// Write the true state and the robot's decisions of each tick to FILE, as CSV
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// Write the sound of the robot's beeper to FILE, in simulated time
+    /// Write the sound of the robot's beeper to FILE as WAV, in simulated time
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
     /// Overwrite existing files
@@ -101,9 +101,9 @@ pub struct Sim {
 Examples:
   groundwave world                          list the built-in worlds
   groundwave world office                   show one
-  groundwave world my-flat.toml             check and show your own
-  groundwave world my-flat.toml --check     print only warnings; exit code 1 if there are any
-  groundwave world generated:7 --text       print a generated house, as a file to start from
+  groundwave world my-flat.toml             check and show a world of your own
+  groundwave world my-flat.toml --check     print only warnings; exit code 1 if any
+  groundwave world generated:7 --text       print a generated house as a file to edit
   groundwave world house --svg house.svg    draw it to scale"))]
 pub struct World {
     /// A built-in world, generated:SEED or a TOML file

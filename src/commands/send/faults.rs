@@ -53,7 +53,7 @@ pub(in super::super) fn not_confirmed(
             .to_owned()
     };
     let state = match request {
-        // A command that another client has sent already has no frames of its own.
+        // No frames are sent for a command that another client has already sent.
         _ if frames == 0 && *request != Request::Stop => " It was not sent.",
         Request::Route(_) => " The robot holds its old route or the new one, whole.",
         _ => " The robot may or may not have executed it.",

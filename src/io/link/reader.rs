@@ -164,7 +164,7 @@ impl<R: Reopen> Reader<R> {
     }
 
     /// Reads until the connection ends. The sink gets every chunk at once; the station is woken only when a line may be complete,
-    /// three times a second instead of sixty.
+    /// three times per second instead of sixty.
     fn read_until_lost(
         &mut self,
         reading: &mut Reading,

@@ -66,7 +66,7 @@ impl<C: Cursor> Timeline<C> {
         Found::NotYet
     }
 
-    /// Whether a search of the unread part is under way.
+    /// Whether a search of the unread part is in progress.
     #[must_use]
     pub const fn is_searching(&self) -> bool {
         self.search.is_some()
