@@ -23,9 +23,9 @@ pub struct Gauge {
 /// The measured position minus the odometry's, inches, in the frame of the square's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Offset {
-    /// Distance to the right of the start.
+    /// Distance to the right of the start, inches.
     pub right_in: f64,
-    /// Distance ahead of the start.
+    /// Distance ahead of the start, inches.
     pub ahead_in: f64,
 }
 

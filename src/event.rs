@@ -227,7 +227,7 @@ pub(crate) fn unquoted(text: &str) -> String {
 /// Parses `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Enclosing quotes are removed.
 ///
 /// # Errors
-/// When a text is missing, or not expected.
+/// If a text is missing, or not expected.
 #[must_use]
 pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
     let (first, rest) = words.split_first()?;

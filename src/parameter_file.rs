@@ -139,7 +139,7 @@ impl ParameterFile {
     /// The parameters whose values differ from the robot's.
     ///
     /// # Errors
-    /// When the robot lacks a parameter or does not accept a value.
+    /// If the robot lacks a parameter or does not accept a value.
     pub fn differences(&self, robot: &[ParameterLine]) -> Result<Vec<Difference>, FileError> {
         let mut found = Vec::new();
         for entry in &self.entries {

@@ -85,7 +85,7 @@ impl Wait {
     /// Parses a line of a script; `None` for a command to the robot.
     ///
     /// # Errors
-    /// When the words after `wait` or `expect` are wrong.
+    /// If the words after `wait` or `expect` are wrong.
     pub fn from_words(words: &[&str]) -> Option<Result<Self, String>> {
         let kind = match words {
             ["wait", "until", condition @ .., "within", limit] => {

@@ -47,7 +47,7 @@ const GIVE_UP: Duration = Duration::from_millis(15_001);
 struct Pending {
     id: CommandId,
     request: Request,
-    /// Executions and STOPs of the robot before the command was given.
+    /// Number of executions and STOPs of the robot before the command was given.
     executions_before: usize,
     stops_before: usize,
     /// Time at which the client abandons the command.
@@ -61,7 +61,7 @@ struct Operator {
     process: u64,
     up: Direction,
     down: Direction,
-    /// Time at which the link opens again; `None` while it is open.
+    /// Time at which the link opens again, milliseconds; `None` while it is open.
     back_ms: Option<u64>,
     pending: Vec<Pending>,
     /// Times of the latest progress of a command and of the latest STOP given.

@@ -11,7 +11,7 @@ use sr04_firmware::board::PATIENCE_BYTES;
 
 const SILENCE_S: u16 = 10;
 
-/// Time without commands, with a station present.
+/// Time without commands, with a station present, seconds.
 const QUIET_S: u64 = 300;
 
 /// Sets the failsafe, then mode prowl; the seed selects the radio.

@@ -80,7 +80,7 @@ fn confirmation_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
         .then(|| (co.simulation.now_ms() - begun_ms) as f64 / 1000.0)
 }
 
-/// Speed below which the wheels count as standing still.
+/// Speed below which the wheels count as standing still, in/s.
 const STANDING_IN_S: f64 = 0.05;
 
 /// An effect of a STOP, and whether it has occurred.

@@ -11,9 +11,9 @@ const COUNT_MODULUS: u16 = 10_000;
 /// lines A, which miss short contacts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bumps {
-    /// Contacts until the latest line C.
+    /// Number of contacts until the latest line C.
     counted: u32,
-    /// Contacts in lines A since.
+    /// Number of contacts in lines A since.
     seen: u32,
     is_touching: bool,
     /// Uptime, boots and bumps of the latest line C.

@@ -22,9 +22,9 @@ pub enum ConvertError {
 /// The result of a conversion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Converted {
-    /// Bytes from the radio.
+    /// Number of bytes from the radio.
     pub bytes: u64,
-    /// Intact lines, and lines of the robot's own with values.
+    /// Number of intact lines, and lines of the robot's own with values.
     pub lines: u64,
 }
 
@@ -33,7 +33,7 @@ pub struct Converted {
 /// restored.
 ///
 /// # Errors
-/// When reading or writing fails.
+/// If reading or writing fails.
 pub fn convert_raw(
     source: impl Read,
     start_ns: Option<u64>,

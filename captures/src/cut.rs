@@ -45,7 +45,7 @@ pub enum CutError {
 /// Result of a cut.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Bytes received.
+    /// Number of bytes received.
     pub bytes: u64,
     /// Observations; none in a raw capture.
     pub observations: u64,
@@ -58,7 +58,7 @@ pub struct Part {
 /// Cuts a raw capture; lines are copied unchanged.
 ///
 /// # Errors
-/// When a wall-clock time is given and no line has a date, and when reading or writing fails.
+/// If a wall-clock time is given and no line has a date, and when reading or writing fails.
 pub fn cut_raw(
     source: impl Read,
     window: Window,
@@ -96,7 +96,7 @@ pub fn cut_raw(
 /// and `/raw/tx` start at offset 0; the table `cut` holds their original offsets.
 ///
 /// # Errors
-/// When reading or writing fails.
+/// If reading or writing fails.
 pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result<Part, CutError> {
     let mut observations = Observations::new(source);
     let mut cutter = Cutter {
@@ -149,7 +149,7 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
 struct Cutter<W: Write> {
     writer: SessionWriter<W>,
     window: Window,
-    /// Time of the first observation.
+    /// Time of the first observation, nanoseconds.
     start_ns: Option<u64>,
     /// Received bytes of an unfinished line, with their times.
     pending: VecDeque<(u64, RawBytes)>,

@@ -44,7 +44,7 @@ pub enum DecodeError {
 /// unless it is a terminal.
 ///
 /// # Errors
-/// When reading the capture or writing the output fails.
+/// If reading the capture or writing the output fails.
 pub fn decode(
     capture: &mut Capture,
     format: Format,
@@ -74,9 +74,9 @@ pub fn decode(
 /// Counts and mistakes of a decoded capture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Decoded {
-    /// Bytes received.
+    /// Number of bytes received.
     pub bytes: u64,
-    /// Intact lines, and lines of the robot's own with values.
+    /// Number of intact lines, and lines of the robot's own with values.
     pub lines: u64,
     /// Mistakes in the robot's lines.
     pub mistakes: Vec<Finding>,

@@ -29,7 +29,7 @@ impl Lock {
     /// Locks a file; `None` when another program records or recovers it, or has just replaced it.
     ///
     /// # Errors
-    /// When the file cannot be opened.
+    /// If the file cannot be opened.
     pub(crate) fn take(path: &Path) -> io::Result<Option<Self>> {
         let file = open(path)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
@@ -216,7 +216,7 @@ pub fn is_own_name(path: &Path) -> bool {
 /// Refuses a name that is reserved for recovery.
 ///
 /// # Errors
-/// When the name is reserved.
+/// If the name is reserved.
 pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
     if is_own_name(path) {
         return Err(CaptureError::OwnName(path.to_owned()));

@@ -15,7 +15,7 @@ const OPEN_MAX: usize = 16;
 struct Open {
     /// Number of the line after the gap.
     line: u64,
-    /// Lines lost; `None` if the link was interrupted.
+    /// Number of lines lost; `None` if the link was interrupted.
     lost: Option<u64>,
 }
 

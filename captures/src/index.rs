@@ -137,7 +137,7 @@ impl Source for Vec<u8> {
 /// temporary file.
 ///
 /// # Errors
-/// When the file cannot be opened, or is not a capture.
+/// If the file cannot be opened, or is not a capture.
 pub fn open(path: &Path) -> Result<Box<dyn SeekableReader + Send>, CaptureError> {
     let open_error = |error| CaptureError::Open {
         path: path.to_owned(),
@@ -190,7 +190,7 @@ fn unlinked_file() -> io::Result<File> {
 /// Opens a capture from a source with random access; the name appears in error messages.
 ///
 /// # Errors
-/// When the source cannot be read, or is not a capture.
+/// If the source cannot be read, or is not a capture.
 pub fn read(
     source: Arc<dyn Source>,
     name: &Path,

@@ -41,20 +41,20 @@ pub struct Info {
     /// Time from the beginning to the last byte, seconds; for raw text without timestamps, the transmission time at the rate of the
     /// robot's clock, or at 2400 baud.
     pub duration_s: f64,
-    /// Bytes received.
+    /// Number of bytes received.
     pub bytes: u64,
-    /// Bytes outside intact lines.
+    /// Number of bytes outside intact lines.
     pub noise_bytes: u64,
-    /// Bytes at the end that may begin a line; part of `noise_bytes`.
+    /// Number of bytes at the end that may begin a line; part of `noise_bytes`.
     pub unfinished_bytes: u64,
-    /// Received bytes that are missing from the capture.
+    /// Number of received bytes that are missing from the capture.
     pub missing_bytes: u64,
     /// Intact lines.
     pub lines: LineCounts,
     /// Loss of lines.
     #[serde(flatten)]
     pub loss: Loss,
-    /// Places between two intact lines where lines were lost or damaged, or the link was interrupted.
+    /// Number of places between two intact lines where lines were lost or damaged, or the link was interrupted.
     pub gaps: u64,
     /// Damaged lines.
     pub damaged: Damaged,
@@ -75,7 +75,7 @@ pub struct Info {
     pub sent: Option<Sent>,
     /// Robot and firmware, as last reported.
     pub robot: Option<Robot>,
-    /// Restarts of the robot: changes of the boot counter or backward jumps of the uptime.
+    /// Number of restarts of the robot: changes of the boot counter or backward jumps of the uptime.
     pub restarts: u64,
     /// Distance between the reported positions, inches.
     pub distance_in: f64,
@@ -120,13 +120,13 @@ pub struct LineCounts {
     /// A field of the robot's own.
     #[serde(skip_serializing_if = "is_none")]
     pub f: u64,
-    /// Values of the robot's own fields.
+    /// Number of values of the robot's own fields.
     #[serde(skip_serializing_if = "is_none")]
     pub v: u64,
 }
 
 impl LineCounts {
-    /// Intact lines of every type.
+    /// Number of intact lines of every type.
     #[must_use]
     pub const fn total(&self) -> u64 {
         let Self {
@@ -157,11 +157,11 @@ const fn is_none(count: &u64) -> bool {
 /// Totals sent during the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sent {
-    /// Bytes handed to the device.
+    /// Number of bytes handed to the device.
     pub bytes: u64,
     /// Frames: STOPs, session requests, commands and waypoints.
     pub frames: u64,
-    /// Repeated frames; part of `frames`.
+    /// Number of repeated frames; part of `frames`.
     pub frames_again: u64,
     /// Uplink airtime, per cent; `None` when `airtime_down_pct` is.
     pub airtime_up_pct: Option<f64>,

@@ -75,7 +75,7 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
 /// Renames an unfinished recording with this name, to free the name; returns its new name.
 ///
 /// # Errors
-/// When the recording is being written now, or cannot be renamed.
+/// If the recording is being written now, or cannot be renamed.
 pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     if !is_unfinished(path) {
         return Ok(None);

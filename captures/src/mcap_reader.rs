@@ -85,7 +85,7 @@ impl<R: Read> Entries<R> {
     /// Continues reading at a position, with the channels known there; `source` begins at its offset.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub fn resume(source: R, position: Position, channels: Channels) -> io::Result<Self> {
         Ok(Self::of(
             RepairingReader::resume(source, position)?,
@@ -106,7 +106,7 @@ impl<R: Read> Entries<R> {
     /// The next entry; `None` at the end.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub fn next_entry(&mut self) -> io::Result<Option<Entry<'_>>> {
         let Some(part) = self.reader.next_part()? else {
             return Ok(None);

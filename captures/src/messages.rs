@@ -268,13 +268,13 @@ telemetry! {
     21 photo_left_pct: uint32;
     /// Right photocell, per cent of full scale, 0 very bright.
     22 photo_right_pct: uint32;
-    /// Bumper switches.
+    /// State of the bumper switches.
     23 bump: int32 of BUMPS;
-    /// Infrared detectors.
+    /// State of the infrared detectors.
     24 infrared: int32 of INFRARED;
-    /// Floor edge sensors.
+    /// State of the floor edge sensors.
     25 cliff: int32 of CLIFFS;
-    /// Servo arm and motion detectors.
+    /// State of the servo arm and of the motion detectors.
     26 arm: int32 of ARMS;
     /// State of drive train and odometer.
     27 drive: int32 of DRIVES;
@@ -303,15 +303,15 @@ telemetry! {
 
     /// Number of the robot, 1 to 99.
     39 robot_id: uint32;
-    /// Battery, volts.
+    /// Battery voltage, volts.
     40 battery_v: double;
     /// X of the point that the robot drives to, inches.
     41 target_x_in: sint32;
     /// Y of the point that the robot drives to, inches.
     42 target_y_in: sint32;
-    /// Waypoints of the active list reached.
+    /// Number of waypoints of the active list that have been reached.
     43 waypoints_driven: uint32;
-    /// Waypoints in the active list.
+    /// Number of waypoints in the active list.
     44 waypoints_count: uint32;
     /// Digest of the active list.
     45 list_digest: uint32;

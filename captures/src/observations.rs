@@ -85,7 +85,7 @@ impl<R: Read> Observations<R> {
         }
     }
 
-    /// All channels; complete at the end.
+    /// All channels; complete only after the last observation.
     pub(crate) fn channels(&self) -> Channels {
         self.entries.channels().clone()
     }
@@ -93,7 +93,7 @@ impl<R: Read> Observations<R> {
     /// The next item; `None` at the end of the data section.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub(crate) fn next_item(&mut self) -> io::Result<Option<Item>> {
         while let Some(entry) = self.entries.next_entry()? {
             let item = match entry {

@@ -10,7 +10,7 @@ use groundwave_protocol::telemetry::{Body, SEQUENCE_MODULUS};
 /// Maximum speed of the robot, inches per second; a faster step is an odometer reset.
 const SPEED_MAX_IN_S: f64 = 24.0;
 
-/// Long lines per second at 2400 baud.
+/// Number of long lines per second at 2400 baud.
 const LINES_PER_S: f64 = 3.0;
 
 /// How the robot came from one position to the next.
@@ -41,7 +41,7 @@ pub(super) struct Odometer {
     last: Option<Fix>,
     /// Distance driven, inches.
     pub(super) distance_in: f64,
-    /// Resets after the first position.
+    /// Number of resets after the first position.
     pub(super) resets: u32,
 }
 

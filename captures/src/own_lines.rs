@@ -182,11 +182,11 @@ pub struct FieldSummary {
 /// Lines of the robot's own in a capture.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct OwnSummary {
-    /// Lines with values.
+    /// Number of lines with values.
     pub lines: u64,
-    /// Lines of text.
+    /// Number of lines of text.
     pub texts: u64,
-    /// Damaged lines.
+    /// Number of damaged lines.
     pub damaged: u64,
     /// Fields, in the order of their first values.
     pub fields: Vec<FieldSummary>,

@@ -22,7 +22,7 @@ impl RawWriter {
     /// Creates the file.
     ///
     /// # Errors
-    /// When the file exists and may not be overwritten, or cannot be created.
+    /// If the file exists and may not be overwritten, or cannot be created.
     pub fn create(path: impl Into<PathBuf>, existing: Existing) -> Result<Self, CaptureError> {
         let path = path.into();
         let worker = Worker {

@@ -61,7 +61,7 @@ impl Recorder {
     /// The caller must first rename an interrupted recording with that name ([`super::interrupted::set_aside`]).
     ///
     /// # Errors
-    /// When the file exists and may not be overwritten, is in use, or cannot be written.
+    /// If the file exists and may not be overwritten, is in use, or cannot be written.
     pub fn start(
         path: impl Into<PathBuf>,
         existing: Existing,
@@ -89,7 +89,7 @@ impl Recorder {
     /// removed when it cannot be written.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn on(
         file: File,
         path: &Path,

@@ -44,7 +44,7 @@ const TABLE: &str = "recovery";
 /// Finishes an unfinished recording, or rebuilds a damaged one from its readable parts; reports saved and lost parts.
 ///
 /// # Errors
-/// When the file is not a recording or is in use, or a disk fails. The file is then unchanged.
+/// If the file is not a recording or is in use, or a disk fails. The file is then unchanged.
 pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let lock = Lock::take(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),

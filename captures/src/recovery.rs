@@ -27,11 +27,11 @@ pub struct Recovery {
     pub path: PathBuf,
     /// The result.
     pub outcome: Outcome,
-    /// Messages in the recording.
+    /// Number of messages in the recording.
     pub messages: u64,
-    /// Bytes from the radio in the recording.
+    /// Number of bytes from the radio in the recording.
     pub rx_bytes: u64,
-    /// Bytes to the radio in the recording.
+    /// Number of bytes to the radio in the recording.
     pub tx_bytes: u64,
     /// Lost bytes from the radio, in order.
     pub rx_missing: Vec<Missing>,
@@ -39,7 +39,7 @@ pub struct Recovery {
     pub damage: Vec<Damage>,
     /// Whether the old file ended in the middle of a record, or was a finished file without its end.
     pub is_cut: bool,
-    /// Messages whose topic is unknown.
+    /// Number of messages whose topic is unknown.
     pub nameless: u64,
     /// Path of the old file, kept if it was damaged.
     pub original: Option<PathBuf>,

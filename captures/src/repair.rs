@@ -123,7 +123,7 @@ impl<R: Read> RepairingReader<R> {
     /// Continues reading at a position; `source` begins at its offset.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub fn resume(source: R, position: Position) -> io::Result<Self> {
         let mut reader = Self::new(source);
         if position.offset > 0 {
@@ -165,7 +165,7 @@ impl<R: Read> RepairingReader<R> {
     /// The next record or damaged part; `None` at the end. A record that the end of the file cuts off is skipped.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub fn next_part(&mut self) -> io::Result<Option<Part<'_>>> {
         Ok(self.advance()?.map(|found| match found {
             Found::Damage(damage) => Part::Damage(damage),

@@ -35,7 +35,7 @@ impl<W: Write> SessionWriter<W> {
     /// Begins a recording of a session.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn new(output: W, session: &Session) -> io::Result<Self> {
         let mut writer = Self::with_chunks(output, CHUNK_BYTES)?;
         writer.handle_event(since_1970_ns(session.start), &session.beginning())?;
@@ -51,7 +51,7 @@ impl<W: Write> SessionWriter<W> {
     /// Begins a recording in chunks of `chunk_bytes`, uncompressed, without a session.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub(super) fn with_chunks(output: W, chunk_bytes: u64) -> io::Result<Self> {
         Ok(Self {
             deriver: Deriver::new(),
@@ -62,7 +62,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes bytes received, read at `at_ns` since 1970, and the messages derived from them.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn handle_rx(&mut self, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
         let mcap = &mut self.mcap;
         self.deriver
@@ -76,7 +76,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes bytes sent at `at_ns` since 1970.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn handle_tx(&mut self, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
         let mcap = &mut self.mcap;
         self.deriver
@@ -86,7 +86,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes a station event and the messages derived from it.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn handle_event(&mut self, at_ns: u64, event: &StationEvent) -> io::Result<()> {
         let mcap = &mut self.mcap;
         self.deriver
@@ -96,7 +96,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes an item of another recording. A gap in its stream offsets is kept.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub(super) fn handle_item(&mut self, item: Item) -> io::Result<()> {
         match item {
             Item::Observation { at_ns, observation } => match observation {
@@ -142,7 +142,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes a metadata table.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn write_metadata(&mut self, table: &Metadata) -> io::Result<()> {
         self.mcap.write_metadata(table)
     }
@@ -150,7 +150,7 @@ impl<W: Write> SessionWriter<W> {
     /// Ends the current chunk.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn end_chunk(&mut self) -> io::Result<()> {
         self.mcap.writer.flush().map_err(io_error)
     }
@@ -168,7 +168,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes the rest, the layout, the index and the statistics; returns the output.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn finish(mut self) -> io::Result<W> {
         let mcap = &mut self.mcap;
         self.deriver.finish(|message| mcap.write(&message))?;
@@ -197,7 +197,7 @@ impl<W: Write> TopicWriter<W> {
     /// Begins a file in chunks of `chunk_bytes`, uncompressed.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn new(output: W, chunk_bytes: u64) -> io::Result<Self> {
         let writer = WriteOptions::new()
             .library(LIBRARY)
@@ -216,7 +216,7 @@ impl<W: Write> TopicWriter<W> {
     /// Writes a message.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn write(&mut self, message: &TopicMessage<'_>) -> io::Result<()> {
         // A chunk with only the schemas would have no index.
         let is_first = self.start_ns.is_none();
@@ -244,7 +244,7 @@ impl<W: Write> TopicWriter<W> {
     /// Writes a metadata table.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn write_metadata(&mut self, table: &Metadata) -> io::Result<()> {
         self.writer.write_metadata(table).map_err(io_error)
     }
@@ -252,7 +252,7 @@ impl<W: Write> TopicWriter<W> {
     /// Writes the index and the statistics; returns the output.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn finish(mut self) -> io::Result<W> {
         register(&mut self.writer, &Topic::ALL).map_err(io_error)?;
         self.writer.finish().map_err(io_error)?;

@@ -74,7 +74,7 @@ pub(super) fn is_route(head: &[u8]) -> bool {
 /// Opens the file of a capture.
 ///
 /// # Errors
-/// When the file cannot be opened.
+/// If the file cannot be opened.
 pub fn open_file(path: &Path) -> Result<File, CaptureError> {
     files::open(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
@@ -115,7 +115,7 @@ impl Capture {
     /// Opens a capture; its content determines the form. `-` is standard input.
     ///
     /// # Errors
-    /// When the file cannot be opened or read.
+    /// If the file cannot be opened or read.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, CaptureError> {
         let path = path.as_ref();
         if path == Path::new("-") {
@@ -127,7 +127,7 @@ impl Capture {
     /// Reads a capture from any source; the name appears in error messages.
     ///
     /// # Errors
-    /// When its beginning cannot be read.
+    /// If its beginning cannot be read.
     pub fn read(
         name: impl Into<PathBuf>,
         mut source: Box<dyn Read + Send>,
@@ -233,7 +233,7 @@ impl Capture {
     /// The next piece and its time since the capture began; `None` at the end.
     ///
     /// # Errors
-    /// When the capture cannot be read; also once, at the end, when parts of it were damaged.
+    /// If the capture cannot be read; also once, at the end, when parts of it were damaged.
     pub fn next_piece(&mut self) -> Result<Option<(Duration, Piece<'_>)>, CaptureError> {
         let read_error = |error| CaptureError::Read {
             path: self.path.clone(),

@@ -34,7 +34,7 @@ const ASKED_MAX: usize = 64;
 /// Statistics at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Statistics {
-    /// Intact lines of all types.
+    /// Number of intact lines of all types.
     pub lines: u64,
     /// Loss of lines.
     #[serde(flatten)]
@@ -48,7 +48,7 @@ pub struct Statistics {
     pub resync: Option<Resync>,
     /// STOPs, requests for a session, commands and waypoints sent.
     pub frames: u64,
-    /// Repeated frames; part of `frames`.
+    /// Number of repeated frames; part of `frames`.
     pub frames_again: u64,
     /// Time to confirmation; `None` before the first.
     pub confirmation: Option<Confirmation>,
@@ -56,7 +56,7 @@ pub struct Statistics {
     pub airtime_down_pct: f64,
     /// Uplink airtime over the latest 20 s, per cent.
     pub airtime_up_pct: f64,
-    /// Bytes that the device did not take.
+    /// Number of bytes that the device did not take.
     pub not_taken_bytes: u64,
 }
 
@@ -214,13 +214,13 @@ pub struct Resync {
 /// Time from the queueing of a command to its confirmation, seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Confirmation {
-    /// Commands confirmed.
+    /// Number of commands confirmed.
     pub count: u64,
-    /// Latest.
+    /// Time of the latest command, seconds.
     pub last_s: f64,
-    /// Mean.
+    /// Mean time, seconds.
     pub mean_s: f64,
-    /// Longest.
+    /// Longest time, seconds.
     pub worst_s: f64,
 }
 

@@ -12,7 +12,7 @@ const BYTES_MAX: u64 = 4 << 20;
 /// Reads a text file. Refuses pipes and devices, because opening one can block.
 ///
 /// # Errors
-/// When the file is not a regular file, is longer than 4 MiB, is not UTF-8, or cannot be read.
+/// If the file is not a regular file, is longer than 4 MiB, is not UTF-8, or cannot be read.
 pub fn read(path: &Path) -> io::Result<String> {
     let about = fs::metadata(path)?;
     if about.is_dir() {
@@ -27,7 +27,7 @@ pub fn read(path: &Path) -> io::Result<String> {
 /// Reads text from a stream to its end.
 ///
 /// # Errors
-/// When the text is longer than 4 MiB, is not UTF-8, or cannot be read.
+/// If the text is longer than 4 MiB, is not UTF-8, or cannot be read.
 pub fn read_to_end(source: impl Read) -> io::Result<String> {
     let mut bytes = Vec::new();
     source.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;

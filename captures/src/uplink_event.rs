@@ -20,10 +20,10 @@ pub struct UplinkEvent {
     /// Number of frames sent for the command so far, repetitions included.
     #[prost(uint32, optional, tag = 4)]
     pub frames: Option<u32>,
-    /// Waypoints that the robot acknowledged.
+    /// Number of waypoints that the robot acknowledged.
     #[prost(uint32, optional, tag = 5)]
     pub acknowledged: Option<u32>,
-    /// Waypoints in the list.
+    /// Number of waypoints in the list.
     #[prost(uint32, optional, tag = 6)]
     pub total: Option<u32>,
     /// Digest of a waypoint list that the robot confirmed.

@@ -63,7 +63,7 @@ impl<T: Send + 'static> WriteQueue<T> {
     /// slow disk but not for a disk that hangs.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     pub(super) fn start(
         path: PathBuf,
         worker: impl FileWorker<Item = T>,

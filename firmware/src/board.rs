@@ -1,6 +1,6 @@
 //! Interface between the robot's program and the pins of its board.
 
-/// Ticks per second.
+/// Number of ticks per second.
 pub const TICK_HZ: u32 = 20;
 
 /// Infrared half cycles per second: the LEDs are modulated at half of this rate.

@@ -27,7 +27,7 @@ const BRAKE_TICKS: u8 = 6;
 /// Maximum counts per tick of a standing wheel.
 const STANDING_COUNTS: i16 = 1;
 
-/// Speed of a retreat: slow enough to detect the next edge in time.
+/// Speed of a retreat, in/s: slow enough to detect the next edge in time.
 const RETREAT_IN_S: i16 = 5;
 
 /// Distance back from an edge ahead, in counts of both wheels: the wheels clear the edge in the turn.
@@ -45,11 +45,11 @@ const TURN_IN_S: i16 = 6;
 /// Minimum turn away from an edge ahead, 60 degrees; a random part of up to 60 degrees is added.
 const TURN_LEAST: u16 = 0x2AAB;
 
-/// Ticks for which a detection is held, and detections among them that confirm an edge.
+/// Number of ticks for which a detection is kept, and number of detections among them that confirm an edge.
 const HELD_TICKS: usize = 8;
 const SURE_COUNT: u8 = 2;
 
-/// Ticks for which a robot that stands remembers a confirmed edge that its sensors do not see.
+/// Number of ticks for which a robot that stands remembers a confirmed edge that its sensors do not see.
 const KNOWN_TICKS: u8 = 3 * ticks(1) as u8;
 
 /// Maximum duration of a turn.
@@ -119,16 +119,16 @@ pub struct CliffGuard {
     history: [Edges; HELD_TICKS],
     /// Confirmed edges since the robot has stood here.
     known: Edges,
-    /// Ticks for which the guard still remembers them.
+    /// Number of ticks for which the guard still remembers them.
     known_ticks: u8,
     /// Edges on which the guard acts.
     seen: Edges,
-    /// Ticks until the guard reports again.
+    /// Number of ticks until the guard reports again.
     report_ticks: u8,
     report: Option<Missing>,
 }
 
-/// Ticks without action after which the next action is reported.
+/// Number of ticks without action after which the next action is reported.
 const REPORT_TICKS: u8 = 5 * ticks(1) as u8;
 
 impl CliffGuard {

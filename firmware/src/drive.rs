@@ -64,9 +64,9 @@ pub struct DriveTrain {
 /// Signed counts of both wheels in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Counts of the left wheel, negative backward.
+    /// Number of counts of the left wheel, negative backward.
     pub left: i16,
-    /// Counts of the right wheel, negative backward.
+    /// Number of counts of the right wheel, negative backward.
     pub right: i16,
 }
 

@@ -10,17 +10,17 @@ use crate::board::Sides;
 use crate::parameters::{Parameter, Parameters};
 use crate::units::{TICKS_PER_S, ticks};
 
-/// Ticks between two adaptations: `max_count` rises by one after a detection and halves without any, so that the
+/// Number of ticks between two adaptations: `max_count` rises by one after a detection and halves without any, so that the
 /// robot detects normally again after a passage.
 const ADAPT_TICKS: u8 = TICKS_PER_S as u8 / 2;
 
 /// `max_count` from which the robot is in a confined space: half of its default maximum.
 const CONFINED_COUNT: u8 = 20;
 
-/// Ticks of uninterrupted reflections that count as a jam.
+/// Number of ticks of uninterrupted reflections that count as a jam.
 pub const JAM_TICKS: u16 = ticks(30);
 
-/// Ticks for which the detectors are off after a jam.
+/// Number of ticks for which the detectors are off after a jam.
 pub const OFF_TICKS: u16 = ticks(30);
 
 /// Both detectors and their LEDs.

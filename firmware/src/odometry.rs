@@ -18,10 +18,10 @@ const TURN_PER_COUNT: i32 = (u32::MAX / COUNTS_PER_TURN as u32) as i32 + 1;
 /// pi * 5 in / 251 is 0.0312905 in.
 const STEP_PER_COUNT: i32 = 8203;
 
-/// Steps per inch.
+/// Number of steps per inch.
 const STEP_PER_IN: i32 = 4096;
 
-/// Units of position per inch: 32 bits reach 131,072 inches.
+/// Number of units of position per inch: 32 bits reach 131,072 inches.
 pub const UNITS_PER_IN: i32 = 16_384;
 
 /// Shift from a step times a 15-bit sine to a unit.

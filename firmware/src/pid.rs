@@ -57,7 +57,7 @@ impl Default for Gains {
 /// way to the speed of its pulse width.
 const BRAKE_PER_COUNT: i32 = 45;
 
-/// Ticks at full pulse width below the commanded speed after which the wheel is saturated.
+/// Number of ticks at full pulse width below the commanded speed after which the wheel is saturated.
 const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
 
 /// Pulse width, and ticks without a count at it, after which the wheel is stalled. At three quarters the winding takes
@@ -65,10 +65,10 @@ const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
 const STALLED_PWM: i32 = PWM_MAX as i32 * 3 / 4;
 const STALLED_TICKS: u8 = ticks(1) as u8;
 
-/// Ticks without power after a stall: the motor is powered a fifth of the time.
+/// Number of ticks without power after a stall: the motor is powered a fifth of the time.
 const REST_TICKS: u8 = 4 * STALLED_TICKS;
 
-/// Ticks at full pulse width below two thirds of the commanded speed after which the robot is held and its wheels slip.
+/// Number of ticks at full pulse width below two thirds of the commanded speed after which the robot is held and its wheels slip.
 /// They slip at a third of top speed; a low battery or a rated load does not slow them as much.
 const OVERLOAD_TICKS: u8 = 2 * ticks(1) as u8;
 
@@ -114,13 +114,13 @@ pub struct Wheel {
     pwm: i16,
     full_ticks: u8,
     still_ticks: u8,
-    /// Ticks at full pulse width with much too low a speed, less those without.
+    /// Number of ticks at full pulse width with much too low a speed, less those without.
     overload_ticks: u8,
     /// Whether the wheel has stalled and not moved since.
     is_stalled: bool,
     /// Whether the wheel has stalled since its last encoder edge: backward, and forward.
     silent: (bool, bool),
-    /// Ticks without power left after a stall, and the direction in which the wheel stalled.
+    /// Remaining number of ticks without power after a stall, and the direction in which the wheel stalled.
     rest_ticks: u8,
     stalled_backward: bool,
     /// While braking: counts per tick at the end of the past tick.

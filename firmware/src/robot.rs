@@ -31,16 +31,16 @@ use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::HOLDERS;
 
-/// Sonar horizon while prowling: the whole range that the sonar can resolve.
+/// Sonar horizon while prowling, inches: the whole range that the sonar can resolve.
 const PROWL_HORIZON_IN: u16 = 180;
 
-/// Sonar horizon in modes that do not drive by themselves; nearer obstacles push the robot away.
+/// Sonar horizon in modes that do not drive by themselves, inches; nearer obstacles push the robot away.
 const REACTIVE_HORIZON_IN: u16 = 48;
 
-/// Sonar horizon on the way to a target: farther walls do not divert the robot.
+/// Sonar horizon on the way to a target, inches: farther walls do not divert the robot.
 const ROUTE_HORIZON_IN: u16 = 40;
 
-/// Ticks of braking after a stop; from top speed, the wheels stop after two or three.
+/// Number of ticks of braking after a stop; from top speed, the wheels stop after two or three.
 const BRAKE_TICKS: u8 = 4;
 
 /// Text at the end of the route.
@@ -97,13 +97,13 @@ pub struct Robot {
     unguarded_ticks: u16,
     autonomy: Autonomy,
     song_player: SongPlayer,
-    /// Ticks of braking left after a stop.
+    /// Remaining number of ticks of braking after a stop.
     brake_ticks: u8,
 
     receiver: Receiver,
     farm: Farm,
     guard: Guard,
-    /// Ticks for which drive frames are accepted without another frame from the ground station.
+    /// Number of ticks for which drive frames are accepted without another frame from the ground station.
     live_ticks: u8,
 
     events: Events,

@@ -17,7 +17,7 @@ pub struct Senses<'a> {
     pub mode: Mode,
     /// Point that the robot is driving to.
     pub target: Option<Waypoint>,
-    /// Ticks since boot.
+    /// Number of ticks since boot.
     pub now_ticks: u32,
     /// Pose by odometry.
     pub pose: Pose,
@@ -51,7 +51,7 @@ pub struct Senses<'a> {
     pub is_docked: bool,
     /// Whether the battery is full.
     pub is_charged: bool,
-    /// Distance ahead beyond which obstacles are ignored.
+    /// Distance ahead beyond which obstacles are ignored, inches.
     pub horizon_in: u16,
     /// Random number for this tick.
     pub random: u32,
@@ -75,7 +75,7 @@ impl Senses<'_> {
     }
 }
 
-/// Range from which the floor ahead is open rather than blocked.
+/// Range from which the floor ahead is open rather than blocked, inches.
 const OPEN_IN: u16 = 40;
 
 /// Latest range of each sonar; `None` without an echo.

@@ -43,7 +43,7 @@ pub struct Counters {
     /// Lost lines that the sequence does not show: mostly whole hundreds, from the uptime in lines C, and lines between a
     /// boot and the first line received after it.
     pub hidden: Lost,
-    /// Further lines that may be lost, by the ground's clock: whole hundreds in silences since the latest line C. The next line C
+    /// Number of further lines that may be lost, by the ground's clock: whole hundreds in silences since the latest line C. The next line C
     /// shows the number.
     pub unsettled: u64,
     /// Damaged lines. A line feed in noise does not count as one.

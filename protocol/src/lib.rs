@@ -29,7 +29,7 @@ pub mod telemetry;
 /// Length of a line including CR LF, bytes.
 pub const LINE_BYTES: usize = 80;
 
-/// Bytes per second at 2400 baud 8N1.
+/// Number of bytes per second at 2400 baud 8N1.
 pub const BYTES_PER_S: u32 = 240;
 
 /// Maximum number of waypoints in a list.

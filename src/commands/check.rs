@@ -23,7 +23,7 @@ use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::radio::{RadioKind, random_owner};
 use crate::safe_text;
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const READ_BYTES: usize = 64 * 1024;
 
 /// Maximum number of queued inputs of a link.

@@ -21,7 +21,7 @@ const MODES: [Mode; 8] = [
     Mode::GoHome,
 ];
 
-/// Wait for line I after the session has been opened.
+/// Wait for line I after the session has been opened, milliseconds.
 const ABILITIES_MS: u64 = 4000;
 
 /// A letter that is not an order.

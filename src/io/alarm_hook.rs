@@ -31,7 +31,7 @@ impl AlarmHook {
     /// Starts the thread for a command.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     pub fn start(command: &str) -> io::Result<Self> {
         Self::start_for(command, TIME_MAX)
     }
@@ -49,7 +49,7 @@ impl AlarmHook {
     /// Passes an event, one line of JSON. Never waits.
     ///
     /// # Errors
-    /// When the command is so slow that too many events wait.
+    /// If the command is so slow that too many events wait.
     pub fn pass(&self, event: String) -> Result<(), String> {
         match self.events.try_send(event) {
             Ok(()) => Ok(()),

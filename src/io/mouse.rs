@@ -11,7 +11,7 @@ pub(super) const DISABLE: &[u8] = b"\x1b[?1006l\x1b[?1000l";
 /// Enables or disables mouse reports in a Windows console, which takes a call and not a sequence.
 ///
 /// # Errors
-/// When the system refuses.
+/// If the system refuses.
 #[cfg(windows)]
 pub(super) fn report(is_on: bool) -> std::io::Result<()> {
     use crossterm::event::{DisableMouseCapture, EnableMouseCapture};

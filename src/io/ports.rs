@@ -30,7 +30,7 @@ pub struct Port {
 /// The ports of this machine, sorted by name.
 ///
 /// # Errors
-/// When the system cannot list them.
+/// If the system cannot list them.
 pub fn list() -> Result<Vec<Port>, String> {
     let mut ports: Vec<Port> = available()?
         .into_iter()
@@ -80,7 +80,7 @@ pub(super) fn plugged() -> Vec<Plugged> {
 /// The port of a USB adapter, given as `VID:PID` or `VID:PID:SERIAL` in hexadecimal digits.
 ///
 /// # Errors
-/// When the identity is malformed, or no adapter or several adapters match.
+/// If the identity is malformed, or no adapter or several adapters match.
 pub fn find_usb(identity: &str) -> Result<String, String> {
     let ports = plugged();
     find_identity(identity, &ports)

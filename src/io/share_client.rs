@@ -61,7 +61,7 @@ impl ShareClient {
     /// clients closes some. With `raw`, the station also sends the raw bytes.
     ///
     /// # Errors
-    /// When no station answers at the address in time.
+    /// If no station answers at the address in time.
     pub fn connect(
         address: &Address,
         timeout: Duration,
@@ -98,7 +98,7 @@ impl ShareClient {
     /// Sends hello on a new connection, before or after the station's announcement. With `raw`, the station also sends the raw bytes.
     ///
     /// # Errors
-    /// When the station does not welcome this program before the deadline.
+    /// If the station does not welcome this program before the deadline.
     pub fn greet(
         address: Address,
         mut halves: Halves,
@@ -147,7 +147,7 @@ impl ShareClient {
     /// Sends a line to the station.
     ///
     /// # Errors
-    /// When the connection is closed.
+    /// If the connection is closed.
     pub fn send(&mut self, line: &ClientLine) -> Result<(), ShareClientError> {
         self.halves
             .writing
@@ -160,7 +160,7 @@ impl ShareClient {
     /// The station's next line; other bytes, such as the raw bytes before its welcome, are skipped.
     ///
     /// # Errors
-    /// When the connection is closed, or the station sends no line before the deadline.
+    /// If the connection is closed, or the station sends no line before the deadline.
     pub fn next(&mut self, deadline: Instant) -> Result<StationLine, ShareClientError> {
         loop {
             while !self.unread.is_empty() {

@@ -33,7 +33,7 @@ impl Signals {
     /// Begins to listen; must be called within the runtime.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the system refuses.
     pub fn listen() -> io::Result<Self> {
         use tokio::signal::unix::{SignalKind, signal};
         let suspend = SignalKind::from_raw(rustix::process::Signal::TSTP.as_raw());
@@ -67,7 +67,7 @@ impl Signals {
     /// a log-off or a shutdown, even if the program has not finished.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the system refuses.
     pub fn listen() -> io::Result<Self> {
         use tokio::signal::windows;
         Ok(Self {

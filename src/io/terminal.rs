@@ -67,7 +67,7 @@ impl Screen {
     /// not answer would cost seconds.
     ///
     /// # Errors
-    /// When standard output is not a terminal, or the system refuses.
+    /// If standard output is not a terminal, or the system refuses.
     pub fn take(has_mouse: bool) -> io::Result<Self> {
         restore_on_panic();
         let size = size()?;
@@ -81,7 +81,7 @@ impl Screen {
     /// Rings the terminal's bell.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub fn ring(&self) -> io::Result<()> {
         self.drawing.ring()
     }
@@ -89,7 +89,7 @@ impl Screen {
     /// Asks the terminal to put a text on the clipboard (OSC 52). Not every terminal supports this.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub fn copy(&self, text: &str) -> io::Result<()> {
         self.drawing.copy(text)
     }
@@ -103,7 +103,7 @@ impl Screen {
     /// Sets a new size; the next frame is written completely.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub fn resize(&mut self, width: u16, height: u16) -> io::Result<()> {
         self.size = area(width, height);
         self.drawing.redraw()
@@ -112,7 +112,7 @@ impl Screen {
     /// Draws a frame in memory and passes it to the drawing thread. A busy terminal gets only the newest frame.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub fn draw(&self, draw: impl FnOnce(&mut Buffer) -> Option<After>) -> io::Result<()> {
         self.drawing.draw(self.size, draw)
     }
@@ -120,7 +120,7 @@ impl Screen {
     /// Reads the terminal's size again; the next frame is written completely.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub fn redraw(&mut self) -> io::Result<()> {
         self.size = size()?;
         self.drawing.redraw()
@@ -129,7 +129,7 @@ impl Screen {
     /// Restores the terminal, runs `meanwhile` and sets the terminal up again.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub fn suspend(&mut self, meanwhile: impl FnOnce()) -> io::Result<()> {
         leave();
         meanwhile();

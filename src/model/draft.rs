@@ -148,7 +148,7 @@ impl Draft {
     /// Undoes the last change.
     ///
     /// # Errors
-    /// When there is no such change.
+    /// If there is no such change.
     pub(super) fn undo(&mut self) -> Result<(), DraftError> {
         let before = self.past.pop_back().ok_or(DraftError::NothingToUndo)?;
         let present = self.show(before);
@@ -159,7 +159,7 @@ impl Draft {
     /// Redoes the last undone change.
     ///
     /// # Errors
-    /// When there is no such change.
+    /// If there is no such change.
     pub(super) fn redo(&mut self) -> Result<(), DraftError> {
         let after = self.future.pop().ok_or(DraftError::NothingToRedo)?;
         let present = self.show(after);

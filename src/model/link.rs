@@ -192,7 +192,7 @@ impl Link {
         !self.can_send && self.connection != Connection::Opening
     }
 
-    /// Bytes received.
+    /// Number of bytes received.
     pub(crate) const fn bytes(&self) -> u64 {
         self.counters.bytes
     }

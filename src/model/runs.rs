@@ -31,7 +31,7 @@ impl Ui {
     /// Carries out `runs`, `runs FOLDER` and `compare A B`; `None` for other commands.
     ///
     /// # Errors
-    /// When the arguments are wrong.
+    /// If the arguments are wrong.
     pub(super) fn ask_for_runs(
         &mut self,
         facts: &Facts,

@@ -78,7 +78,7 @@ impl Scene {
         Shown::from(&self.model).redraw_at(self.now)
     }
 
-    /// Unacknowledged alarms.
+    /// Number of unacknowledged alarms.
     pub(crate) fn calling(&self) -> usize {
         let Model { facts, ui } = &self.model;
         facts.alarms.calling(&ui.attended).len()

@@ -175,7 +175,7 @@ impl LivePlayer {
         }
     }
 
-    /// The facts as of now.
+    /// The current facts.
     #[must_use]
     pub const fn present(&self) -> &Facts {
         &self.facts
@@ -191,7 +191,7 @@ impl LivePlayer {
         }
     }
 
-    /// Memory of the remembered events, bytes.
+    /// Memory used by the remembered events, bytes.
     #[cfg(test)]
     pub(super) fn remembered_bytes(&self) -> usize {
         let history = self.player.timeline().source();

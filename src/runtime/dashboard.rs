@@ -60,7 +60,7 @@ pub struct Left {
 /// Runs until the operator leaves, a signal arrives or the terminal is closed.
 ///
 /// # Errors
-/// When the terminal cannot be set up or written to.
+/// If the terminal cannot be set up or written to.
 pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
     let mut signals = Signals::listen()?;
     let screen = Screen::take(dashboard.ui.wants_mouse())?;

@@ -65,7 +65,7 @@ impl Keeper {
     /// [`Self::poll_notice`] reports them.
     ///
     /// # Errors
-    /// When a file exists and may not be overwritten, or cannot be written.
+    /// If a file exists and may not be overwritten, or cannot be written.
     pub fn open(options: &KeepOptions, started: Instant) -> Result<Self, CaptureError> {
         let started_wall = SystemTime::now();
         if let (Some(tee), Some(mcap)) = (&options.tee, &options.mcap)

@@ -32,7 +32,7 @@ impl Address {
     /// Unix socket.
     ///
     /// # Errors
-    /// When the address is open to a network, or when that is unknown.
+    /// If the address is open to a network, or when that is unknown.
     pub fn to_listen_on(&self, open_to_network: bool) -> Result<Option<SocketAddr>, Exposed> {
         let Self::Tcp(text) = self else {
             return Ok(None);

@@ -143,7 +143,7 @@ impl ClientLine {
     /// Parses a line, with or without its line feed. Accepts any bytes.
     ///
     /// # Errors
-    /// When the line is invalid.
+    /// If the line is invalid.
     pub fn parse(line: &[u8]) -> Result<Self, CodecError> {
         let json: ClientJson =
             serde_json::from_slice(line).map_err(|error| CodecError::Json(error.to_string()))?;

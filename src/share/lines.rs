@@ -19,7 +19,7 @@ impl Lines {
     /// line without its line feed. A line that is too long is dropped.
     ///
     /// # Errors
-    /// When the line grows too long.
+    /// If the line grows too long.
     pub fn take(&mut self, bytes: &[u8]) -> (usize, Result<Option<Vec<u8>>, TooLong>) {
         let end = bytes.iter().position(|&byte| byte == b'\n');
         let run = &bytes[..end.unwrap_or(bytes.len())];

@@ -12,7 +12,7 @@ use crate::model::alarms::{Raised, Rule, Shown, Source};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::{Panel, age};
 
-/// Columns of a rule's name in the list of limits.
+/// Number of columns of a rule's name in the list of limits.
 const NAME_COLUMNS: usize = 17;
 
 const INDENT: usize = 2;

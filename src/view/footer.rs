@@ -208,5 +208,5 @@ const ALWAYS_SEEN: &[Action] = &[
     Action::Route(RouteAction::Leave),
 ];
 
-/// Columns of the prompt row kept free for text.
+/// Number of columns of the prompt row kept free for text.
 const TYPING_COLUMNS: usize = 34;

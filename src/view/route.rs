@@ -15,7 +15,7 @@ use crate::model::editor::Editor;
 const SPEED_IN_S: f64 = 11.0;
 const TURN_S: f64 = 2.0;
 
-/// Rows below the list: comparison with the robot's route, arrow keys, reason of a refused key.
+/// Number of rows below the list: comparison with the robot's route, arrow keys, reason of a refused key.
 const NOTES: u16 = 3;
 
 impl Screen<'_> {

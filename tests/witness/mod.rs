@@ -19,7 +19,7 @@ use crate::common::{CoSimulation, owner};
 const GIVE_UP_S: u64 = 15;
 const START_S: u64 = 60;
 
-/// Maximum plausible step of the robot within a tick.
+/// Maximum plausible step of the robot within a tick, inches.
 const JUMP_IN: i32 = 20;
 
 /// A command whose execution is visible on the robot.
@@ -68,7 +68,7 @@ pub struct Trial {
     issued: Vec<Issued>,
     /// Numbers of the executed commands, in order.
     executed: Vec<usize>,
-    /// Poses executed since the robot's latest boot.
+    /// Number of poses executed since the robot's latest boot.
     poses_executed: usize,
     list: Vec<Waypoint>,
     pose_in: (i32, i32),

@@ -18,11 +18,11 @@ const ENTRY_BYTES: u64 = 16;
 /// Message counts (lines, commands and bumps), found without reading the messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Counts {
-    /// Intact lines, acknowledgement lines among them.
+    /// Number of intact lines, acknowledgement lines among them.
     pub(super) lines: u64,
-    /// Messages about commands; `None` if the recording has no such topic but may have commands.
+    /// Number of messages about commands; `None` if the recording has no such topic but may have commands.
     uplinks: Option<u64>,
-    /// Messages about bumps; `None` if the recording has no such topic but may have bumps.
+    /// Number of messages about bumps; `None` if the recording has no such topic but may have bumps.
     logs: Option<u64>,
 }
 

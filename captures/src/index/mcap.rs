@@ -52,7 +52,7 @@ impl SeekableRecording {
     /// Opens a recording at its beginning.
     ///
     /// # Errors
-    /// When it cannot be read or has no channel of received bytes.
+    /// If it cannot be read or has no channel of received bytes.
     pub fn new(source: Arc<dyn Source>, name: &Path) -> Result<Self, CaptureError> {
         let read_error = |error| CaptureError::Read {
             path: name.to_owned(),

@@ -65,7 +65,7 @@ impl SeekableText {
     /// Reads from the beginning.
     ///
     /// # Errors
-    /// When reading fails.
+    /// If reading fails.
     pub fn new(source: Arc<dyn Source>) -> io::Result<Self> {
         let size = source.size()?;
         let mut buffer = vec![0; HEAD_BYTES].into_boxed_slice();

@@ -158,7 +158,7 @@ impl Info {
     /// Writes the summary as text, one fact per line.
     ///
     /// # Errors
-    /// When writing the output fails.
+    /// If writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         self.write_origin(output)?;
         writeln!(output, "duration   {}", duration_words(self.duration_s))?;

@@ -11,7 +11,7 @@ use super::*;
 struct Robot {
     sent: u64,
     boots: u16,
-    /// When it booted.
+    /// Time at which the robot booted, milliseconds.
     since_ms: u64,
 }
 

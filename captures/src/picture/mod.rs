@@ -56,7 +56,7 @@ impl Picture {
     /// The picture as PNG, with twice the SVG's resolution.
     ///
     /// # Errors
-    /// When encoding fails.
+    /// If encoding fails.
     pub fn png(&self) -> Result<Vec<u8>, String> {
         png::draw(self, &Font::load())
     }

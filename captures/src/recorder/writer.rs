@@ -37,7 +37,7 @@ pub(super) struct PartWriter {
     part: u32,
     part_since: Option<Moment>,
     file: UnfinishedWriter,
-    /// Bytes of the current part before its first message.
+    /// Number of bytes of the current part before its first message.
     begun_bytes: u64,
     /// Whether the current part has an observation.
     has_begun: bool,
@@ -50,7 +50,7 @@ impl PartWriter {
     /// Starts the thread that syncs.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     pub(super) fn new(
         part: Part,
         file: UnfinishedWriter,

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const READ_BYTES: usize = 256 << 10;
 
 /// The unread part of a source; it begins with a record.

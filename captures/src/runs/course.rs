@@ -106,7 +106,7 @@ impl Course {
         self.odometer.resets
     }
 
-    /// Contacts of the bumper in the whole run.
+    /// Number of contacts of the bumper in the whole run.
     #[must_use]
     pub fn bumps(&self) -> u32 {
         self.bumps.total()

@@ -28,9 +28,9 @@ pub struct Figures {
     /// Distance from the end to the beginning or to the place of the last odometer reset, inches; `None` without a
     /// position.
     pub closing_error_in: Option<f64>,
-    /// Contacts of the bumper.
+    /// Number of contacts of the bumper.
     pub bumps: u32,
-    /// Restarts of the robot.
+    /// Number of restarts of the robot.
     pub restarts: u64,
     /// Loss of lines.
     #[serde(flatten)]
@@ -108,7 +108,7 @@ impl Comparison {
     /// Writes the comparison as text.
     ///
     /// # Errors
-    /// When writing the output fails.
+    /// If writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         let [a, b] = &self.runs;
         let mut row = |what: &str, a: String, b: String, more: String| {

@@ -43,7 +43,7 @@ impl Run {
     /// Reads a whole capture and its label.
     ///
     /// # Errors
-    /// When the capture or its label cannot be opened.
+    /// If the capture or its label cannot be opened.
     pub fn read(path: &Path) -> Result<Self, RunError> {
         let label = Label::of(path)?;
         let mut capture = Capture::open(path)?;
@@ -100,7 +100,7 @@ pub fn sort(runs: &mut [Figures]) {
 /// The captures in a folder, sorted by name.
 ///
 /// # Errors
-/// When the folder cannot be read.
+/// If the folder cannot be read.
 pub fn captures(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder)? {

@@ -82,7 +82,7 @@ impl Label {
     /// The label of a capture; an empty label if there is no file.
     ///
     /// # Errors
-    /// When the file cannot be read or parsed.
+    /// If the file cannot be read or parsed.
     pub fn of(capture: &Path) -> Result<Self, LabelError> {
         let path = file_of(capture);
         let text = match text_file::read(&path) {
@@ -110,7 +110,7 @@ impl Label {
     /// Saves the label beside the capture. After a failure, the old label is intact.
     ///
     /// # Errors
-    /// When the label cannot be written.
+    /// If the label cannot be written.
     pub fn keep(&self, capture: &Path) -> Result<(), LabelError> {
         let path = file_of(capture);
         self.write(&path).map_err(|error| LabelError::File {

@@ -41,7 +41,7 @@ impl Uplink {
         }
     }
 
-    /// Bytes sent.
+    /// Number of bytes sent.
     #[must_use]
     pub const fn bytes(&self) -> u64 {
         self.bytes
@@ -53,7 +53,7 @@ impl Uplink {
         self.frames
     }
 
-    /// Frames that were repeated.
+    /// Number of frames that were repeated.
     #[must_use]
     pub const fn frames_again(&self) -> u64 {
         self.again

@@ -51,7 +51,7 @@ impl<R: Read> TextReader<R> {
     /// Style of the text.
     ///
     /// # Errors
-    /// When reading fails.
+    /// If reading fails.
     pub fn style(&mut self) -> io::Result<Style> {
         let mut judged = 0;
         loop {
@@ -83,7 +83,7 @@ impl<R: Read> TextReader<R> {
     /// The next piece.
     ///
     /// # Errors
-    /// When reading fails.
+    /// If reading fails.
     pub fn next_piece(&mut self) -> io::Result<Option<Piece<'_>>> {
         let style = self.style()?;
         let length = loop {

@@ -193,7 +193,7 @@ pub enum Origin {
 /// Adds topics and their schemas to a file, under fixed numbers.
 ///
 /// # Errors
-/// When writing fails.
+/// If writing fails.
 pub(super) fn register<W: Write + Seek>(
     writer: &mut Writer<W>,
     topics: &[Topic],

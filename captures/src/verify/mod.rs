@@ -36,11 +36,11 @@ const FAULTS_LISTED: usize = 10;
 pub struct Verdict {
     /// Form of the capture.
     pub form: Form,
-    /// Received bytes in the capture.
+    /// Number of received bytes in the capture.
     pub bytes: u64,
-    /// Received bytes missing from the capture.
+    /// Number of received bytes missing from the capture.
     pub missing_bytes: u64,
-    /// Intact lines.
+    /// Number of intact lines.
     pub lines: u64,
     /// Lines lost by the radio.
     #[serde(flatten)]
@@ -50,7 +50,7 @@ pub struct Verdict {
     /// Mistakes in the robot's lines. Mistakes in rejected lines count as faults.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistakes: Vec<Finding>,
-    /// Places between two intact lines where lines were lost or damaged, or the link was interrupted.
+    /// Number of places between two intact lines where lines were lost or damaged, or the link was interrupted.
     pub gaps: u64,
     /// The longest gap.
     pub worst_gap: Option<Gap>,
@@ -117,7 +117,7 @@ impl Verdict {
     /// Writes the result as text.
     ///
     /// # Errors
-    /// When writing the output fails.
+    /// If writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         write!(output, "bytes      {}", self.bytes)?;
         match self.missing_bytes {
@@ -177,7 +177,7 @@ impl Verdict {
 /// Verifies a raw text.
 ///
 /// # Errors
-/// When it cannot be read.
+/// If it cannot be read.
 pub fn verify_raw(source: impl Read) -> io::Result<Verdict> {
     let mut verdict = Verdict::new(Form::Raw);
     let mut reader = TextReader::new(source);

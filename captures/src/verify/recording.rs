@@ -23,7 +23,7 @@ use crate::topics::{RAW_RX, Topic};
 /// Verifies an MCAP file, and that a raw text holds the same bytes.
 ///
 /// # Errors
-/// When one of the files cannot be read.
+/// If one of the files cannot be read.
 pub fn verify_mcap<R: Read>(source: R, raw: Option<RawCopy>) -> io::Result<Verdict> {
     let mut entries = Entries::new(source);
     let mut check = Check {

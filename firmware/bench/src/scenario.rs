@@ -22,7 +22,7 @@ pub(crate) struct Scenario {
     channel: &'static str,
     duplex: Duplex,
     faults: Faults,
-    /// Time between two resets.
+    /// Time between two resets, milliseconds.
     reset_ms: Option<u64>,
     /// Events and their times, milliseconds.
     script: Vec<(u64, Event)>,

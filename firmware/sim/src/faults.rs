@@ -18,7 +18,7 @@ pub struct Faults {
     pub edge_misses: f64,
     /// Share of the ticks in which an edge sensor reports an edge where there is floor.
     pub edge_false: f64,
-    /// Dropouts of each edge sensor per hour; it then sees no edge for up to 2 s.
+    /// Number of dropouts of each edge sensor per hour; after a dropout, the sensor sees no edge for up to 2 s.
     pub edge_dropouts_per_h: f64,
     /// Share of the ticks in which a closed bumper switch reads open.
     pub bumper_misses: f64,

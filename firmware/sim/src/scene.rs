@@ -21,12 +21,12 @@ pub(crate) struct Hit {
 /// A solid near a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
-    /// Distance from the point to the boundary, negative inside.
+    /// Distance from the point to the boundary, negative inside, inches.
     pub(crate) distance_in: f64,
     /// Unit direction to the solid.
     pub(crate) toward: Vec2,
     pub(crate) material: Material,
-    /// Radius if the solid is round.
+    /// Radius if the solid is round, inches.
     pub(crate) radius_in: Option<f64>,
 }
 

@@ -142,7 +142,7 @@ impl Simulation {
         self.radio.poll_downlink(self.now_ms)
     }
 
-    /// Virtual milliseconds since the start.
+    /// Virtual time since the start, milliseconds.
     #[must_use]
     pub const fn now_ms(&self) -> u64 {
         self.now_ms

@@ -6,9 +6,9 @@ use crate::geometry::Pose;
 use crate::plant::Truth;
 use crate::time::TICK_MS;
 
-/// Minimum distance that counts as progress.
+/// Minimum distance that counts as progress, inches.
 const STUCK_IN: f64 = 12.0;
-/// Time with the motors on and without progress after which the robot is stuck.
+/// Time with the motors on and without progress after which the robot is stuck, milliseconds.
 const STUCK_MS: u64 = 5 * 60 * 1000;
 
 /// Detects less than 12 inches of progress in 5 minutes with the motors on. Driving back and forth within that circle is

@@ -10,13 +10,13 @@ use crate::sensors::Senses;
 use crate::units::ticks;
 use groundwave_protocol::Waypoint;
 
-/// Ticks without coming nearer that count as no progress.
+/// Number of ticks without coming nearer that count as no progress.
 const STALLED_TICKS: u16 = ticks(15);
 
-/// Minimum decrease of the distance that counts as nearer.
+/// Minimum decrease of the distance that counts as nearer, inches.
 const NEARER_IN: i32 = 6;
 
-/// Decrease below the smallest distance so far at which the obstacle counts as passed.
+/// Decrease below the smallest distance so far at which the obstacle counts as passed, inches.
 const PASSED_IN: i32 = 18;
 
 /// Duration of the first attempt at following the wall; it doubles with each attempt.
@@ -25,16 +25,16 @@ const ATTEMPT_TICKS: u16 = ticks(60);
 /// Maximum number of doublings.
 const DOUBLINGS_MOST: u8 = 2;
 
-/// Radius of the arc toward the wall at any speed.
+/// Radius of the arc toward the wall at any speed, inches.
 const BOW_RADIUS_IN: i16 = 24;
 
 /// Distance between the wheels in inches.
 const TRACK_IN: i16 = 10;
 
-/// Ticks of straight driving after a contact with the wall, before the next arc toward it.
+/// Number of ticks of straight driving after a contact with the wall, before the next arc toward it.
 const ALONG_TICKS: u16 = ticks(1) / 2;
 
-/// Ticks without contact after which there is no wall: more than half of the arc's circle.
+/// Number of ticks without contact after which there is no wall: more than half of the arc's circle.
 const LOST_TICKS: u16 = ticks(8);
 
 /// State of the detour to the current target.
@@ -43,7 +43,7 @@ pub struct Detour {
     target: Option<Waypoint>,
     nearest_in: i32,
     stalled_ticks: u16,
-    /// Ticks left of following the wall, and the side of the wall.
+    /// Remaining number of ticks for following the wall, and the side of the wall.
     follow_ticks: u16,
     wall_right: bool,
     attempts: u8,

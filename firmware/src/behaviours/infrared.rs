@@ -19,7 +19,7 @@ const SPIN_CPS: i16 = cps(10);
 /// inches away, and hardly turn it from the mouth of a passage.
 const GAP_CPS: i16 = 13;
 
-/// Reach of the detectors. With a shorter horizon a detection may be behind the target.
+/// Reach of the detectors, inches. With a shorter horizon a detection may be behind the target.
 const REACH_IN: u16 = 30;
 
 /// Duration of a turn after a detection on one side: rare detections turn the robot less.

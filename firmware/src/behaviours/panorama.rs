@@ -3,10 +3,10 @@
 use crate::angle::Angle;
 use crate::sensors::Senses;
 
-/// Directions of a scan: one per 7.5 degrees.
+/// Number of directions of a scan: one per 7.5 degrees.
 pub const SAMPLES: usize = 48;
 
-/// Maximum sonar range considered, as in the sonar layer.
+/// Maximum sonar range considered, as in the sonar layer, inches.
 const FAR_IN: u16 = 180;
 
 /// Lag of sonar in samples: an echo arrives two ticks after its ping and is kept for two more, 9 degrees at 45 degrees/s.

@@ -13,7 +13,7 @@ use crate::units::ticks;
 /// Number of scans tried before the robot waits at its position; contacts end a scan.
 const TRIES: u8 = 3;
 
-/// Contacts in the sequence that starts the mode.
+/// Number of contacts in the sequence that starts the mode.
 const SEQUENCE: usize = 3;
 
 /// Maximum time of the sequence.

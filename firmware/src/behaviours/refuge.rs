@@ -7,10 +7,10 @@
 use crate::odometry::Pose;
 use crate::units::ticks;
 
-/// Contacts in one place after which the robot has fled as far as it can.
+/// Number of contacts in one place after which the robot has fled as far as it can.
 const CONTACTS: u8 = 4;
 
-/// Maximum distance from the first contact, along each axis, that counts as the same place.
+/// Maximum distance from the first contact, along each axis, that counts as the same place, inches.
 const ABOUT_IN: i32 = 24;
 
 /// Number of known places from which the robot can choose one.

@@ -16,7 +16,7 @@ use groundwave_protocol::telemetry::{
 /// Version of this program.
 const VERSION: FirmwareVersion = FirmwareVersion { major: 0, minor: 1 };
 
-/// Largest coordinate that fits line A.
+/// Largest coordinate that fits line A, inches.
 const POSITION_MAX_TENTHS_IN: u32 = 999_999;
 
 impl Robot {

@@ -172,7 +172,7 @@ impl Robot {
     }
 }
 
-/// Ticks for which drive frames are accepted after the ground station has proved that it is present. Line numbers
+/// Number of ticks for which drive frames are accepted after the ground station has proved that it is present. Line numbers
 /// repeat after a hundred: a burst of drive frames that a bridge delayed by half a minute names lines that look
 /// current, but no such proof precedes it.
 const LIVE_TICKS: u8 = 40;

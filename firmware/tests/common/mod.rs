@@ -23,7 +23,7 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// Counts a second at full pulse width and 12 V without load.
+    /// Number of counts per second at full pulse width and 12 V without load.
     const FULL_CPS: f64 = 326.0;
 
     pub fn step_ms(&mut self, pwm: i16, battery_v: f64, load: f64) {

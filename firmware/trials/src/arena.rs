@@ -22,7 +22,7 @@ const TRIAL_WORLDS: &[(&str, &str)] = &[
     ("walker", include_str!("../worlds/walker.toml")),
 ];
 
-/// Step of the grid of positions.
+/// Step of the grid of positions, inches.
 const STEP_IN: f64 = 3.0;
 
 /// Clearance around the robot's centre at a position: half an inch more than needed.

@@ -15,13 +15,13 @@ const BY_ACCIDENT: f64 = 1.0 / (1 << 24) as f64;
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     pub lines: u64,
-    /// Lines with at most five wrong bits and no lost byte; the checksum must reject them.
+    /// Number of lines with at most five wrong bits and no lost byte; the checksum must reject them.
     pub guaranteed: u64,
-    /// Lines received as sent, with damage beside them.
+    /// Number of lines received as sent, with damage beside them.
     pub intact: u64,
-    /// Other lines that got a new checksum.
+    /// Number of other lines that got a new checksum.
     pub sealed: u64,
-    /// Lines with a new checksum that were readable.
+    /// Number of lines with a new checksum that were readable.
     pub sealed_readable: u64,
     wrong: u64,
     wrong_against_the_guarantee: u64,

@@ -68,7 +68,7 @@ impl OwnCommand {
     /// The bytes to send and the beginning of the reply, with these arguments.
     ///
     /// # Errors
-    /// When the number of arguments is wrong, or one contains a control character.
+    /// If the number of arguments is wrong, or one contains a control character.
     pub fn with(&self, arguments: &[&str]) -> Result<(Vec<u8>, String), CommandError> {
         let names = self.arguments();
         if names.len() != arguments.len() {

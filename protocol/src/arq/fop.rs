@@ -66,9 +66,9 @@ struct Stopping {
     is_renewed: bool,
     /// Number of earlier receipts that still confirm the requests before them.
     earlier: u16,
-    /// Time at which to send the STOP again.
+    /// Time at which to send the STOP again, microseconds.
     next_us: u64,
-    /// Time at which to send the STOP even if a half-duplex robot has not announced that it listens.
+    /// Time at which to send the STOP even if a half-duplex robot has not announced that it listens, microseconds.
     blind_us: u64,
 }
 
@@ -80,7 +80,7 @@ struct HandDrive {
     next_us: u64,
 }
 
-/// Period of knocks. Each knock requests acknowledgement lines for four lines.
+/// Period of knocks, microseconds. Each knock requests acknowledgement lines for four lines.
 const KNOCK_PERIOD_US: u64 = 1_000_000;
 
 /// Maximum silence for judging the downlink, in bytes; a longer silence is an outage.
@@ -95,7 +95,7 @@ const LONG_LINES_IN_A_ROW: u8 = 3;
 const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
 
-/// Period of keepalives during hand drive; a robot obeys drive frames only while a keepalive shows that they are fresh.
+/// Period of keepalives during hand drive, microseconds; a robot obeys drive frames only while a keepalive shows that they are fresh.
 const ALIVE_PERIOD_US: u64 = 1_000_000;
 
 /// Silence of a half-duplex robot after which a STOP is sent out of turn. After a shorter silence, it could collide with the robot's lines.
@@ -110,7 +110,7 @@ const KEEPALIVES_PER_SILENCE: u64 = 10;
 const RECEIPT_COUNT_BITS: u32 = 5;
 const RECEIPT_COUNT_MAX: u16 = (1 << RECEIPT_COUNT_BITS) - 1;
 
-/// Period of STOP frames until one is confirmed.
+/// Period of STOP frames until one is confirmed, microseconds.
 const STOP_PERIOD_US: u64 = 300_000;
 
 /// Last sequence of a session's commands, and last tag of its lists; later ones would repeat earlier ones.
@@ -153,11 +153,11 @@ pub struct Fop {
     paused_bytes: u64,
     /// Whether the robot has a failsafe, which keepalives prevent from acting.
     wants_keepalive: bool,
-    /// The shortest silence of the failsafe ordered or reported in this session.
+    /// The shortest silence of the failsafe ordered or reported in this session, microseconds.
     failsafe_silence_us: Option<u64>,
     /// Time at which the last byte of the latest frame was sent.
     spoke_us: u64,
-    /// Time at which a keepalive is due during hand drive.
+    /// Time at which a keepalive is due during hand drive, microseconds.
     alive_us: u64,
     session: Session,
     sequence: u8,

@@ -92,7 +92,7 @@ impl Transfer {
         self.quality.frame_blocks() == 1
     }
 
-    /// Time at which the block was sent that has waited longest for its acknowledgement; `None` if no block waits.
+    /// Time at which the block was sent that has waited longest for its acknowledgement, microseconds; `None` if no block waits.
     pub(super) fn oldest_us(&self) -> Option<u64> {
         self.sent_us().map(|(ends_us, _)| ends_us).min()
     }

@@ -16,7 +16,7 @@ const CLEAN_S: u64 = 30;
 /// Minimum ground time between two lines that counts as a silence, in which lines may have been lost, ms.
 const SILENCE_MS: u64 = 2000;
 
-/// Bytes per line in the densest mix of lines: one long and three short lines.
+/// Number of bytes per line in the densest mix of lines: one long and three short lines.
 const DENSEST_BYTES: u64 = (LINE_BYTES as u64 + 3 * ACK_LINE_BYTES as u64) / 4;
 
 /// A number of lost lines, or an interval if the number is not known exactly.
@@ -62,7 +62,7 @@ pub(super) struct Reckoning {
     progress: u64,
     behind: u8,
     latest: Option<AtCounters>,
-    /// Bytes and seconds without loss, and the number of separate parts after the first.
+    /// Numbers of bytes and seconds without loss, and the number of separate parts after the first.
     clean_bytes: u64,
     clean_s: u64,
     breaks: u64,
@@ -73,7 +73,7 @@ pub(super) struct Reckoning {
     /// Ground time of the next bytes, and of the latest line, ms.
     now_ms: Option<u64>,
     line_ms: Option<u64>,
-    /// Bytes and ground time (ms) without loss and silence.
+    /// Number of bytes and ground time (ms) without loss and silence.
     heard_bytes: u64,
     heard_ms: u64,
 }

@@ -48,9 +48,9 @@ pub struct AbilitiesLine {
     pub level: u8,
     /// Maximum number of waypoints in a list, up to [`WAYPOINTS_MAX`]; 0 for a robot without lists.
     pub capacity: u16,
-    /// Modes that the robot has; bit *n* is the *n*-th of [`Mode::ALL`].
+    /// The modes that the robot has; bit *n* is the *n*-th of [`Mode::ALL`].
     pub modes: u16,
-    /// Readings that the robot measures; bit *n* is the *n*-th of [`Reading::ALL`].
+    /// The readings that the robot measures; bit *n* is the *n*-th of [`Reading::ALL`].
     pub measured: u8,
     /// Maximum rate at which the robot accepts bytes, bytes per second.
     pub rate_bytes_per_s: u32,

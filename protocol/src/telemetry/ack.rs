@@ -99,7 +99,7 @@ pub enum Detail {
         first_missing: u8,
         /// Low 2 bits of the list's tag.
         tag: u8,
-        /// Blocks that have arrived; bit `n` is block `first_missing + 1 + n`.
+        /// The blocks that have arrived; bit `n` is block `first_missing + 1 + n`.
         window: u8,
     },
     /// No session is open, because of a STOP with a receipt.

@@ -34,11 +34,11 @@ pub struct CountersLine {
     pub version: FirmwareVersion,
     /// Ticks won by layers 0 to 7 and by prowl since boot, modulo 4096.
     pub ticks_won: [u16; HOLDERS],
-    /// Intact frames received since boot, modulo 1000.
+    /// Number of intact frames received since boot, modulo 1000.
     pub frames_heard: u16,
-    /// Frames rejected since boot, modulo 1000.
+    /// Number of frames rejected since boot, modulo 1000.
     pub frames_rejected: u16,
-    /// Ticks that began late since boot, modulo 1000.
+    /// Number of ticks that began late since boot, modulo 1000.
     pub ticks_late: u16,
     /// Bumper contacts since boot, modulo 10,000.
     pub bumps: u16,
@@ -49,9 +49,9 @@ pub struct CountersLine {
 /// Version of the robot's program, two numbers of two digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FirmwareVersion {
-    /// Increases when the robot's behaviour changes for the operator.
+    /// First number of the version; increases when the robot's behaviour changes for the operator.
     pub major: u8,
-    /// Increases with every other change.
+    /// Second number of the version; increases with every other change.
     pub minor: u8,
 }
 

@@ -124,7 +124,7 @@ pub const ENDS: &str = "a channel that works again ends every task";
 /// One in this number of states is continued over a good channel.
 const CONTINUED_ONE_IN: u64 = 64;
 
-/// Rounds of a good channel within which all tasks must have ended.
+/// Number of rounds of a good channel within which all tasks must have ended.
 const ROUNDS_MAX: usize = 60;
 
 /// Situations that a search must reach to be meaningful.

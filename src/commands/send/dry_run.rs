@@ -16,7 +16,7 @@ struct Typical {
     /// The measured case.
     of: &'static str,
     mean_s: f64,
-    /// 95th percentile.
+    /// 95th percentile, seconds.
     p95_s: f64,
 }
 

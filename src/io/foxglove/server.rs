@@ -49,7 +49,7 @@ impl Foxglove {
     /// Starts listening; must be called within the runtime. Clients show `name`.
     ///
     /// # Errors
-    /// When the address is open to a network without permission or in use, or the system refuses.
+    /// If the address is open to a network without permission or in use, or the system refuses.
     pub async fn listen(
         address: &Address,
         open_to_network: bool,

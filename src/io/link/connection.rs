@@ -62,7 +62,7 @@ impl Connection {
     /// Opens a link.
     ///
     /// # Errors
-    /// When the link cannot be opened now.
+    /// If the link cannot be opened now.
     pub fn open(spec: &LinkSpec, baud: u32) -> Result<Self, OpenError> {
         Self::open_within(spec, baud, CONNECT_TIMEOUT)
     }
@@ -70,7 +70,7 @@ impl Connection {
     /// Opens a link that may not exist yet; waits for it, forever if there is no limit. Calls `on_absence` once.
     ///
     /// # Errors
-    /// When the link exists but cannot be opened, or the limit has passed.
+    /// If the link exists but cannot be opened, or the limit has passed.
     pub fn open_once_there(
         spec: &LinkSpec,
         baud: u32,

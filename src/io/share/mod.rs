@@ -115,7 +115,7 @@ impl Outboxes {
     /// through; if no client is idle, there is one more.
     ///
     /// # Errors
-    /// When all idle clients are new; contains the time to try again.
+    /// If all idle clients are new; contains the time to try again.
     fn add(&self, client: ClientId, now: Instant) -> Result<Arc<Outbox>, Instant> {
         let mut all = self.lock();
         if all.len() >= CLIENTS_MAX {
@@ -166,7 +166,7 @@ impl Share {
     /// Starts listening; must be called within the runtime.
     ///
     /// # Errors
-    /// When the address is open to a network without permission or in use, or the system refuses.
+    /// If the address is open to a network without permission or in use, or the system refuses.
     pub fn listen(address: &Address, open_to_network: bool) -> Result<Self, ShareError> {
         let opened = listener::open(address, open_to_network)?;
         let outboxes = Outboxes::default();

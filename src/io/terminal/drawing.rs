@@ -77,7 +77,7 @@ impl Drawing {
     /// Starts the thread, which first sets up the terminal.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     pub(super) fn start(device: Device) -> io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let drawing = Self(Arc::clone(&shared));
@@ -100,7 +100,7 @@ impl Drawing {
     /// Passes a frame to the thread; replaces a waiting frame.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub(super) fn draw(
         &self,
         size: Rect,
@@ -121,7 +121,7 @@ impl Drawing {
     /// Makes the thread write the next frame completely.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub(super) fn redraw(&self) -> io::Result<()> {
         self.order(|state| state.is_redraw = true)
     }
@@ -129,7 +129,7 @@ impl Drawing {
     /// Rings the bell.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub(super) fn ring(&self) -> io::Result<()> {
         self.order(|state| state.rings = true)
     }
@@ -137,7 +137,7 @@ impl Drawing {
     /// Puts a text on the clipboard; replaces a waiting text.
     ///
     /// # Errors
-    /// When the terminal is closed.
+    /// If the terminal is closed.
     pub(super) fn copy(&self, text: &str) -> io::Result<()> {
         let sequence = format!("\x1b]52;c;{}\x1b\\", BASE64_STANDARD.encode(text));
         self.order(|state| state.copied = sequence.into_bytes())

@@ -23,7 +23,7 @@ use super::escape::Reader;
 /// Receiver of keys, clicks, pastes and sizes; must be called within the runtime.
 ///
 /// # Errors
-/// When the system refuses.
+/// If the system refuses.
 pub fn events() -> io::Result<tokio::sync::mpsc::Receiver<Event>> {
     let (sender, receiver) = tokio::sync::mpsc::channel(64);
     #[cfg(unix)]

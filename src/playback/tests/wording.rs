@@ -15,7 +15,7 @@ use crate::capture::runs::Course;
 use crate::event::{CommandStatus, Failure, Level, LinkEvent, Mark, Notice, NoticeCode, Reception};
 use crate::recorded::to_recorded;
 
-/// Messages of the demo between two further events.
+/// Number of messages of the demo between two further events.
 const SPACING_MESSAGES: usize = 60;
 
 /// Events of every kind that a recording holds.

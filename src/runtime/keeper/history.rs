@@ -68,7 +68,7 @@ impl History {
         true
     }
 
-    /// Time of the oldest observation.
+    /// Time of the oldest observation, nanoseconds.
     pub(super) fn first_ns(&self) -> Option<u64> {
         self.entries.front().map(|(at_ns, _)| *at_ns)
     }

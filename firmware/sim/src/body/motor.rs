@@ -16,13 +16,13 @@ const FORCE_PER_A: f64 = IN_PER_M * IN_PER_M / IN_S_PER_V * GEAR_EFFICIENCY;
 pub(crate) const ROTOR_KG: f64 = 3.0;
 /// Encoder edges per turn of the wheel.
 const EDGES_PER_TURN: f64 = 251.0;
-/// Nominal wheel diameter.
+/// Nominal wheel diameter, inches.
 const WHEEL_IN: f64 = 5.0;
 
 /// The motor, wheel and encoder of one side.
 #[derive(Clone, Debug)]
 pub(crate) struct Motor {
-    /// Rim speed.
+    /// Rim speed, in/s.
     pub(crate) speed_in_s: f64,
     /// Current through the winding.
     pub(crate) current_a: f64,

@@ -21,7 +21,7 @@ const BUFFER_BYTES: usize = 512;
 
 /// Properties of a type of module.
 struct Preset {
-    /// Pause that ends a packet.
+    /// Pause that ends a packet, milliseconds.
     gap_ms: u64,
     packet_bytes: usize,
     /// Preamble, addresses and checksum of each packet on the air.
@@ -58,7 +58,7 @@ const fn preset(modem: Modem) -> Preset {
     }
 }
 
-/// Maximum wait before a module checks the channel again.
+/// Maximum wait before a module checks the channel again, milliseconds.
 const BACKOFF_MAX_MS: u32 = 3;
 
 #[derive(Debug)]

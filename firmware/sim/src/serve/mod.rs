@@ -44,7 +44,7 @@ const CATCH_UP_MAX: Duration = Duration::from_millis(250);
 /// Minimum sleep between two polls of the ports.
 const REST_MIN: Duration = Duration::from_millis(1);
 
-/// Uplink bytes taken before their byte time; at this limit the ports are not read.
+/// Number of uplink bytes taken before their byte time; at this limit the ports are not read.
 const UPLINK_AHEAD: usize = 256;
 
 /// A robot being served. Dropping it switches the robot off.

@@ -33,11 +33,11 @@ pub enum Material {
 pub(crate) struct Surface {
     /// Whether the material reflects sound.
     pub(crate) sound: bool,
-    /// Maximum angle from the normal at which sound returns to its source.
+    /// Maximum angle from the normal at which sound returns to its source, degrees.
     pub(crate) echo_cone_deg: f64,
     /// Whether sound at a larger angle is mirrored.
     pub(crate) mirrors: bool,
-    /// Maximum distance at which the sonar receives its echo.
+    /// Maximum distance at which the sonar receives its echo, inches.
     pub(crate) echo_reach_in: f64,
     /// Share of infrared that the material reflects; 0 is invisible.
     pub(crate) reflectivity: f64,
@@ -103,7 +103,7 @@ const NOTHING: Hides = Hides {
     beam: false,
 };
 
-/// A reach beyond the longest echo that the sonar can time.
+/// A reach beyond the longest echo that the sonar can time, inches.
 const HEARD_FAR_IN: f64 = 1000.0;
 
 const fn surface(

@@ -12,7 +12,7 @@ const SENSORS: [Layer; 3] = [Layer::Infrared, Layer::Sonar, Layer::Photo];
 
 const MINUTES: f64 = 30.0;
 
-/// Ticks of a state that must be reported.
+/// Number of ticks of a state that must be reported.
 const DWELL_TICKS: u32 = 40;
 
 /// Maximum age of a line that has just arrived: 80 bytes at 240 a second, and one tick of waiting.

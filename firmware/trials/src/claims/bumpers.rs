@@ -14,7 +14,7 @@ pub(super) const ALL: &[&Experiment] = &[&CONTACTS, &CHAIR];
 /// Worlds in which contacts are made.
 const WORLDS: [&str; 4] = ["living-room", "house", "corners", "chair"];
 
-/// Distance from the contact, with no switch closed, at which the robot is free: about two robots.
+/// Distance from the contact, with no switch closed, at which the robot is free, inches: about two robots.
 const FREE_IN: f64 = 24.0;
 const FREE_WITHIN_S: f64 = 60.0;
 
@@ -28,10 +28,10 @@ const CHAIR_AT: Pose = Pose {
     theta_deg: 0.0,
 };
 
-/// Time limit for leaving the chair.
+/// Time limit for leaving the chair, seconds.
 const LEFT_WITHIN_S: f64 = 120.0;
 
-/// Distance of the casters from the post.
+/// Distance of the casters from the post, inches.
 const CHAIR_REACH_IN: f64 = 13.0;
 
 const CONTACTS: Experiment = Experiment {

@@ -158,12 +158,12 @@ const NICHE: Experiment = Experiment {
     ],
 };
 
-/// Size of a cell, and cells across and along a room.
+/// Size of a cell, and cells across and along a room, inches.
 const CELL_IN: usize = 3;
 const ACROSS: usize = 40;
 const ALONG: usize = 32;
 
-/// Cells from end to end of a leg of a passage.
+/// Number of cells from end to end of a leg of a passage.
 const LEG: usize = 12;
 
 /// A plan with a character per cell, first filled with walls.

@@ -9,7 +9,7 @@ use sr04_firmware::parameters::Parameter;
 
 pub(super) const ALL: &[&Experiment] = &[&TARGET];
 
-/// Maximum overshoot beyond the target.
+/// Maximum overshoot beyond the target, inches.
 const OVERSHOOT_IN: f64 = 6.0;
 
 /// Maximum reversals of the rotation: turning to the target and a few corrections.

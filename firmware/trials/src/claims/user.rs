@@ -70,7 +70,7 @@ const LOSS: Experiment = Experiment {
     ],
 };
 
-/// Ticks between two drive frames while a key is held.
+/// Number of ticks between two drive frames while a key is held.
 const FRAME_TICKS: u32 = 5;
 
 /// Time limit of one second.

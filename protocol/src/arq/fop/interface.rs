@@ -11,13 +11,13 @@ pub struct Config {
     pub owner: u16,
     /// Id of the robot; `None` to learn it from lines before a session is opened. Lines of other robots are ignored.
     pub robot_id: Option<u8>,
-    /// Latency of the link in addition to the time on the wire, in both directions together.
+    /// Latency of the link in addition to the time on the wire, in both directions together, microseconds.
     pub latency_us: u64,
     /// Whether both ends can send at the same time.
     pub duplex: Duplex,
-    /// Silence of the robot after which unacknowledged frames are sent again.
+    /// Silence of the robot after which unacknowledged frames are sent again, microseconds.
     pub silence_us: u64,
-    /// Time without progress after which a task fails.
+    /// Time without progress after which a task fails, microseconds.
     pub give_up_us: u64,
 }
 

@@ -4,7 +4,7 @@ use super::Fop;
 use crate::decoder::Received;
 use crate::telemetry::SEQUENCE_MODULUS;
 
-/// Maximum delay of a line; after such a silence, every line counts as new.
+/// Maximum delay of a line, microseconds; after such a silence, every line counts as new.
 const LATE_MAX_US: u64 = 5_000_000;
 
 /// Maximum number of lines that the robot may have sent since the newest line received.

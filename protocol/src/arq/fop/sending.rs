@@ -80,7 +80,7 @@ impl Fop {
         }
     }
 
-    /// Time at which the next keepalive is due, if the robot needs them.
+    /// Time at which the next keepalive is due, microseconds; `None` if the robot needs none.
     pub(super) fn keepalive_us(&self) -> Option<u64> {
         let silence_us = self
             .failsafe_silence_us

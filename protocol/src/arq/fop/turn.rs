@@ -11,14 +11,14 @@ const TURN_BYTES: u64 = 238;
 /// Maximum wait before the first byte of a turn: three quarters of the robot's patience; the rest is for the link's latency.
 const BEGIN_WITHIN_US: u64 = PATIENCE_BYTES * 3 / 4 * US_PER_BYTE;
 
-/// Silence after which a half-duplex robot must be listening, even if its line G was lost.
+/// Silence after which a half-duplex robot must be listening, even if its line G was lost, microseconds.
 const SILENCE_US: u64 = 7 * US_PER_BYTE;
 
 /// Maximum gap within lines on a link whose silence is meaningful. Modems, bridges and adapters that collect bytes
 /// make longer gaps.
 const PROMPT_GAP_US: u64 = 5 * US_PER_BYTE;
 
-/// Maximum pause within a line; a longer pause separates lines.
+/// Maximum pause within a line, microseconds; a longer pause separates lines.
 const PAUSE_US: u64 = 12 * US_PER_BYTE;
 
 /// Number of consecutive chunks to receive before a link's silence is trusted.
@@ -32,7 +32,7 @@ const REPEAT_BYTES: u64 = 60;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Turn {
     used_bytes: u64,
-    /// Time before which the next frame must begin.
+    /// Time before which the next frame must begin, microseconds.
     begin_by_us: u64,
 }
 
