@@ -59,7 +59,7 @@ pub struct Difference {
     pub robot: ParameterLine,
 }
 
-/// `top-speed: 8 in the file, 12 in the robot (in/s)`
+/// Writes text such as `top-speed: 8 in the file, 12 in the robot (in/s)`.
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unit = self.robot.unit.as_str();

@@ -45,7 +45,7 @@ fn escape(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
-/// A writer of text for people. Each `writeln!` is one line: a line feed in a value is escaped, like every other control character.
+/// A writer of text for users. Each `writeln!` is one line: a line feed in a value is escaped, like every other control character.
 /// `write_all` takes whole lines, and keeps their line feeds and tabs.
 pub struct SafeWriter<W>(pub W);
 

@@ -194,7 +194,7 @@ impl AlarmEvent {
     }
 }
 
-/// `battery low: begun, 11.5 V (limit 11.6 V)`.
+/// Writes text such as `battery low: begun, 11.5 V (limit 11.6 V)`.
 impl fmt::Display for AlarmEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.name, self.status.code())?;

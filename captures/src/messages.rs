@@ -336,23 +336,23 @@ telemetry! {
     54 firmware_major: uint32;
     /// Firmware version after the point.
     55 firmware_minor: uint32;
-    /// Ticks (20 Hz) won by layer 0 since boot, modulo 4096.
+    /// Number of ticks (20 Hz) since boot in which layer 0 controlled the motors, modulo 4096.
     56 ticks_won_user: uint32;
-    /// Ticks won by layer 1.
+    /// Number of ticks in which layer 1 controlled the motors.
     57 ticks_won_bumpers: uint32;
-    /// Ticks won by layer 2.
+    /// Number of ticks in which layer 2 controlled the motors.
     58 ticks_won_rotation: uint32;
-    /// Ticks won by layer 3.
+    /// Number of ticks in which layer 3 controlled the motors.
     59 ticks_won_infrared: uint32;
-    /// Ticks won by layer 4.
+    /// Number of ticks in which layer 4 controlled the motors.
     60 ticks_won_sonar: uint32;
-    /// Ticks won by layer 5.
+    /// Number of ticks in which layer 5 controlled the motors.
     61 ticks_won_photo: uint32;
-    /// Ticks won by layer 6.
+    /// Number of ticks in which layer 6 controlled the motors.
     62 ticks_won_motion: uint32;
-    /// Ticks won by layer 7.
+    /// Number of ticks in which layer 7 controlled the motors.
     63 ticks_won_dead_reckoning: uint32;
-    /// Ticks won by prowl.
+    /// Number of ticks in which prowl controlled the motors.
     64 ticks_won_prowl: uint32;
     /// Intact uplink frames since boot, modulo 1000.
     65 frames_heard: uint32;

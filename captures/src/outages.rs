@@ -59,7 +59,7 @@ impl Outage {
     }
 }
 
-/// `silent 55.0 s from 12.0 s: 165 lines lost`.
+/// Writes text such as `silent 55.0 s from 12.0 s: 165 lines lost`.
 impl fmt::Display for Outage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (cause, begin_s) = (self.cause.code(), self.begin.as_secs_f64());

@@ -482,7 +482,7 @@ impl Decoder {
 /// Minimum number of lines lost between two lines with the same sequence.
 const FULL_ROUND: u64 = SEQUENCE_MODULUS as u64 - 1;
 
-/// Whole hundreds of lines that may be lost in addition to `lost`, if `most` may be lost in total.
+/// Number of lines that may be lost in addition to `lost`, in whole hundreds, if at most `most` are lost in total.
 const fn hundreds_beyond(lost: u64, most: u64) -> u64 {
     let round = SEQUENCE_MODULUS as u64;
     most.saturating_sub(lost) / round * round

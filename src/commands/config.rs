@@ -120,7 +120,7 @@ pub struct Robot {
     pub limits: Limits,
 }
 
-/// Lines and command strings of a robot that does not speak Groundwave's protocol.
+/// Lines and command strings of a robot that does not use Groundwave's protocol.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OwnRobot {
     /// Form of the robot's lines; recognized automatically if not given.
@@ -177,7 +177,7 @@ pub enum MapSigns {
 pub struct Recording {
     /// Number of minutes before its start that a recording begun in the dashboard includes.
     pub keep_minutes: Option<u16>,
-    /// When to start another file, like `--rotate`.
+    /// Time or size after which another file is started, like `--rotate`.
     pub rotate: Option<Rotation>,
 }
 

@@ -271,7 +271,7 @@ mod tests {
         );
     }
 
-    /// The operator could not tell two equal rows apart.
+    /// The operator could not distinguish two equal rows.
     #[test]
     fn palette_entries_have_distinct_titles() {
         let all = Palette::default().found(&Configured::default());

@@ -92,7 +92,7 @@ pub struct Ui {
     /// Index of the plots' window in [`WINDOWS`].
     pub(crate) plot_window: usize,
     pub(super) size: (u16, u16),
-    /// State of playback; `None` while the screen shows now.
+    /// State of playback; `None` while the screen shows the present.
     pub(crate) playback: Option<Playback>,
     /// The operator's answers to alarms.
     pub(crate) attended: Attended,

@@ -421,7 +421,7 @@ mod tests {
         assert_eq!((restarts, info.restarts), (2, 2));
     }
 
-    /// What happens to a number of lines.
+    /// The fate of a number of lines.
     #[derive(Clone, Copy, Debug)]
     enum Fate {
         Arrive,
@@ -436,7 +436,7 @@ mod tests {
     }
 
     proptest! {
-        /// A live station, `info` and the replay have the same figures, whatever happens to the lines.
+        /// A live station, `info` and the replay have the same figures, for every fate of the lines.
         #[test]
         fn live_and_replayed_figures_are_equal(fates in prop::collection::vec(any_fate(), 1..4)) {
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");

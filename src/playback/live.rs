@@ -198,7 +198,7 @@ impl LivePlayer {
         history.events.iter().map(|(_, event)| bytes(event)).sum()
     }
 
-    /// State of playback; `None` while the screen shows now.
+    /// State of playback; `None` while the screen shows the present.
     #[must_use]
     pub fn playback(&self) -> Option<Playback> {
         self.shows_past.then(|| self.player.playback())
@@ -262,7 +262,7 @@ impl LivePlayer {
         true
     }
 
-    /// Time of the next call of [`Self::advance`]; `None` while the screen shows now. While playback is paused, once a second, because the displayed age grows.
+    /// Time of the next call of [`Self::advance`]; `None` while the screen shows the present. While playback is paused, once a second, because the displayed age grows.
     pub fn wake_at(&mut self) -> Option<Moment> {
         if !self.shows_past {
             return None;

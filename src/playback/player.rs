@@ -244,7 +244,7 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// Carries out a control as [`Self::handle`] does, from the newest moment of a live session; returns whether another moment is displayed. If not, the
+    /// Executes a control as [`Self::handle`] does, from the newest moment of a live session; returns whether another moment is displayed. If not, the
     /// message gives the reason.
     pub fn leave_newest(&mut self, host: Moment, control: Control) -> bool {
         self.rest();

@@ -147,7 +147,7 @@ impl Driver {
         this
     }
 
-    /// Reads the lines of a robot that does not speak Groundwave's protocol, and sends its command strings.
+    /// Reads the lines of a robot that does not use Groundwave's protocol, and sends its command strings.
     #[must_use]
     pub fn reading(mut self, own: Recognizer, commands: BTreeMap<String, OwnCommand>) -> Self {
         self.station.set_own_lines(own);

@@ -103,7 +103,7 @@ impl Source {
         }
     }
 
-    /// State of playback; `None` while the screen shows now.
+    /// State of playback; `None` while the screen shows the present.
     pub(super) fn playback(&self) -> Option<Playback> {
         match self {
             Self::Live(live) => live.player.playback(),

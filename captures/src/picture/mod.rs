@@ -1,7 +1,7 @@
 //! Pictures of runs, as SVG and PNG.
 //!
 //! A picture is laid out once, as shapes and outlines of letters; SVG and PNG draw the same shapes. The colours of behaviours are
-//! those of Okabe and Ito, which colour-blind people tell apart; each kind of event also has its own shape.
+//! those of Okabe and Ito, which colour-blind people can distinguish; each kind of event also has its own shape.
 
 mod drive;
 mod font;

@@ -8,7 +8,7 @@ use super::sheet::{Plan, Row, Sheet};
 use super::{Picture, date_words, feet_words, time_words};
 use crate::track::{Place, Point, Track};
 
-/// Colours that colour-blind people tell apart, and that differ in print.
+/// Colours that colour-blind people can distinguish, and that differ in print.
 const COLORS: [Color; 2] = [BLUE, VERMILION];
 
 /// A run to compare.

@@ -30,13 +30,13 @@ pub trait Port {
 pub enum Call<'a> {
     /// Power-on with these kept parameters.
     Boot(Identity, &'a Parameters),
-    /// [`Robot::tick`].
+    /// A call of [`Robot::tick`].
     Tick(&'a Inputs),
-    /// [`Robot::infrared_sample`].
+    /// A call of [`Robot::infrared_sample`].
     Infrared(Sides),
-    /// [`Robot::handle_uplink`].
+    /// A call of [`Robot::handle_uplink`].
     Uplink(u8),
-    /// [`Robot::poll_downlink`].
+    /// A call of [`Robot::poll_downlink`].
     Downlink,
 }
 

@@ -1,6 +1,6 @@
 //! Layer 3: infrared collision avoidance. Turns away from detections.
 //!
-//! A prowling robot passes between two detections if sonar sees open floor ahead, because they are the sides of a gap.
+//! A prowling robot passes between two detections if sonar measures open floor ahead, because they are the sides of a gap.
 
 use super::behaviour::Behaviour;
 use crate::arbiter::Request;
@@ -15,7 +15,7 @@ const TURN_CPS: i16 = cps(10);
 /// Turning speed on the spot: the same, because both detectors reach 30 inches.
 const SPIN_CPS: i16 = cps(10);
 
-/// Turning speed where sonar sees open floor ahead: 5 degrees per second keep the robot off an oblique wall from 18
+/// Turning speed where sonar measures open floor ahead: 5 degrees per second keep the robot off an oblique wall from 18
 /// inches away, and hardly turn it from the mouth of a passage.
 const GAP_CPS: i16 = 13;
 

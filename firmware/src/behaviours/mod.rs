@@ -1,6 +1,6 @@
 //! The behaviours, one file each, and the table of their priorities.
 //!
-//! A behaviour decides from the [`Senses`] and its own small state. It does not know the other behaviours; the arbiter selects
+//! A behaviour decides from the [`Senses`] and its own small state. It has no access to the other behaviours; the arbiter selects
 //! among them.
 
 mod behaviour;

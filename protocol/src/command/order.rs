@@ -102,25 +102,25 @@ pub enum Order {
 status_codes! {
     /// The type of an order, its first letter.
     OrderType {
-        /// [`Order::Mode`].
+        /// Letter of [`Order::Mode`].
         Mode = b'M',
-        /// [`Order::Layers`].
+        /// Letter of [`Order::Layers`].
         Layers = b'L',
-        /// [`Order::Failsafe`].
+        /// Letter of [`Order::Failsafe`].
         Failsafe = b'F',
-        /// [`Order::Pose`].
+        /// Letter of [`Order::Pose`].
         Pose = b'P',
-        /// [`Order::Scan`].
+        /// Letter of [`Order::Scan`].
         Scan = b'S',
-        /// [`Order::Activate`].
+        /// Letter of [`Order::Activate`].
         Activate = b'A',
         /// [`Order::SetParameter`] and [`Order::ReadParameter`].
         Parameter = b'V',
-        /// [`Order::ReadParameters`].
+        /// Letter of [`Order::ReadParameters`].
         Parameters = b'N',
-        /// [`Order::KeepParameters`].
+        /// Letter of [`Order::KeepParameters`].
         Keep = b'K',
-        /// [`Order::Unknown`].
+        /// Letter of [`Order::Unknown`].
         Unknown = b'?',
     }
 }

@@ -6,7 +6,7 @@
 //! seq  id  uptime boots vers. ticks won          heard bad   late  bumps failsafe ack   CRC
 //! ```
 //!
-//! Ticks won: two 6-bit characters for each of [`HOLDERS`] holders.
+//! Ticks won (in which a holder controlled the motors): two 6-bit characters for each of [`HOLDERS`] holders.
 
 use super::columns::Columns;
 use super::fields::{
@@ -32,7 +32,7 @@ pub struct CountersLine {
     pub boots: u16,
     /// Firmware version.
     pub version: FirmwareVersion,
-    /// Ticks won by layers 0 to 7 and by prowl since boot, modulo 4096.
+    /// Number of ticks since boot in which each of layers 0 to 7 and prowl controlled the motors, modulo 4096.
     pub ticks_won: [u16; HOLDERS],
     /// Number of intact frames received since boot, modulo 1000.
     pub frames_heard: u16,

@@ -13,7 +13,7 @@ pub fn seed() -> u64 {
     0x1998_0804
 }
 
-/// `SplitMix64`.
+/// A small random generator, `SplitMix64`.
 pub struct Rng(pub u64);
 
 impl Rng {

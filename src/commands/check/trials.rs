@@ -1,4 +1,4 @@
-//! `check --send`: asks first, and prints the verdicts.
+//! `check --send`: asks before sending, and prints the verdicts.
 
 use std::io::{self, BufRead as _, IsTerminal as _, Write};
 

@@ -35,7 +35,7 @@ pub struct Output {
     pub force: bool,
 }
 
-/// `replay`
+/// Arguments of `replay`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -57,7 +57,7 @@ pub struct Replay {
     pub theme: Option<Theme>,
 }
 
-/// `info`
+/// Arguments of `info`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -72,7 +72,7 @@ pub struct Info {
     pub json: bool,
 }
 
-/// `export`
+/// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -120,7 +120,7 @@ pub enum ExportFormat {
     Raw,
 }
 
-/// `cut`
+/// Arguments of `cut`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -144,7 +144,7 @@ pub struct Cut {
     pub output: Output,
 }
 
-/// `verify`
+/// Arguments of `verify`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -168,7 +168,7 @@ pub struct Verify {
     pub json: bool,
 }
 
-/// `recover`
+/// Arguments of `recover`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -187,7 +187,7 @@ pub struct Recover {
     pub json: bool,
 }
 
-/// `songs`
+/// Arguments of `songs`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:

@@ -116,7 +116,7 @@ impl Sharing {
     }
 }
 
-/// `watch`
+/// Arguments of `watch`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -162,7 +162,7 @@ impl Watch {
     }
 }
 
-/// `record`
+/// Arguments of `record`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -199,7 +199,7 @@ pub struct Record {
     pub sharing: Sharing,
 }
 
-/// `check`
+/// Arguments of `check`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:

@@ -10,7 +10,7 @@ use super::super::completions;
 use super::laid_out;
 use crate::capture::when::{NoDate, Stretch, When};
 
-/// `runs`
+/// Arguments of `runs`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -37,7 +37,7 @@ pub struct Runs {
     pub json: bool,
 }
 
-/// `label`
+/// Arguments of `label`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -72,7 +72,7 @@ pub struct Label {
     pub json: bool,
 }
 
-/// `compare`
+/// Arguments of `compare`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:

@@ -15,7 +15,7 @@ use crate::io::ports;
 use crate::request::{Request, Tuning};
 use crate::share::Address;
 
-/// `send`
+/// Arguments of `send`.
 #[derive(Debug, Args)]
 #[expect(
     clippy::struct_excessive_bools,
@@ -61,7 +61,7 @@ pub struct Send {
     pub quiet: bool,
 }
 
-/// `param`
+/// Arguments of `param`.
 #[derive(Debug, Args)]
 #[expect(
     clippy::struct_excessive_bools,
@@ -152,7 +152,7 @@ impl Param {
     }
 }
 
-/// `calibrate`
+/// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct Calibrate {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via

@@ -7,7 +7,7 @@ use clap_complete::Shell;
 
 use super::laid_out;
 
-/// `ports`
+/// Arguments of `ports`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -19,7 +19,7 @@ pub struct Ports {
     pub json: bool,
 }
 
-/// `config`
+/// Arguments of `config`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -45,7 +45,7 @@ pub enum ConfigVerb {
     },
 }
 
-/// `completions`
+/// Arguments of `completions`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -59,7 +59,7 @@ pub struct Completions {
     pub shell: Shell,
 }
 
-/// `man`
+/// Arguments of `man`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:

@@ -38,7 +38,7 @@ pub struct Simulated {
     pub time_factor: f64,
 }
 
-/// `demo`
+/// Arguments of `demo`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -62,7 +62,7 @@ pub struct Demo {
     pub sharing: Sharing,
 }
 
-/// `sim`
+/// Arguments of `sim`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -95,7 +95,7 @@ pub struct Sim {
     pub force: bool,
 }
 
-/// `world`
+/// Arguments of `world`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
