@@ -177,7 +177,7 @@ impl Waiting {
             Some(false) if matches!(self.wait.kind(), Kind::Expect(_)) => {
                 Some(Err(format!("`{}`: {}", self.wait, seen())))
             }
-            _ if is_over => Some(Err(format!("`{}`: it did not come; {}", self.wait, seen()))),
+            _ if is_over => Some(Err(format!("`{}`: not met in time; {}", self.wait, seen()))),
             _ => None,
         }
     }

@@ -346,7 +346,7 @@ fn page_with(table: &str) -> String {
 # The mistakes that `groundwave check` finds
 
 `groundwave check FILE` reads a capture, `groundwave check LINK` listens to a robot. A finding names line and column, the content, the form expected, the likely
-cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are stable; `--json` prints them. Damage by the radio is no finding.
+cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are stable; `--json` prints them. Damage by the radio is not reported as a mistake.
 The dashboard logs a mistake as soon as it is certain; `info`, `verify` and `export` to tables tell it in one line.
 `groundwave check LINK --send` also tries the rules for frames and names each that the robot breaks.
 

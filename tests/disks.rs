@@ -267,7 +267,10 @@ fn a_recording_whose_folder_was_removed_has_failed() {
     for name in ["a.txt", "a.mcap"] {
         let (code, err) = recording_that_is_removed(name);
         assert_eq!(code, 1, "{name}: {err}");
-        assert!(err.contains("the file is gone; it was removed"), "{err}");
+        assert!(
+            err.contains("the file no longer exists; it was removed"),
+            "{err}"
+        );
         assert!(err.contains("its content is lost"), "{err}");
         assert!(!err.contains("recorded"), "{err}");
     }

@@ -146,7 +146,7 @@ pub enum CaptureError {
         error: io::Error,
     },
     /// The file was removed or renamed while it was written.
-    #[error("recording to {}: the file is gone; {fate}", path.display())]
+    #[error("recording to {}: the file no longer exists; {fate}", path.display())]
     Gone {
         /// The file.
         path: PathBuf,

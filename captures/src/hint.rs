@@ -40,7 +40,7 @@ pub fn words(error: &io::Error) -> String {
         io::ErrorKind::NotFound => "not found",
         io::ErrorKind::PermissionDenied => "permission denied",
         io::ErrorKind::AddrInUse => "another program uses the address",
-        io::ErrorKind::BrokenPipe => "the other end is gone",
+        io::ErrorKind::BrokenPipe => "the other end closed the connection",
         io::ErrorKind::ConnectionReset | io::ErrorKind::ConnectionAborted => {
             "the other end broke the connection"
         }

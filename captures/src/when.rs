@@ -95,7 +95,7 @@ pub struct Stretch {
 /// The text is neither a day nor a time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is no date; try 2026-11-20, yesterday, \"2 days\", \"2026-11-20 14:30\" or 14:30 (UTC)"
+    "`{0}` is not a date; try 2026-11-20, yesterday, \"2 days\", \"2026-11-20 14:30\" or 14:30 (UTC)"
 )]
 pub struct NoDate(String);
 

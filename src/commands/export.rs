@@ -68,7 +68,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
             {
                 let name = files[index].display();
                 say(format_args!(
-                    "{name}: mistakes of the robot: {clause}; `groundwave check` tells more"
+                    "{name}: mistakes of the robot: {clause}; `groundwave check` shows more"
                 ));
             }
             made.problem.map_or(Ok(ControlFlow::Continue(())), Err)

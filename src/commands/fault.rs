@@ -52,7 +52,7 @@ impl Exit {
             Self::Failed => "failed, or a capture was read only in part",
             Self::Usage => "wrong usage, or a bad input file",
             Self::NotConfirmed => {
-                "the robot did not confirm in time, and holds the old route or the new one, whole; or a condition did not come"
+                "the robot did not confirm in time, and has the whole old route or the whole new one; or a condition was not met"
             }
             Self::NoLink => "the link cannot be opened: missing, busy or no permission",
             Self::Refused => "the robot refused, for the reason given",
@@ -164,7 +164,7 @@ fn content_words(path: &Path) -> Option<String> {
     }
     let mistakes = diagnosis::clause(&diagnosis.findings());
     Some(match mistakes {
-        Some(clause) => format!("lines with mistakes: {clause}; `groundwave check` tells more"),
+        Some(clause) => format!("lines with mistakes: {clause}; `groundwave check` shows more"),
         None => content::words(&head).to_owned(),
     })
 }

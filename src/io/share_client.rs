@@ -28,7 +28,9 @@ pub enum ShareClientError {
     )]
     Connect(Address, io::Error),
     /// The server at the address is not a station.
-    #[error("the server at {0} is no groundwave station that shares its link; check the address")]
+    #[error(
+        "the server at {0} is not a groundwave station that shares its link; check the address"
+    )]
     NoStation(Address),
     /// The connection ended.
     #[error("the station at {0} closed the connection{1}")]

@@ -29,7 +29,7 @@ impl Ui {
         };
         self.note(
             Level::Info,
-            self.with_keys(&format!("{wait}: begun; <cancel-commands> gives it up")),
+            self.with_keys(&format!("{wait}: begun; <cancel-commands> cancels it")),
         );
         self.waits.push((now, Waiting::new(wait, PATIENCE)));
         Some(Ok(()))
@@ -137,7 +137,7 @@ mod tests {
         scene.now = limit;
         scene.event(Event::Tick);
         let log = logged(&scene);
-        assert!(log.contains("it did not come; "), "{log}");
+        assert!(log.contains("not met in time; "), "{log}");
     }
 
     #[test]

@@ -436,7 +436,7 @@ impl<C: Cursor> Player<C> {
         let marked = clock_words(self.at);
         if let Some(place) = self.markers.iter().position(near) {
             self.marked = Some((self.markers.remove(place), false));
-            self.note = Some(format!("the mark at {marked} is gone"));
+            self.note = Some(format!("the mark at {marked} was removed"));
         } else if self.markers.len() == MARKERS_MAX {
             self.note = Some(format!(
                 "there are {MARKERS_MAX} marks already; <playback-mark> on a mark removes it"

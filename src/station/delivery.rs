@@ -194,7 +194,7 @@ pub(super) fn order(request: &Request) -> Option<Order> {
 const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
     match loss {
         Failure::RobotRestarted => {
-            "the robot restarted: session, staged list and active list are gone"
+            "the robot restarted: session, staged list and active list are lost"
         }
         Failure::TakenOver => {
             "another station opened a session: this one sends nothing until you do"

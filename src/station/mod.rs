@@ -267,7 +267,7 @@ impl Station {
             return;
         }
         if let Some(id) = other {
-            let text = format!("robot {id} speaks on this channel, too; its lines are kept apart");
+            let text = format!("robot {id} also sends on this channel; its lines are kept apart");
             self.notice(NoticeCode::OtherRobot, Level::Warning, &text);
         }
     }
@@ -280,7 +280,7 @@ impl Station {
                 continue;
             }
             let text = format!(
-                "mistake of the robot: {}; `groundwave check` tells more",
+                "mistake of the robot: {}; `groundwave check` shows more",
                 finding.clause()
             );
             self.notice(NoticeCode::RobotMistake, Level::Warning, &text);

@@ -85,7 +85,7 @@ impl Screen<'_> {
                 self.theme.dim,
             ),
             (None, Purpose::SaveRoute) => Line::styled(
-                "a file for the draft; overwriting asks first",
+                "a file for the draft; asks before overwriting",
                 self.theme.dim,
             ),
             (None, Purpose::RouteFile) => Line::styled(

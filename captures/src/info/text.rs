@@ -41,7 +41,7 @@ impl Info {
             types => writeln!(output, ": {types}")?,
         }
         if let Some(clause) = diagnosis::clause(&self.mistakes) {
-            writeln!(output, "mistakes   {clause}; `groundwave check` tells more")?;
+            writeln!(output, "mistakes   {clause}; `groundwave check` shows more")?;
         }
         match self.other.other_robot {
             Some(id) => writeln!(

@@ -21,7 +21,7 @@ pub(super) fn confirm(is_agreed: bool) -> Result<(), Fault> {
     if !stdin.is_terminal() {
         return Err(Fault::new(
             Exit::Usage,
-            "--send asks first and standard input is no terminal; add --yes",
+            "--send asks before sending, and standard input is not a terminal; add --yes",
         ));
     }
     let mut errors = io::stderr();

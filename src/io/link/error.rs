@@ -45,7 +45,7 @@ pub enum OpenError {
     Another(String),
     /// Several devices look like the one that was unplugged.
     #[error(
-        "{0} is gone and {1} look the same; plug it in where it was, or start again with the right one"
+        "{0} was unplugged and {1} look the same; plug it in at the same port, or start again with the right device"
     )]
     Ambiguous(String, String),
     /// Another error.

@@ -53,14 +53,14 @@ pub enum ShareError {
     Taken(String, &'static str),
     /// The token of a port cannot be written.
     #[error(
-        "cannot share on {0}: its token cannot be written: {reason}; set XDG_RUNTIME_DIR to a folder of yours",
+        "cannot share on {0}: its token cannot be written: {reason}; set XDG_RUNTIME_DIR to one of your folders",
         reason = hint::words(.1)
     )]
     Token(String, io::Error),
     /// The system's error.
     #[error("cannot share on {0}: {reason}; {hint}", reason = hint::words(.1), hint = match .1.kind() {
         io::ErrorKind::NotFound => "make the folder first",
-        io::ErrorKind::PermissionDenied => "choose a port above 1023 or a folder of yours",
+        io::ErrorKind::PermissionDenied => "choose a port above 1023 or one of your folders",
         _ => "choose another address, or port 0 for a free one",
     })]
     Listen(String, io::Error),

@@ -51,7 +51,7 @@ impl SocketFile {
         let _alone = LockFile::take(path, LOCK_TIMEOUT).map_err(refused)?;
         match fs::symlink_metadata(path) {
             Ok(found) if !found.file_type().is_socket() => {
-                return Err(taken("a file of that name exists and is no socket"));
+                return Err(taken("a file of that name exists and is not a socket"));
             }
             Ok(_) => match unix_socket::connect(path, PROBE_TIMEOUT) {
                 Ok(_) => return Err(taken(LISTENS)),
@@ -128,7 +128,7 @@ impl LockFile {
             if !found.is_file() || found.len() > 0 || found.uid() != geteuid().as_raw() {
                 let name = path.display();
                 return Err(io::Error::other(format!(
-                    "{name} is no lock file of yours; move it away"
+                    "{name} is not one of your lock files; move it away"
                 )));
             }
             match file.try_lock() {
@@ -264,7 +264,7 @@ mod tests {
         fs::rename(&notes, lock_path(&path)).expect("a file with text");
         let error = SocketFile::bind(&path).expect_err("it may be of use");
         assert!(
-            error.to_string().contains("is no lock file of yours"),
+            error.to_string().contains("is not one of your lock files"),
             "{error}"
         );
         assert_eq!(fs::read(lock_path(&path)).expect("it is kept"), b"mine");
@@ -311,7 +311,7 @@ mod tests {
         let path = folder.path().join("notes.txt");
         fs::write(&path, "mine").expect("a file");
         let error = SocketFile::bind(&path).expect_err("refused");
-        assert!(error.to_string().contains("is no socket"), "{error}");
+        assert!(error.to_string().contains("is not a socket"), "{error}");
         assert_eq!(fs::read(&path).expect("it is there"), b"mine");
     }
 }

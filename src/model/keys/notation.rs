@@ -39,7 +39,7 @@ pub(super) fn read(word: &str) -> Result<Key, String> {
     }
     let code = read_code(rest).ok_or_else(|| {
         format!(
-            "`{word}` is no key: one character, or Space, Enter, Esc, Tab, Backspace, Left, PgUp, Home, End, F1 to F12 and \
+            "`{word}` is not a key: one character, or Space, Enter, Esc, Tab, Backspace, Left, PgUp, Home, End, F1 to F12 and \
              so on, with Ctrl- or Shift- before it (no Alt-)"
         )
     })?;
