@@ -59,7 +59,7 @@ pub struct Squares {
     pub counter: Offset,
 }
 
-/// Why a calibration has no result.
+/// Reason why a calibration has no result.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
     /// The side is too short.
@@ -243,9 +243,9 @@ impl Squares {
 /// Relative errors of a robot's odometry.
 #[derive(Clone, Copy, Debug)]
 struct Errors {
-    /// True track divided by the believed track, minus 1.
+    /// True track divided by the assumed track, minus 1.
     track: f64,
-    /// True ratio of the right wheel to the left divided by the believed ratio, minus 1.
+    /// True ratio of the wheel diameters (right to left) divided by the assumed ratio, minus 1.
     wheels: f64,
 }
 

@@ -45,7 +45,7 @@ pub enum Event {
     Reception {
         /// The new kind.
         reception: Reception,
-        /// When this kind began.
+        /// Time at which this kind began.
         since: Moment,
     },
     /// A time without lines began, or one has ended.

@@ -60,7 +60,7 @@ pub fn command_s(duplex: Duplex, spec: &str, seed: u64) -> Option<f64> {
     confirmation_s(&mut co, Request::Mode(Mode::Prowl))
 }
 
-/// Seconds until confirmation for a station that starts beside a running robot: of `count` waypoints, or of one command.
+/// Time until a station that starts beside a running robot has the confirmation of `count` waypoints or of one command, seconds.
 pub fn cold_s(duplex: Duplex, spec: &str, seed: u64, count: Option<usize>) -> Option<f64> {
     let mut co = switched_on(duplex, seed);
     co.simulation.run_for_ms(3000 + phase_ms(seed));

@@ -15,9 +15,9 @@ pub struct Chunk<'a> {
     pub bytes: &'a [u8],
     /// Whether bytes are missing before these.
     pub is_after_missing: bool,
-    /// When the link was lost before these, if it was.
+    /// Time at which the link was lost before these bytes, if it was.
     pub unplugged_at: Option<Duration>,
-    /// When the station was suspended before these, if it was.
+    /// Time at which the station was suspended before these bytes, if it was.
     pub suspended_at: Option<Duration>,
     /// Metadata of an MCAP read so far.
     pub session: Option<&'a BTreeMap<String, String>>,

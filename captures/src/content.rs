@@ -92,7 +92,7 @@ const fn has_bit_alone(byte: u8) -> bool {
 /// Number of bytes that [`judge`] is calibrated for.
 const JUDGED: usize = 1024;
 
-/// Describes the beginning of a file without an intact line, for people.
+/// Describes the beginning of a file without an intact line, as text for display.
 #[must_use]
 pub fn words(bytes: &[u8]) -> &'static str {
     if bytes.is_empty() {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::repair::Problem;
 use crate::hint::{self, shell_word};
 
-/// What to do when the file to be written exists.
+/// Treatment of an existing file with the name of the file to be written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
     /// Keep the file and fail.
@@ -19,7 +19,7 @@ pub enum Existing {
     Overwrite,
 }
 
-/// What happened to a file while it was written.
+/// Fate of a file while it was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// The file has no name any more.

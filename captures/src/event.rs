@@ -134,7 +134,7 @@ coded! {
 }
 
 coded! {
-    /// What happened to an alarm.
+    /// A new status of an alarm.
     AlarmStatus {
         /// The cause has lasted long enough.
         Begun = "begun",
@@ -154,11 +154,11 @@ coded! {
 pub struct AlarmEvent {
     /// Stable code of the alarm.
     pub code: String,
-    /// Name of the alarm, for people.
+    /// Name of the alarm, for display.
     pub name: String,
     /// Severity.
     pub level: Level,
-    /// What happened.
+    /// The new status.
     pub status: AlarmStatus,
     /// Time from the beginning of the cause to this event; zero if the alarm is not active.
     pub ago: Moment,
@@ -220,7 +220,7 @@ pub struct Notice {
     pub code: NoticeCode,
     /// Severity.
     pub level: Level,
-    /// One line for people.
+    /// Text in one line, for display.
     pub text: String,
 }
 
@@ -254,7 +254,7 @@ pub enum LinkEvent {
     },
     /// Lost; the station keeps trying to connect.
     Lost {
-        /// Reason, for people.
+        /// Reason, for display.
         reason: String,
     },
     /// Ended: end of a file or of standard input.

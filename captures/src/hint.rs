@@ -26,7 +26,7 @@ pub fn shell_word(path: &Path) -> String {
     }
 }
 
-/// Describes an error of the operating system for people; all messages use this text.
+/// Describes an error of the operating system in words; all messages use this text.
 #[must_use]
 pub fn words(error: &io::Error) -> String {
     if error.get_ref().is_some() {
@@ -103,7 +103,7 @@ fn next_number(text: &str) -> Option<(&str, i32, &str)> {
     })
 }
 
-/// Why a file cannot be read, and what to do.
+/// Reason why a file cannot be read, and the remedy.
 #[must_use]
 pub fn of_reading(error: &io::Error) -> String {
     match error.kind() {
@@ -119,7 +119,7 @@ pub fn of_reading(error: &io::Error) -> String {
     }
 }
 
-/// Why a file cannot be written, and what to do.
+/// Reason why a file cannot be written, and the remedy.
 #[must_use]
 pub fn of_writing(error: &io::Error) -> String {
     let hint = match error.kind() {

@@ -20,7 +20,7 @@ use survey::Survey;
 pub struct Info {
     /// Form of the capture.
     pub form: Form,
-    /// How a raw text differs from the radio's bytes: timestamps, other line ends.
+    /// Differences of a raw text from the radio's bytes: timestamps, other line ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stored: Option<String>,
     /// Start in UTC, from the metadata of a recording.

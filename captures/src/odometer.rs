@@ -13,7 +13,7 @@ const SPEED_MAX_IN_S: f64 = 24.0;
 /// Number of long lines per second at 2400 baud.
 const LINES_PER_S: f64 = 3.0;
 
-/// How the robot came from one position to the next.
+/// The robot's way from one position to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// The first position.

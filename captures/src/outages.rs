@@ -95,9 +95,9 @@ impl Serialize for Outage {
 #[derive(Clone, Debug, Default)]
 pub struct Outages {
     latest: Option<Seen>,
-    /// When the link was lost, if that was after the latest line.
+    /// Time at which the link was lost; `None` if that was before the latest line.
     unplugged_at: Option<Moment>,
-    /// When this station was suspended, if that was after the latest line.
+    /// Time at which this station was suspended; `None` if that was before the latest line.
     suspended_at: Option<Moment>,
     /// Whether the beginning of the current outage has been reported.
     has_begun: bool,

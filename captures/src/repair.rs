@@ -58,7 +58,7 @@ pub struct Position {
     pub record: u32,
 }
 
-/// How the end of the file was found.
+/// The way in which the end of the file was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
     Finished,

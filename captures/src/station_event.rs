@@ -6,7 +6,7 @@ use crate::event::{
 use crate::uplink_event::UplinkEvent;
 
 /// An event of the station, recorded on `/station`; `/uplink` and `/log` are derived from it and the bytes. Programs
-/// read codes and numbers; texts are for people.
+/// read codes and numbers; texts are for display.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct StationEvent {
     /// The event; `None` for one of a newer version.
@@ -46,7 +46,7 @@ pub struct AlarmMessage {
     /// Stable code of the alarm.
     #[prost(string, tag = 1)]
     pub code: String,
-    /// Name of the alarm, for people.
+    /// Name of the alarm, for display.
     #[prost(string, tag = 2)]
     pub name: String,
     /// A code of [`Level`].
@@ -81,7 +81,7 @@ pub struct LinkMessage {
     /// Device, address or file, when open.
     #[prost(string, optional, tag = 2)]
     pub name: Option<String>,
-    /// Reason for the loss, for people.
+    /// Reason for the loss, for display.
     #[prost(string, optional, tag = 3)]
     pub text: Option<String>,
 }
@@ -114,7 +114,7 @@ pub struct NoticeMessage {
     /// A code of [`Level`].
     #[prost(string, tag = 2)]
     pub level: String,
-    /// One line for people.
+    /// Text in one line, for display.
     #[prost(string, tag = 3)]
     pub text: String,
 }

@@ -39,7 +39,7 @@ pub struct Statistics {
     /// Loss of lines.
     #[serde(flatten)]
     pub loss: Loss,
-    /// Damaged lines.
+    /// Numbers of damaged lines.
     pub damaged: Damaged,
     /// Another robot on the channel.
     #[serde(flatten)]

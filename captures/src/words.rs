@@ -4,7 +4,7 @@ use groundwave_protocol::decoder::Lost;
 use groundwave_protocol::status_codes::{Layer, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
-/// Why the robot refused a command.
+/// Reason why the robot refused a command.
 #[must_use]
 pub const fn outcome_words(outcome: Outcome) -> &'static str {
     match outcome {

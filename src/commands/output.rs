@@ -13,7 +13,7 @@ use crate::hint;
 use crate::io::files::beside;
 use crate::io::signals;
 
-/// Where a result is written.
+/// Target of a result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     /// Standard output.

@@ -85,7 +85,7 @@ pub(super) fn check_name(path: &Path, config: &Config) -> Result<(), Fault> {
     ))
 }
 
-/// When to start another file: from the command line, else from the configuration.
+/// Time or size after which another file is started: from the command line, else from the configuration.
 pub(super) fn rotation(option: Option<Rotation>, config: &Config) -> Rotation {
     option.or(config.recording.rotate).unwrap_or_default()
 }
@@ -95,7 +95,7 @@ pub(super) fn automatic_name() -> PathBuf {
     PathBuf::from(name::automatic(SystemTime::now()))
 }
 
-/// What to do with an existing file, according to the options.
+/// Treatment of an existing file, according to the options.
 pub(super) const fn existing(append: bool, force: bool) -> Existing {
     match (append, force) {
         (true, _) => Existing::Append,

@@ -16,7 +16,7 @@ const LISTED_MAX: usize = 1000;
 /// Reads a text file; `~/` is the home folder. Refuses pipes and devices, because opening one can block.
 ///
 /// # Errors
-/// One line for people: the path, the reason, the remedy.
+/// One line for the user: the path, the reason, the remedy.
 pub fn read_text(path: &str) -> Result<String, String> {
     let full = expand_home(path, env::home_dir().as_deref());
     text_file::read(&full)
@@ -26,7 +26,7 @@ pub fn read_text(path: &str) -> Result<String, String> {
 /// Writes a complete text file or none; `~/` is the home folder. Replaces a file only with `overwrite`.
 ///
 /// # Errors
-/// That the file exists, or another problem as one line for people.
+/// Error message that the file exists, or about another problem, in one line.
 pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SaveProblem> {
     let full = expand_home(path, env::home_dir().as_deref());
     if !overwrite && fs::symlink_metadata(&full).is_ok() {

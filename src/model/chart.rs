@@ -85,7 +85,7 @@ pub(crate) struct Chart {
     /// Middle of the picture at the operator's scale; near the robot.
     pub(super) near: (f64, f64),
     was_touching: bool,
-    /// When the newest line arrived, and its sequence.
+    /// Arrival time and sequence of the newest line.
     newest: Option<(Moment, u8)>,
     /// Whether lines were lost since the newest line A.
     is_interrupted: bool,

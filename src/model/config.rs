@@ -14,7 +14,7 @@ pub struct Config {
     pub ascii: bool,
     /// Characters of maps and plots, unless only ASCII is drawn.
     pub marker: Marker,
-    /// How the lines of the map are drawn.
+    /// Style of the lines on the map.
     pub lines: MapLines,
     /// Command that shows raw lines in another terminal; displayed above the keys.
     pub raw_copy: Option<String>,
@@ -50,7 +50,7 @@ pub enum Marker {
     Quadrant,
 }
 
-/// How the lines of the map are drawn.
+/// Style of the lines on the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MapLines {
     /// Characters: the markers, or ASCII.

@@ -32,7 +32,7 @@ pub(crate) struct Entry {
     pub(crate) confirmed_after: Option<Moment>,
     /// Reason for a refusal and what to do, if more than the outcome is known.
     pub(crate) reason: Option<String>,
-    /// How far the robot has driven the command's list, by the latest line B.
+    /// The robot's progress in the command's list, from the latest line B.
     pub(crate) driven: Option<ListPlace>,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct ActiveList {
     pub(crate) id: CommandId,
     pub(crate) digest: u32,
     pub(crate) waypoints: Vec<Waypoint>,
-    /// How far the robot has driven the list, by a line B with the same digest; `None` before such a line.
+    /// The robot's progress in the list, from a line B with the same digest; `None` before such a line.
     pub(crate) driven: Option<ListPlace>,
 }
 

@@ -55,7 +55,7 @@ pub(super) fn run<C: Cursor>(
     go_on(cursor, source, steps, |_, next| next <= until, |_: &C| {})
 }
 
-/// Steps while `goes_on` (given the state and the time of the next step) allows the next step; `false` if more than `steps`
+/// Advances while `goes_on` (given the state and the time of the next step) allows the next step; returns `false` if more than `steps`
 /// steps are needed. Passes the state to `pass` every [`CACHE_STEPS`] steps.
 pub(super) fn go_on<C: Cursor>(
     cursor: &mut C,

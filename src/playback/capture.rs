@@ -226,7 +226,7 @@ impl Cursor for CaptureState {
     }
 }
 
-/// Functions that enter a capture at any moment.
+/// Functions that start reading a capture at any time.
 pub(super) static SHORTCUTS: Shortcuts<CaptureState> = Shortcuts {
     fresh: |state, tape, at| {
         let place = tape.find(at.saturating_sub(HEARD_BEFORE));

@@ -1,4 +1,4 @@
-//! The operations of a state that a timeline uses: stepping forward, and entering a capture at any moment.
+//! The operations of a state that a timeline uses: stepping forward, and starting in a capture at any time.
 
 use super::control::Landmark;
 use crate::event::Moment;
@@ -25,7 +25,7 @@ pub trait Cursor: Clone + 'static {
 /// A moment, and the number of lines before it.
 pub type LinePlace = (Moment, u64);
 
-/// Functions that enter a source at any moment without reading the earlier part.
+/// Functions that start reading a source at any time without reading the earlier part.
 pub struct Shortcuts<C: Cursor> {
     /// Makes a state shortly before a moment from any state of the source; the new state lacks events long before.
     pub fresh: fn(&C, &mut C::Source, Moment) -> C,

@@ -19,7 +19,7 @@ const READ_STEPS_MAX: usize = 32_768;
 /// The moments of a capture or of a live session that can be shown.
 pub struct Timeline<C: Cursor> {
     source: C::Source,
-    /// Functions that enter the source at any moment; `None` if keyframes are dense.
+    /// Functions that start reading the source at any time; `None` if keyframes are dense.
     shortcuts: Option<&'static Shortcuts<C>>,
     frames: Keyframes<C>,
     cache: Cache<C>,

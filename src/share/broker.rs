@@ -62,7 +62,7 @@ pub enum Output {
 pub struct Asked {
     /// Number of the client.
     pub client: ClientId,
-    /// Name of the client, for people.
+    /// Name of the client, for display.
     pub by: String,
     /// The command.
     pub ask: Ask,

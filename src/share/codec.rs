@@ -393,7 +393,7 @@ pub enum StationLine {
     Error {
         /// The reason as a stable code.
         code: String,
-        /// The reason and what to do, for people.
+        /// The reason and the remedy, for display.
         error: String,
     },
 }

@@ -7,7 +7,7 @@ use crate::event::{CommandStatus, Failure};
 use crate::request::outcome_words;
 
 /// A status in JSON: `{"status":"refused","code":"bad-value","text":"a value is out of range"}`. Codes are stable; the
-/// text is for people.
+/// text is for display.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StatusJson {
     /// Code of the status.
@@ -15,7 +15,7 @@ pub struct StatusJson {
     /// Reason why the command was refused or failed, as a stable code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code: Option<String>,
-    /// The reason as text, for people.
+    /// The reason as text, for display.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
     /// Number of frames sent so far.

@@ -170,7 +170,7 @@ impl Screen<'_> {
     }
 }
 
-/// What a robot can do, by its line I.
+/// The abilities of a robot, from its line I.
 fn level_words(robot: &AbilitiesLine) -> String {
     let capacity = robot.capacity;
     match robot.level {

@@ -58,7 +58,7 @@ impl Projection {
         }
     }
 
-    /// Inches per dot.
+    /// Number of inches per dot.
     pub(super) const fn scale_in(&self) -> f64 {
         self.scale_in
     }

@@ -54,7 +54,7 @@ impl Robot {
     }
 }
 
-/// Treatment of the lines from a moment on, seconds.
+/// Fate of the lines from a time on, in seconds.
 #[derive(Clone, Copy)]
 enum Fate {
     Arrive,

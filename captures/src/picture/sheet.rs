@@ -38,7 +38,7 @@ const PLAIN: f32 = 15.0;
 const TICK: f32 = 14.0;
 const NOTE: f32 = 13.0;
 
-/// Inches per foot.
+/// Number of inches per foot.
 const FOOT_IN: f32 = 12.0;
 
 /// Minimum width and height of the area shown, inches.

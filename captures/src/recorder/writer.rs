@@ -22,7 +22,7 @@ use crate::{CaptureError, Existing, files};
 pub(super) struct Entry {
     /// Time of the observation; `None` if it was made before the recording began.
     pub(super) now: Option<Moment>,
-    /// Nanoseconds since 1970.
+    /// Time since 1970, nanoseconds.
     pub(super) at_ns: u64,
     pub(super) observation: Observation,
 }

@@ -13,13 +13,13 @@ pub(super) const STAMP_BYTES_MAX: usize = 48;
 /// Kind of timestamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// Seconds since 1970, or a date with its year.
+    /// Time since 1970 in seconds, or a date with its year.
     Unix,
     /// Month, day and time of day.
     Year,
     /// Time of day, or since the beginning.
     Day,
-    /// Seconds since the beginning.
+    /// Time since the beginning, seconds.
     Seconds,
 }
 
@@ -304,7 +304,7 @@ fn digits(text: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// Milliseconds between the timestamps of two lines, and the second line without its timestamp.
+    /// Time between the timestamps of two lines, milliseconds, and the second line without its timestamp.
     fn read(first: &str, second: &str) -> Option<(u64, String)> {
         let line = format!("{second} A01 line\r\n");
         let stamps = Stamps::like(format!("{first} A00 line\r\n").as_bytes())?;

@@ -28,7 +28,7 @@ const ECHO_TICKS: u8 = 2;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an independent fact")]
 pub struct Truth {
-    /// Milliseconds since the start.
+    /// Time since the start, milliseconds.
     pub now_ms: u64,
     /// True pose.
     pub pose: Pose,

@@ -42,7 +42,7 @@ impl<W: Write + Seek> Sound<W> {
     ///
     /// # Errors
     ///
-    /// When `out` cannot be written, or cannot seek back to the header.
+    /// If `out` cannot be written, or cannot seek back to the header.
     pub fn new(mut out: W) -> io::Result<Self> {
         out.rewind()?;
         let spec = WavSpec {
@@ -63,7 +63,7 @@ impl<W: Write + Seek> Sound<W> {
     ///
     /// # Errors
     ///
-    /// When `out` cannot be written, or the file has reached the maximum length of a WAV file.
+    /// If `out` cannot be written, or the file has reached the maximum length of a WAV file.
     pub fn tick(&mut self, note_hz: u16) -> io::Result<()> {
         let samples = self.beeper.begin_tick(note_hz);
         self.write(samples)?;
@@ -78,7 +78,7 @@ impl<W: Write + Seek> Sound<W> {
     ///
     /// # Errors
     ///
-    /// When `out` cannot be written.
+    /// If `out` cannot be written.
     pub fn finish(mut self) -> io::Result<()> {
         let samples = self.beeper.begin_fade();
         self.write(samples)?;

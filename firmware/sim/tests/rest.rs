@@ -27,7 +27,7 @@ fn room() -> World {
     World::parse("room", &text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Seconds that the person stands before walking.
+/// Time for which the person stands before walking, seconds.
 const PAUSE_S: u32 = 60;
 
 #[test]

@@ -64,7 +64,7 @@ impl Profile {
     /// Checks the profile.
     ///
     /// # Errors
-    /// The first mistake, for people.
+    /// The first mistake, as text for display.
     pub fn check(&self) -> Result<(), ProfileError> {
         self.compile().map(|_| ())
     }

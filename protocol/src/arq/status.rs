@@ -89,7 +89,7 @@ impl CommandStatus {
     }
 }
 
-/// Why a command ended without confirmation.
+/// Reason why a command ended without confirmation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Failure {
     /// No acknowledgement arrived in time.

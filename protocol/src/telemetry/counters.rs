@@ -26,7 +26,7 @@ pub const HOLDERS: usize = 9;
 pub struct CountersLine {
     /// Id of the robot, 1 to 99.
     pub robot_id: u8,
-    /// Seconds since boot by the robot's clock, modulo 1,000,000.
+    /// Time since boot by the robot's clock, seconds, modulo 1,000,000.
     pub uptime_s: u32,
     /// Boot counter, modulo 1000.
     pub boots: u16,

@@ -40,7 +40,7 @@ pub struct Setting {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Frame {
     bytes: Vec<u8>,
-    /// The session that the sender believed to be its own.
+    /// The session that the sender took for its own.
     epoch: Option<Epoch>,
     /// Number of STOPs that the robot had taken when the frame was sent.
     stops: u8,

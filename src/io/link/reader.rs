@@ -47,7 +47,7 @@ impl Reopen for Reopener {
     }
 }
 
-/// How the bytes of a connection ended.
+/// The end of a connection's bytes.
 enum End {
     /// The receiver of the link's inputs is closed.
     Closed,

@@ -29,7 +29,7 @@ pub(super) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
 
-/// How a connection ended.
+/// The end of a connection.
 pub(super) enum Ended {
     Gone,
     Cut(Cut),

@@ -76,7 +76,7 @@ fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
 }
 
 impl Listener {
-    /// Accepts the next connection; returns it with the client's name for people.
+    /// Accepts the next connection; returns it with the client's name for display.
     pub(super) async fn accept(&self) -> (Box<dyn Stream>, String) {
         loop {
             match self {

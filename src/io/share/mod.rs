@@ -73,7 +73,7 @@ pub enum FromClient {
     Connected {
         /// Number of the client.
         client: ClientId,
-        /// Name of the client, for people.
+        /// Name of the client, for display.
         peer: String,
     },
     /// A client sent a line.

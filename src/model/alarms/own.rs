@@ -40,9 +40,9 @@ pub struct AlarmSetting {
     pub clear: Option<f64>,
     /// Time beyond the limit before the alarm is raised, s.
     pub for_s: Option<f64>,
-    /// How much it matters.
+    /// Level of the alarm.
     pub severity: Option<Severity>,
-    /// What the operator should do.
+    /// Advice for the operator.
     pub hint: Option<String>,
     /// Whether the alarm is enabled.
     pub enabled: bool,

@@ -140,7 +140,7 @@ pub(crate) struct Rule {
     pub(crate) code: Cow<'static, str>,
     pub(crate) level: Level,
     pub(crate) name: Cow<'static, str>,
-    /// What the operator should do, as a text for [`Keymap::with_keys`](crate::model::keys::Keymap::with_keys); may be empty.
+    /// Advice for the operator, as a text for [`Keymap::with_keys`](crate::model::keys::Keymap::with_keys); may be empty.
     pub(crate) hint: Cow<'static, str>,
     /// Unit of the value; empty if there is none.
     pub(crate) unit: &'static str,
@@ -152,7 +152,7 @@ pub(crate) struct Rule {
     pub(crate) bounds: Bounds,
 }
 
-/// How a rule is checked.
+/// The check of a rule.
 #[derive(Clone, Debug)]
 pub(super) enum Look {
     /// By a built-in function.

@@ -18,7 +18,7 @@ pub struct KeepOptions {
     pub mcap: Option<PathBuf>,
     /// Whether the MCAP file has an automatic name, which gets a number if it is taken.
     pub is_unnamed: bool,
-    /// What to do with files that exist.
+    /// Treatment of existing files.
     pub existing: Existing,
     /// The link as the operator named it.
     pub link: String,

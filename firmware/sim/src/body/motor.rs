@@ -8,7 +8,7 @@ const RESISTANCE_OHM: f64 = 8.0;
 pub(crate) const BRIDGE_DROP_V: f64 = 1.8;
 /// Share of the torque that the gears transmit.
 const GEAR_EFFICIENCY: f64 = 0.65;
-/// Inches per metre; also kg in/s^2 per newton.
+/// Number of inches per metre; also kg in/s^2 per newton.
 pub(crate) const IN_PER_M: f64 = 39.370_078_740_157_48;
 /// Rim force per ampere: the motor constant, which back EMF also fixes, less the gear losses.
 const FORCE_PER_A: f64 = IN_PER_M * IN_PER_M / IN_S_PER_V * GEAR_EFFICIENCY;

@@ -56,7 +56,7 @@ impl Receiver {
     }
 }
 
-/// What a receiver gets from the transmitter during a byte time.
+/// Input of a receiver from the transmitter during a byte time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Hearing {
     /// The complete signal.

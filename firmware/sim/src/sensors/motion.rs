@@ -71,7 +71,7 @@ impl MotionDetectors {
         self.right.step(right_deg, alarm, rng);
     }
 
-    /// Degrees that warm bodies have swept through each field since the last tick.
+    /// Angle that warm bodies have swept through each field since the last tick, degrees.
     fn sweeps(&mut self, scene: &Scene, view: View) -> (f64, f64) {
         let eye = view.point(0.0, -ARM_BEHIND_IN);
         let is_new = self.bearings_deg.len() != scene.walkers.len();

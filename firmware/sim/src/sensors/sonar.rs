@@ -27,7 +27,7 @@ const DEAF: f64 = 0.005;
 /// Distance from the transducer within which a returning ray is heard, inches.
 const APERTURE_IN: f64 = 2.5;
 
-/// Inches that sound travels per millisecond.
+/// Speed of sound, inches per millisecond.
 const SOUND_IN_MS: f64 = 13.5;
 /// Share of the other ranger's late echoes that a ranger hears.
 const HEARS_NEIGHBOUR: f64 = 0.5;

@@ -69,7 +69,7 @@ struct Shared {
 ///
 /// # Errors
 ///
-/// When an endpoint, its link or a file cannot be opened, or the time factor is out of range.
+/// If an endpoint, its link or a file cannot be opened, or the time factor is out of range.
 pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Server, ServeError> {
     if !(TIME_FACTOR_MIN..=TIME_FACTOR_MAX).contains(&options.time_factor) {
         return Err(ServeError::TimeFactor(options.time_factor));

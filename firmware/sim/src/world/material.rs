@@ -78,7 +78,7 @@ impl Material {
     }
 }
 
-/// What a material hides from sensors.
+/// The sensors from which a material hides an object.
 #[derive(Clone, Copy)]
 struct Hides {
     warmth: bool,

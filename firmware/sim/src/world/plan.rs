@@ -287,7 +287,7 @@ impl Plan {
         solids
     }
 
-    /// The walls, filled.
+    /// The walls as filled outlines.
     pub(super) fn walls(&self) -> impl Iterator<Item = Outline> {
         let walls = self.solids().into_iter();
         let walls = walls.filter(|(_, material)| OutlineKind::of(*material) == OutlineKind::Wall);

@@ -144,7 +144,7 @@ fn chair(trial: &Trial) -> Vec<Option<Reading>> {
     vec![success(left_s.is_some()), value(without_s - with_s)]
 }
 
-/// Seconds until the robot has left the chair, with all or only these layers; `None` if it does not.
+/// Time until the robot has left the chair, with all or only these layers, seconds; `None` if it does not leave.
 fn leaves_chair(trial: &Trial, escapes: i16, layers: Option<&[Layer]>) -> Option<f64> {
     let arena = arena("chair");
     let mut rng = trial.rng();

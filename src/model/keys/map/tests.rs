@@ -129,8 +129,8 @@ fn help_names_no_replaced_key() {
     };
     for (name, told) in [
         ("add-waypoint", "draft a waypoint"),
-        ("turn-page-less", "the page before"),
-        ("playback-newest", "back to now, or to the end"),
+        ("turn-page-less", "the previous page"),
+        ("playback-newest", "to the present, or to the end"),
         ("enter-drive", "drive by hand (asks)"),
     ] {
         assert_eq!(help(name).as_deref(), Some(told));
