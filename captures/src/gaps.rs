@@ -7,7 +7,7 @@ use groundwave_protocol::decoder::{Counters, Received};
 
 use crate::event::Moment;
 
-/// Maximum gaps that may still close: a late line or a restart shows that no line was lost.
+/// Maximum number of gaps that may still close: a late line or a restart shows that no line was lost.
 const OPEN_MAX: usize = 16;
 
 /// A gap that may still close.

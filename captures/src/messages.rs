@@ -398,7 +398,7 @@ telemetry! {
     83 modes_fitted: string;
     /// Letters of the readings that the robot has: B battery, W wheels, S sonars, I `max_count`.
     84 measured: string;
-    /// Maximum bytes per second that the robot accepts.
+    /// Maximum number of bytes per second that the robot accepts.
     85 rate_bytes_per_s: uint32;
     /// Number of the robot's own fields; their values are on /values.
     86 own_fields: uint32;

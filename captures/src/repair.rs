@@ -231,7 +231,7 @@ impl<R: Read> RepairingReader<R> {
         })
     }
 
-    /// Passes bytes to `outer`, none at the end; `false` if they exceed the allowance.
+    /// Passes bytes to `outer`, none at the end; returns `false` if they exceed the allowance.
     fn give(&mut self, wanted: usize) -> io::Result<bool> {
         let bytes = self.window.fill(self.given + wanted)?;
         let bytes = bytes.get(self.given..).unwrap_or_default();

@@ -24,7 +24,7 @@ const BACK_MOST_CPS: i16 = cps(8);
 /// Maximum duration of braking: two or three ticks stop the robot.
 const BRAKE_TICKS: u8 = 6;
 
-/// Maximum counts per tick of a standing wheel.
+/// Maximum number of counts per tick of a standing wheel.
 const STANDING_COUNTS: i16 = 1;
 
 /// Speed of a retreat, in/s: slow enough to detect the next edge in time.

@@ -61,7 +61,7 @@ pub struct DriveTrain {
     turning_parts: i32,
 }
 
-/// Signed counts of both wheels in one tick.
+/// Signed numbers of counts of both wheels in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Number of counts of the left wheel, negative backward.
@@ -71,7 +71,7 @@ pub struct Counts {
 }
 
 impl DriveTrain {
-    /// Signed counts of both wheels in the past tick.
+    /// Signed numbers of counts of both wheels in the past tick.
     pub fn measure(&mut self, inputs: &Inputs) -> Counts {
         let counts = Counts {
             left: self.left.signed_counts(inputs.counts_left),

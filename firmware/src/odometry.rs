@@ -27,7 +27,7 @@ pub const UNITS_PER_IN: i32 = 16_384;
 /// Shift from a step times a 15-bit sine to a unit.
 const STEP_SHIFT: u32 = 15 - (UNITS_PER_IN / STEP_PER_IN).trailing_zeros();
 
-/// Maximum counts per tick: 4 times the motors' top speed.
+/// Maximum number of counts per tick: 4 times the motors' top speed.
 const COUNTS_MAX: i16 = 64;
 
 /// Diameter of the nominal wheels in 1/1000 inch.

@@ -72,10 +72,10 @@ const REST_TICKS: u8 = 4 * STALLED_TICKS;
 /// They slip at a third of top speed; a low battery or a rated load does not slow them as much.
 const OVERLOAD_TICKS: u8 = 2 * ticks(1) as u8;
 
-/// Maximum edges of a tick in which the wheel may have reversed.
+/// Maximum number of edges of a tick in which the wheel may have reversed.
 const STANDING_COUNTS: u16 = 1;
 
-/// Maximum edges of a wheel per tick: the fastest gives 16.
+/// Maximum number of edges of a wheel per tick: the fastest gives 16.
 const COUNTS_MAX: u16 = 255;
 
 /// Resolution of a wheel's speed, in parts of a count per tick.

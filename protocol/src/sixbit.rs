@@ -32,7 +32,7 @@ pub fn encode_into(mut value: u32, out: &mut [u8]) {
     }
 }
 
-/// Reads a number, most significant character first, and keeps its low 32 bits; `None` if one of the characters is
+/// Reads a number, most significant character first, and keeps its low 32 bits; returns `None` if one of the characters is
 /// not a 6-bit character.
 #[must_use]
 pub fn decode_from(characters: &[u8]) -> Option<u32> {

@@ -13,7 +13,7 @@ use crate::capture::runs::sketch::sketch;
 use crate::capture::runs::{Comparison, Course};
 use crate::capture::track::Track;
 
-/// Maximum columns and rows of the sketch.
+/// Maximum number of columns and rows of the sketch.
 const SKETCH: (usize, usize) = (78, 30);
 
 pub(super) fn run(options: &Compare) -> Result<(), Fault> {

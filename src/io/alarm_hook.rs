@@ -88,7 +88,7 @@ fn serve(
     }
 }
 
-/// Runs the command with an event on its standard input; `None` if it took too long.
+/// Runs the command with an event on its standard input; returns `None` if it took too long.
 fn run(command: &str, time_max: Duration, event: &str) -> io::Result<Option<ExitStatus>> {
     let mut child = shell(command)
         .stdin(Stdio::piped())

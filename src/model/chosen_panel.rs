@@ -6,7 +6,7 @@ use super::panel::Panel;
 use super::{Facts, Overlay, Ui};
 use crate::event::Moment;
 
-/// Minimum columns and rows of the dashboard; on a smaller terminal only STOP and quit
+/// Minimum number of columns and rows of the dashboard; on a smaller terminal only STOP and quit
 /// work.
 pub(crate) const SIZE_MIN: (u16, u16) = (80, 24);
 

@@ -123,7 +123,7 @@ impl MapView {
         })
     }
 
-    /// Adds a waypoint at the cursor; `false` when the list is full.
+    /// Adds a waypoint at the cursor; returns `false` when the list is full.
     pub(super) fn add_waypoint(&mut self, robot: Option<Pose>) -> bool {
         let Some(cursor) = self.cursor else {
             self.move_cursor(robot, 0, 0);

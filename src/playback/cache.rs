@@ -32,7 +32,7 @@ impl<C: Cursor> Cache<C> {
         self.states.push_back(cursor.clone());
     }
 
-    /// Runs to a moment in at most `steps` steps and caches states on the way; `false` if more steps are needed.
+    /// Runs to a moment in at most `steps` steps and caches states on the way; returns `false` if more steps are needed.
     pub(super) fn run(
         &mut self,
         cursor: &mut C,
@@ -45,7 +45,7 @@ impl<C: Cursor> Cache<C> {
     }
 }
 
-/// Runs to a moment in at most `steps` steps; `false` if more steps are needed.
+/// Runs to a moment in at most `steps` steps; returns `false` if more steps are needed.
 pub(super) fn run<C: Cursor>(
     cursor: &mut C,
     source: &mut C::Source,

@@ -162,7 +162,7 @@ impl<C: Cursor> Search<C> {
         }
     }
 
-    /// Opens the next window in which the index does not rule out the landmark; `false` if no window is left.
+    /// Opens the next window in which the index does not rule out the landmark; returns `false` if no window is left.
     fn open_next(&mut self, any: &C, source: &mut C::Source) -> bool {
         let (from, until) = match self.direction {
             Direction::Ahead => (self.edge, self.edge.saturating_add(self.span)),

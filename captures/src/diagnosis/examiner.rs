@@ -12,10 +12,10 @@ use super::conduct::Conduct;
 use super::kind::{self, Kind};
 use super::{checksum, forms};
 
-/// Minimum occurrences of a mistake that the radio may also cause.
+/// Minimum number of occurrences of a mistake that the radio may also cause.
 const RECURS: u64 = 3;
 
-/// Minimum occurrences of a field that is too long or too short in only some of the lines.
+/// Minimum number of occurrences of a field that is too long or too short in only some of the lines.
 const RECURS_SOMETIMES: u64 = 12;
 
 /// Maximum number of intact lines per such occurrence; the radio makes one line in 200 too long or too short.

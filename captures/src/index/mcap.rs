@@ -252,7 +252,7 @@ impl Contents {
     }
 }
 
-/// Reads the summary of a finished file; `None` if there is none or it lists no chunks.
+/// Reads the summary of a finished file; returns `None` if there is none or it lists no chunks.
 fn read_summary(source: &Arc<dyn Source>) -> io::Result<Option<Contents>> {
     let size = source.size()?;
     let mut end = [0; END_BYTES];

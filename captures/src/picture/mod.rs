@@ -35,13 +35,13 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Draws a track, with a title and the reason why the capture is incomplete; `None` if there is no position.
+    /// Draws a track, with a title and the reason why the capture is incomplete; returns `None` if there is no position.
     #[must_use]
     pub fn of_track(title: &str, track: &Track, problem: Option<&CaptureError>) -> Option<Self> {
         drive::draw(title, track, problem)
     }
 
-    /// Draws two runs over each other, each from its last odometer reset; `None` if one has no position.
+    /// Draws two runs over each other, each from its last odometer reset; returns `None` if one has no position.
     #[must_use]
     pub fn of_pair(runs: [&Run<'_>; 2]) -> Option<Self> {
         pair::draw(runs)

@@ -191,7 +191,7 @@ const MONTHS: [&str; 12] = [
 /// Days of a leap year before each month.
 const DAYS_BEFORE: [u32; 12] = [0, 31, 60, 91, 121, 152, 182, 213, 244, 274, 305, 335];
 
-/// Minimum digits of a number of seconds since 1970; shorter numbers count from the beginning of the capture.
+/// Minimum number of digits of a number of seconds since 1970; shorter numbers count from the beginning of the capture.
 const UNIX_DIGITS: usize = 9;
 
 fn number(word: &str) -> Option<Stamp> {

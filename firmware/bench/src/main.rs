@@ -128,7 +128,7 @@ fn save(path: Option<&Path>, figures: Figures) -> Result<Figures, String> {
     Ok(figures)
 }
 
-/// Prints the result of a run; `false` if it fails.
+/// Prints the result of a run; returns `false` if it fails.
 fn report(name: &str, seed: u64, outcome: Result<Figures, String>) -> bool {
     let figures = match outcome {
         Ok(figures) => figures,

@@ -102,7 +102,7 @@ fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a mut 
     place.write(Robot::restored(identity, parameters))
 }
 
-/// Repeats one call and writes its result; `false` if the call is a boot.
+/// Repeats one call and writes its result; returns `false` if the call is a boot.
 fn perform(robot: &mut Robot, port: &mut impl Port) -> bool {
     match port.read() {
         BOOT => return false,

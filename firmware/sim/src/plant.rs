@@ -285,7 +285,7 @@ impl Plant {
         })
     }
 
-    /// Switches a lamp by name; `false` if the world has no lamp of this name.
+    /// Switches a lamp by name; returns `false` if the world has no lamp of this name.
     pub fn set_lamp(&mut self, name: &str, on: bool) -> bool {
         let lamp = self.light.lamps.iter_mut().find(|lamp| lamp.name == name);
         lamp.map(|lamp| lamp.on = on).is_some()

@@ -216,7 +216,7 @@ impl Simulation {
         self.radio.set(channel);
     }
 
-    /// Switches a lamp by name; `false` if the world has no lamp of this name.
+    /// Switches a lamp by name; returns `false` if the world has no lamp of this name.
     pub fn set_lamp(&mut self, name: &str, on: bool) -> bool {
         self.plant.set_lamp(name, on)
     }

@@ -38,7 +38,7 @@ const FOLLOW_TICKS: u16 = ticks(90);
 /// Number of ticks of pushing against a contact with the beacon straight ahead: the contact is the dock.
 const PUSH_TICKS: u8 = ticks(2) as u8;
 
-/// Maximum ticks for which bouncing contacts may open.
+/// Maximum number of ticks for which bouncing contacts may open.
 const BOUNCE_TICKS: u8 = ticks(1) as u8;
 
 /// Maximum distance from the dock of other scan positions, along each axis, inches.

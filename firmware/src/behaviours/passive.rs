@@ -50,7 +50,7 @@ pub struct Passive {
 }
 
 impl Passive {
-    /// Advances one tick. `is_free` is whether neither the operator nor the bumpers hold the motors; `ending` is the result
+    /// Advances one tick. `is_free` is whether neither the operator nor the bumpers control the motors; `ending` is the result
     /// of a turn that has ended.
     pub fn step(
         &mut self,

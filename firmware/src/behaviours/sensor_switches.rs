@@ -15,7 +15,7 @@ use crate::sensors::Senses;
 use crate::units::ticks;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
-/// Minimum ticks between two switchings of a sensor: line A shows each state.
+/// Minimum number of ticks between two switchings of a sensor: line A shows each state.
 const DWELL_TICKS: u16 = ticks(2);
 
 /// Number of ticks for which a side counts as close after an infrared detection.
@@ -48,7 +48,7 @@ const RESTLESS_TICKS: u16 = ticks(60);
 /// Number of ticks of standing that count as rest: longer than a jam, after which the detectors wake the robot again.
 const RESTED_TICKS: u16 = ticks(40);
 
-/// Minimum ticks without infrared for a restless robot.
+/// Minimum number of ticks without infrared for a restless robot.
 const UNSEEING_TICKS: u16 = ticks(30);
 
 /// On-off state of a sensor.

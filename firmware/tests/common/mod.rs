@@ -36,7 +36,7 @@ impl Motor {
         self.edges += (self.position.floor() - before).abs() as u16;
     }
 
-    /// Signed counts that the motor has actually turned since the last call.
+    /// Signed number of counts that the motor has actually turned since the last call.
     pub fn take_way(&mut self) -> f64 {
         let way = self.position - self.taken;
         self.taken = self.position;

@@ -208,7 +208,7 @@ async fn listen_for_reason(
     .await;
 }
 
-/// Passes each line to `take` until it returns a value; `None` when the time is over.
+/// Passes each line to `take` until it returns a value; returns `None` when the time is over.
 async fn listen<T>(
     driver: &mut Driver,
     until: TokioInstant,

@@ -47,7 +47,7 @@ impl Columns {
         self.previous = None;
     }
 
-    /// Reads a line; `None` if it has no columns.
+    /// Reads a line; returns `None` if it has no columns.
     pub(crate) fn take<'a>(&mut self, line: &'a str) -> Option<Row<'a>> {
         let words = split(line)?;
         let count = words.len();
