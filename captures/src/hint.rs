@@ -103,7 +103,7 @@ fn next_number(text: &str) -> Option<(&str, i32, &str)> {
     })
 }
 
-/// Reason why a file cannot be read, and the remedy.
+/// Reason why a file cannot be read, with a hint.
 #[must_use]
 pub fn of_reading(error: &io::Error) -> String {
     match error.kind() {
@@ -119,7 +119,7 @@ pub fn of_reading(error: &io::Error) -> String {
     }
 }
 
-/// Reason why a file cannot be written, and the remedy.
+/// Reason why a file cannot be written, with a hint.
 #[must_use]
 pub fn of_writing(error: &io::Error) -> String {
     let hint = match error.kind() {

@@ -298,7 +298,7 @@ pub(crate) fn playback(is_live: bool) -> Playback {
         from: Moment::ZERO,
         until: Moment::from_secs(185),
         unix: None,
-        packet: Some(180),
+        line: Some(180),
         read_until: None,
         is_partial: false,
         markers: Vec::new(),

@@ -51,16 +51,16 @@ pub struct CaptureState {
 impl CaptureState {
     /// The state at the beginning of a capture, displayed as `name`.
     #[must_use]
-    pub fn new(name: &str, config: Arc<Config>, tape: &dyn SeekableReader) -> Self {
-        Self::from(name, config, tape.place(), tape)
+    pub fn new(name: &str, config: Arc<Config>, reader: &dyn SeekableReader) -> Self {
+        Self::from(name, config, reader.place(), reader)
     }
 
-    fn from(name: &str, config: Arc<Config>, place: Place, tape: &dyn SeekableReader) -> Self {
+    fn from(name: &str, config: Arc<Config>, place: Place, reader: &dyn SeekableReader) -> Self {
         let mut station = Station::new(arq::Config::new(1), false);
-        if let Some(baud) = tape.baud() {
+        if let Some(baud) = reader.baud() {
             station.set_baud(baud);
         }
-        station.set_own_lines(tape.own_lines());
+        station.set_own_lines(reader.own_lines());
         station.handle_link(place.at(), opened(name));
         let mut scene = Self {
             station,
@@ -75,7 +75,7 @@ impl CaptureState {
             damage: None,
         };
         scene.listen();
-        if let Some(truth) = tape.truth() {
+        if let Some(truth) = reader.truth() {
             scene.tell(&Event::Truth(truth));
         }
         scene
@@ -98,14 +98,14 @@ impl CaptureState {
         self.facts.update(self.at, event);
     }
 
-    fn next(&self, tape: &mut dyn SeekableReader) -> Option<(Moment, Next)> {
+    fn next(&self, reader: &mut dyn SeekableReader) -> Option<(Moment, Next)> {
         if self.is_over {
             return None;
         }
-        if tape.place() != self.place {
-            tape.seek(self.place);
+        if reader.place() != self.place {
+            reader.seek(self.place);
         }
-        let Some(piece_at) = tape.next_at() else {
+        let Some(piece_at) = reader.next_at() else {
             return Some((self.at, Next::End));
         };
         // At the same moment, bytes come before timeouts, however the bytes are split into pieces.
@@ -196,12 +196,12 @@ impl Cursor for CaptureState {
         self.at
     }
 
-    fn next_at(&self, tape: &mut Self::Source) -> Option<Moment> {
-        self.next(&mut **tape).map(|(at, _)| at)
+    fn next_at(&self, reader: &mut Self::Source) -> Option<Moment> {
+        self.next(&mut **reader).map(|(at, _)| at)
     }
 
-    fn step(&mut self, tape: &mut Self::Source) {
-        let Some((at, next)) = self.next(&mut **tape) else {
+    fn step(&mut self, reader: &mut Self::Source) {
+        let Some((at, next)) = self.next(&mut **reader) else {
             return;
         };
         self.at = at;
@@ -214,8 +214,8 @@ impl Cursor for CaptureState {
             }
             Next::Piece => {
                 self.is_waiting = false;
-                self.take_piece(tape.next_piece());
-                self.place = tape.place();
+                self.take_piece(reader.next_piece());
+                self.place = reader.place();
             }
             Next::End => {
                 self.is_over = true;
@@ -228,22 +228,22 @@ impl Cursor for CaptureState {
 
 /// Functions that start reading a capture at any time.
 pub(super) static SHORTCUTS: Shortcuts<CaptureState> = Shortcuts {
-    fresh: |state, tape, at| {
-        let place = tape.find(at.saturating_sub(HEARD_BEFORE));
+    fresh: |state, reader, at| {
+        let place = reader.find(at.saturating_sub(HEARD_BEFORE));
         let config = Arc::clone(state.facts.config());
-        CaptureState::from(&state.name, config, place, &**tape)
+        CaptureState::from(&state.name, config, place, &**reader)
     },
-    about_line: |tape, number| tape.about_line(number),
-    may_hold: |tape, landmark, from, until| tape.may_hold(landmark, from, until),
+    about_line: |reader, number| reader.about_line(number),
+    may_hold: |reader, landmark, from, until| reader.may_hold(landmark, from, until),
 };
 
 /// The timeline of an unread capture, which has only its first state.
 #[must_use]
 pub fn timeline(
-    tape: Box<dyn SeekableReader + Send>,
+    reader: Box<dyn SeekableReader + Send>,
     first: CaptureState,
 ) -> Timeline<CaptureState> {
-    Timeline::unread(tape, &SHORTCUTS, first, SPACING)
+    Timeline::unread(reader, &SHORTCUTS, first, SPACING)
 }
 
 /// The link of a capture, which is receive-only.
@@ -269,18 +269,18 @@ pub enum Finding {
 /// are no longer received. Returns the first damaged part.
 pub fn read_through(
     mut scene: CaptureState,
-    tape: &mut Box<dyn SeekableReader + Send>,
+    reader: &mut Box<dyn SeekableReader + Send>,
     are_wanted: impl Fn() -> bool,
     mut report: impl FnMut(Finding) -> bool,
 ) -> Option<String> {
     let mut kept = Keyframes::new(SPACING);
     kept.push(scene.at, ());
-    while scene.next_at(tape).is_some() {
+    while scene.next_at(reader).is_some() {
         if !are_wanted() {
             return scene.damage;
         }
         let marks = scene.marks.len();
-        scene.step(tape);
+        scene.step(reader);
         if scene.marks.len() != marks && !report(Finding::Marks(scene.marks.clone())) {
             return scene.damage;
         }
@@ -316,10 +316,10 @@ mod tests {
     fn both(bytes: Vec<u8>) -> (Info, CaptureState) {
         let mut capture = Capture::read("", Box::new(Bytes::new(bytes.clone()))).unwrap();
         let info = Info::read(&mut capture);
-        let mut tape = index::read(Arc::new(bytes), Path::new("")).unwrap();
-        let mut scene = CaptureState::new("", Arc::default(), &*tape);
-        while scene.next_at(&mut tape).is_some() {
-            scene.step(&mut tape);
+        let mut reader = index::read(Arc::new(bytes), Path::new("")).unwrap();
+        let mut scene = CaptureState::new("", Arc::default(), &*reader);
+        while scene.next_at(&mut reader).is_some() {
+            scene.step(&mut reader);
         }
         (info, scene)
     }
@@ -338,7 +338,7 @@ mod tests {
         let seen = link.counters();
         assert_eq!(Loss::of(seen), info.loss);
         assert_eq!(seen.intact(), info.lines.total());
-        assert_eq!(seen.lines, scene.facts.tally().lines, "packets");
+        assert_eq!(seen.lines, scene.facts.tally().lines, "lines");
         (info, scene)
     }
 

@@ -92,14 +92,14 @@ pub enum Position {
     /// Share of the whole, 0 to 100: `90%`.
     Percent(f64),
     /// Number of a line, from 1: `#1234`.
-    Packet(u64),
+    Line(u64),
     /// Time of day, UTC, as time since midnight: `14:05Z`.
     Utc(Moment),
 }
 
 /// The forms of a position, for the prompt.
 pub const POSITION_HELP: &str =
-    "to 12:30, 1:02:30, +30s, -2m, 90%, #1234 (a packet) or 14:05Z (time of day, UTC)";
+    "to 12:30, 1:02:30, +30s, -2m, 90%, #1234 (a line) or 14:05Z (time of day, UTC)";
 
 /// The typed text is not a position.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -118,7 +118,7 @@ impl FromStr for Position {
 fn parse(text: &str) -> Option<Position> {
     if let Some(number) = text.strip_prefix('#') {
         let number = number.trim().parse().ok()?;
-        return (number > 0).then_some(Position::Packet(number));
+        return (number > 0).then_some(Position::Line(number));
     }
     if let Some(number) = text.strip_suffix('%') {
         let percent = decimal(number.trim())?;
@@ -208,7 +208,7 @@ pub struct Playback {
     /// Time since 1970 at moment zero, if known.
     pub unix: Option<Moment>,
     /// Number of the newest displayed line, from 1; `None` while unknown.
-    pub packet: Option<u64>,
+    pub line: Option<u64>,
     /// Time up to which the capture has been read; `None` if read completely.
     pub read_until: Option<Moment>,
     /// Whether the displayed state lacks events long before it.
@@ -263,7 +263,7 @@ mod tests {
             ("-2m", Position::Back(ms(120_000))),
             ("-0.5h", Position::Back(ms(1_800_000))),
             ("90%", Position::Percent(90.0)),
-            ("#1234", Position::Packet(1234)),
+            ("#1234", Position::Line(1234)),
             ("14:05Z", Position::Utc(ms(50_700_000))),
             ("14:05:07z", Position::Utc(ms(50_707_000))),
         ] {

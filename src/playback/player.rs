@@ -304,7 +304,7 @@ impl<C: Cursor> Player<C> {
                 let span = self.until.saturating_sub(self.from);
                 self.go(self.from + span.mul_f64(percent / 100.0));
             }
-            Position::Packet(number) => self.look_for(Target::Packet(number), STEPS_MAX),
+            Position::Line(number) => self.look_for(Target::Line(number), STEPS_MAX),
             Position::Utc(since_midnight) => match self.moment_of_utc(since_midnight) {
                 Some(at) => self.go(at),
                 None => self.note = Some("that time of day is not in the capture".to_owned()),
@@ -344,7 +344,7 @@ impl<C: Cursor> Player<C> {
     fn look_for(&mut self, target: Target, beyond: usize) {
         let found = self.find(target, beyond);
         self.arrive(target, found);
-        if let (Target::Packet(number), Found::NotYet, 1..) = (target, found, beyond)
+        if let (Target::Line(number), Found::NotYet, 1..) = (target, found, beyond)
             && let Some(at) = self.timeline.seek_about_line(number)
         {
             self.at = at.min(self.until);
@@ -358,7 +358,7 @@ impl<C: Cursor> Player<C> {
                 self.paused = true;
                 match target {
                     // The timeline is at this line, which may be one of several at the same moment.
-                    Target::Packet(_) => self.at = at.min(self.until),
+                    Target::Line(_) => self.at = at.min(self.until),
                     Target::Landmark { .. } => self.go(at),
                 }
             }
@@ -387,7 +387,7 @@ impl<C: Cursor> Player<C> {
             return target.is_some();
         }
         let is_whole = self.timeline.work(steps);
-        if let Some(target @ Target::Packet(_)) = self.target.filter(|_| is_whole) {
+        if let Some(target @ Target::Line(_)) = self.target.filter(|_| is_whole) {
             // The number of the displayed line is now known, and may differ from the estimate.
             let found = self.find(target, STEPS_MAX);
             self.arrive(target, found);
@@ -397,7 +397,7 @@ impl<C: Cursor> Player<C> {
 
     fn find(&mut self, target: Target, beyond: usize) -> Found {
         let (landmark, from, forward) = match target {
-            Target::Packet(number) => return self.timeline.seek_line(number, beyond),
+            Target::Line(number) => return self.timeline.seek_line(number, beyond),
             Target::Landmark {
                 landmark,
                 from,
@@ -424,7 +424,7 @@ impl<C: Cursor> Player<C> {
         let read = clock_words(self.read_until.unwrap_or(self.until));
         let until = clock_words(self.until);
         Some(match target {
-            Target::Packet(_) if self.timeline.is_partial() => {
+            Target::Line(_) if self.timeline.is_partial() => {
                 format!("about {target}: it is not read up to here yet; <close> stays here")
             }
             _ => format!("looking for {target}: read up to {read} of {until}; <close> gives up"),
@@ -487,7 +487,7 @@ impl<C: Cursor> Player<C> {
             from: self.from,
             until: self.until,
             unix: self.unix,
-            packet: self.timeline.packet(),
+            line: self.timeline.line(),
             read_until: self.read_until,
             is_partial: self.timeline.is_partial(),
             markers: self.markers.clone(),

@@ -9,7 +9,7 @@ use crate::event::Moment;
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Target {
     /// The line with this number, from 1.
-    Packet(u64),
+    Line(u64),
     /// The next landmark after a moment, or the last before it.
     Landmark {
         landmark: Landmark,
@@ -21,7 +21,7 @@ pub(super) enum Target {
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Packet(number) => write!(f, "packet {number}"),
+            Self::Line(number) => write!(f, "line {number}"),
             Self::Landmark { landmark, .. } => f.write_str(landmark.words()),
         }
     }
@@ -31,7 +31,7 @@ impl Target {
     /// Message when the target does not exist.
     pub(super) fn not_found(self) -> String {
         match self {
-            Self::Packet(_) => format!("there is no {self}"),
+            Self::Line(_) => format!("there is no {self}"),
             Self::Landmark { forward: true, .. } => format!("there are no later {self}"),
             Self::Landmark { forward: false, .. } => format!("there are no earlier {self}"),
         }

@@ -93,7 +93,7 @@ impl<C: Cursor> Timeline<C> {
 
     /// Number of the newest displayed line, from 1; `None` while unknown.
     #[must_use]
-    pub fn packet(&self) -> Option<u64> {
+    pub fn line(&self) -> Option<u64> {
         self.catch_up.is_none().then(|| self.facts().tally().lines)
     }
 

@@ -393,7 +393,7 @@ pub enum StationLine {
     Error {
         /// The reason as a stable code.
         code: String,
-        /// The reason and the remedy, for display.
+        /// The reason and a hint, for display.
         error: String,
     },
 }

@@ -80,8 +80,8 @@ impl Screen<'_> {
         if !playback.paused || (playback.speed - 1.0).abs() > f64::EPSILON {
             words.push(format!(" {}{}", glyphs.times, playback.speed));
         }
-        if let Some(packet) = playback.packet {
-            words.push(format!(" #{packet}"));
+        if let Some(line) = playback.line {
+            words.push(format!(" #{line}"));
         }
         if let Some(read) = playback.read_until {
             let percent = 100.0 * share(playback, read);

@@ -36,7 +36,7 @@ pub struct Note {
     pub text: String,
 }
 
-/// Header of the file.
+/// The hint for an error of writing a label; may be empty.
 fn hint(error: &io::Error) -> &'static str {
     match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {

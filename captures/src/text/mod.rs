@@ -1,9 +1,8 @@
 //! Raw text: lines, their times, and the style in which they are stored.
 //!
 //! `tee` writes the radio's bytes without times. Readers time them as if the radio sent without pauses, at the rate that follows from
-//! the robot's clock in lines C, or at 2400 baud. Other
-//! programs put a timestamp before each line, and copying text may remove the CR of line ends or add a second one. The
-//! first intact lines determine the style; readers get the radio's bytes and their times.
+//! the robot's clock in lines C, or at 2400 baud. Other programs put a timestamp before each line, and copying text may remove the CR
+//! of line ends or add a second one. The first intact lines determine the style; readers get the radio's bytes and their times.
 
 mod reader;
 mod stamps;

@@ -61,16 +61,16 @@ proptest! {
         places in prop::collection::vec(any::<prop::sample::Index>(), 1..12),
     ) {
         let mut session = Session::new();
-        let mut was = vec![(Moment::ZERO, told(&session.facts))];
+        let mut was = vec![(Moment::ZERO, text_of(&session.facts))];
         for (event, wait_ms) in events.into_iter().filter(|(event, _)| Facts::takes(event)) {
             session.now += Moment::from_millis(wait_ms);
             session.take(&event);
-            was.push((session.now, told(&session.facts)));
+            was.push((session.now, text_of(&session.facts)));
         }
         for place in places {
             let (at, was) = place.get(&was);
             session.timeline.seek(*at);
-            prop_assert_eq!(&told(session.timeline.facts()), was);
+            prop_assert_eq!(&text_of(session.timeline.facts()), was);
         }
     }
 }
@@ -100,7 +100,7 @@ fn cached_states_are_forgotten_with_their_events() {
     let lines = session.facts.tally().lines;
     session.timeline.complete();
     session.timeline.seek(s(1));
-    assert_eq!(session.timeline.packet(), Some(lines));
+    assert_eq!(session.timeline.line(), Some(lines));
     let next = session.timeline.source().count();
     session
         .timeline
@@ -112,7 +112,7 @@ fn cached_states_are_forgotten_with_their_events() {
     session.take(&heard[0]);
     session.timeline.seek(s(3));
     session.timeline.seek(s(1));
-    assert_eq!(session.timeline.packet(), Some(lines));
+    assert_eq!(session.timeline.line(), Some(lines));
 }
 
 #[test]
@@ -186,7 +186,11 @@ fn a_flood_is_remembered_in_bounded_memory() {
             live.handle(now, Control::TogglePause);
             live.handle(now, Control::Seek(Position::Back(Moment::from_micros(1))));
             live.handle(now, Control::Newest);
-            assert_eq!(told(live.shown(now).0), told(live.present()), "{place}");
+            assert_eq!(
+                text_of(live.shown(now).0),
+                text_of(live.present()),
+                "{place}"
+            );
         }
     }
 }
@@ -212,7 +216,7 @@ fn known(facts: &Facts) -> String {
     const AIRTIME: &str = "airtime_down_pct: ";
     let mut facts = facts.clone();
     facts.plots.forget_airtime();
-    let told = told(&facts);
+    let told = text_of(&facts);
     let mut known = String::new();
     let mut rest = &*told;
     while let Some((before, after)) = rest.split_once(AIRTIME) {
@@ -406,7 +410,7 @@ fn failed_search_leaves_the_session_at_its_newest_moment() {
     for (control, note) in [
         (jump(Landmark::Alarm, true), "there are no later alarms"),
         (jump(Landmark::Bump, false), "there are no earlier bumps"),
-        (seek(Position::Packet(99_999)), "there is no packet 99999"),
+        (seek(Position::Line(99_999)), "there is no line 99999"),
         (
             seek(Position::Ahead(now)),
             "the present is the newest moment",

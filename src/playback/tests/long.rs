@@ -88,7 +88,7 @@ fn no_key_waits_for_a_long_part_without_a_line() {
             Control::Step { forward: false },
             Control::Seek(Position::Percent(50.0)),
             Control::Step { forward: true },
-            Control::Seek(Position::Packet(150)),
+            Control::Seek(Position::Line(150)),
             Control::Jump {
                 to: Some(Landmark::Bump),
                 forward: true,

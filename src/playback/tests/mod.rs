@@ -23,7 +23,7 @@ use crate::model::{Config, Facts};
 use crate::playback::{Control, Landmark, Position};
 use crate::request::Request;
 
-fn told(facts: &Facts) -> String {
+fn text_of(facts: &Facts) -> String {
     format!("{facts:?}")
 }
 

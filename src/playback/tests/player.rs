@@ -28,18 +28,18 @@ fn jump_into_the_unread_part_waits_for_it() {
     let timeline = capture::timeline(tape.reopen(), first.clone());
     let host = Moment::ZERO;
     let mut player = Player::of_capture(timeline, host, 1.0, length, None);
-    let packet = |number| Control::Seek(Position::Packet(number));
-    player.handle(host, packet(lines - 100));
+    let line = |number| Control::Seek(Position::Line(number));
+    player.handle(host, line(lines - 100));
     let looks = |player: &Player<CaptureState>| {
         let playback = player.playback();
         let note = playback.note.unwrap_or_default();
-        let says = ["looking for packet", "about packet"];
+        let says = ["looking for line", "about line"];
         let says = says.into_iter().any(|words| note.starts_with(words));
         assert_eq!(playback.is_looking, says, "{note}");
         playback.is_looking
     };
     assert!(looks(&player) && player.is_paused());
-    player.handle(host, packet(lines - 100));
+    player.handle(host, line(lines - 100));
     let mut findings = 0;
     read_through(
         first.clone(),
@@ -56,7 +56,7 @@ fn jump_into_the_unread_part_waits_for_it() {
         },
     );
     assert!(findings > 10 && !looks(&player));
-    assert_eq!(player.playback().packet, Some(lines - 100));
+    assert_eq!(player.playback().line, Some(lines - 100));
     // At the end of reading the target is known not to exist.
     let mut player = Player::of_capture(
         capture::timeline(tape.reopen(), first),
@@ -65,11 +65,11 @@ fn jump_into_the_unread_part_waits_for_it() {
         length,
         None,
     );
-    player.handle(host, packet(lines * 2));
+    player.handle(host, line(lines * 2));
     assert!(looks(&player));
     player.set_read_through(length);
     let note = player.playback().note;
-    assert_eq!(note, Some(format!("there is no packet {}", lines * 2)));
+    assert_eq!(note, Some(format!("there is no line {}", lines * 2)));
 }
 
 #[test]
@@ -98,10 +98,10 @@ fn time_passes_at_any_speed_and_loops() {
     let host = pass(&mut player, 5);
     about(&player, 30);
     player.handle(host, Control::TogglePause);
-    let shown = told(player.facts());
+    let shown = text_of(player.facts());
     let host = pass(&mut player, 100);
     about(&player, 30);
-    assert_eq!(told(player.facts()), shown, "it stands still");
+    assert_eq!(text_of(player.facts()), shown, "it stands still");
     assert_eq!(player.wake_at(), None, "and costs nothing");
     player.handle(host, Control::TogglePause);
     player.handle(host, Control::Speed(0.1));
@@ -142,12 +142,12 @@ fn typed_positions_are_reached() {
     assert!(go("50%").0.abs_diff(end / 2) <= Moment::from_nanos(1));
     assert_eq!(go("9:59:59").0, end);
     let (at, playback) = go("#30");
-    assert_eq!(playback.packet, Some(30));
+    assert_eq!(playback.line, Some(30));
     assert!(at > s(5) && at < s(20), "{at:?}");
     let (there, playback) = go("#999999");
     assert_eq!(
         (there, playback.note.as_deref()),
-        (at, Some("there is no packet 999999"))
+        (at, Some("there is no line 999999"))
     );
     let second = unix.as_secs() + 10;
     let clock = format!(

@@ -173,18 +173,15 @@ fn line_in_the_unread_part_is_shown_at_its_estimate() {
                 let length = tape.length();
                 let timeline = unread(tape);
                 let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
-                player.handle(Moment::ZERO, Control::Seek(Position::Packet(number)));
+                player.handle(Moment::ZERO, Control::Seek(Position::Line(number)));
                 let playback = player.playback();
                 assert!(playback.is_looking && player.is_paused(), "{name} {form}");
                 let note = playback.note.unwrap();
-                assert!(
-                    note.starts_with(&format!("about packet {number}:")),
-                    "{note}"
-                );
+                assert!(note.starts_with(&format!("about line {number}:")), "{note}");
                 let off = player.at().abs_diff(whole.at());
                 assert!(
                     off <= end.mul_f64(slack),
-                    "{name} {form}: packet {number} is off by {off:?} of {end:?}"
+                    "{name} {form}: line {number} is off by {off:?} of {end:?}"
                 );
                 if off.is_zero() {
                     let robot = |facts: &Facts| format!("{:?}", facts.robot.state);
@@ -193,8 +190,12 @@ fn line_in_the_unread_part_is_shown_at_its_estimate() {
                 while player.has_work() {
                     player.work(997);
                 }
-                assert_eq!(player.playback().packet, Some(number), "{name} {form}");
-                assert_eq!(told(player.facts()), told(whole.facts()), "{name} {form}");
+                assert_eq!(player.playback().line, Some(number), "{name} {form}");
+                assert_eq!(
+                    text_of(player.facts()),
+                    text_of(whole.facts()),
+                    "{name} {form}"
+                );
                 assert!(!player.playback().is_looking);
             }
         }
@@ -229,7 +230,7 @@ fn reading_corrects_a_damaged_index() {
                 forward: true,
             },
         );
-        player.handle(Moment::ZERO, Control::Seek(Position::Packet(300)));
+        player.handle(Moment::ZERO, Control::Seek(Position::Line(300)));
         read_through(
             first,
             &mut again,
@@ -243,7 +244,7 @@ fn reading_corrects_a_damaged_index() {
                 true
             },
         );
-        assert_eq!(player.playback().packet, Some(300), "flipped at {at}");
+        assert_eq!(player.playback().line, Some(300), "flipped at {at}");
         assert!(!player.playback().is_looking, "flipped at {at}");
     }
 }
@@ -255,17 +256,17 @@ fn estimate_of_a_line_can_be_kept() {
     let tape = of_bytes(bytes);
     let length = tape.length();
     let mut player = Player::of_capture(unread(tape), Moment::ZERO, 1.0, length, None);
-    player.handle(Moment::ZERO, Control::Seek(Position::Packet(20_000)));
+    player.handle(Moment::ZERO, Control::Seek(Position::Line(20_000)));
     let at = player.at();
     assert!(at > Moment::from_mins(30));
     player.handle(Moment::ZERO, Control::StopSearch);
     assert!(player.at() == at && !player.playback().is_looking);
-    player.handle(Moment::ZERO, Control::Seek(Position::Packet(200_000)));
+    player.handle(Moment::ZERO, Control::Seek(Position::Line(200_000)));
     assert!(player.at() == at && player.playback().is_looking);
     player.set_read_through(length);
     assert_eq!(
         player.playback().note.as_deref(),
-        Some("there is no packet 200000")
+        Some("there is no line 200000")
     );
 }
 
@@ -360,7 +361,10 @@ fn cached_states_equal_played_states() {
             }
         }
         assert!(!timeline.is_partial());
-        assert_eq!(timeline.packet(), Some(number), "visit {n}");
-        assert!(told(timeline.facts()) == told(wanted.facts()), "visit {n}");
+        assert_eq!(timeline.line(), Some(number), "visit {n}");
+        assert!(
+            text_of(timeline.facts()) == text_of(wanted.facts()),
+            "visit {n}"
+        );
     }
 }

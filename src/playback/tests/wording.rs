@@ -158,10 +158,10 @@ fn replayed(bytes: &[u8]) -> Vec<String> {
     let (mut timeline, end) = read_whole(open());
     for s in (0..end.as_secs()).step_by(2) {
         timeline.seek(Moment::from_secs(s));
-        seen.push(told(timeline.facts()));
+        seen.push(text_of(timeline.facts()));
     }
     timeline.seek(end);
-    seen.push(told(timeline.facts()));
+    seen.push(text_of(timeline.facts()));
     let capture = || Capture::read("x.mcap", Box::new(Cursor::new(bytes.to_vec()))).unwrap();
     let info = Info::read(&mut capture());
     let (course, counters, problem) = Course::read(&mut capture());

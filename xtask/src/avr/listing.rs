@@ -10,9 +10,9 @@ pub(super) struct Instruction {
     pub(super) operands: Vec<String>,
     /// Address of the next instruction in memory.
     pub(super) next: u32,
-    /// Address to which it branches, jumps or calls.
+    /// Address to which the instruction branches, jumps or calls.
     pub(super) target: Option<u32>,
-    /// Name of the function that contains it.
+    /// Name of the function that contains the instruction.
     pub(super) function: String,
 }
 

@@ -92,7 +92,7 @@ fn lost(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Ticks from the failure until manual driving ends, at most 200; `None` if layer 0 did not control the motors.
+/// Number of ticks from the failure until manual driving ends, at most 200; `None` if layer 0 did not control the motors.
 fn lose(trial: &Trial, lost: Lost) -> Option<u32> {
     const PATIENCE_TICKS: u32 = 200;
     let mut rng = trial.rng();
