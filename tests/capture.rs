@@ -199,7 +199,7 @@ fn every_type_of_line_as_json_and_as_csv() {
 
 /// The partial line received when the plug is pulled is not noise.
 #[test]
-fn half_a_line_at_the_end_is_no_noise() {
+fn half_a_line_at_the_end_is_not_noise() {
     let stream = streams::clean(18);
     for (cut, unfinished) in [(0, 0), (1, 79), (79, 1), (80, 0)] {
         let whole = stream[..stream.len() - cut].to_vec();
@@ -216,7 +216,7 @@ fn half_a_line_at_the_end_is_no_noise() {
 }
 
 #[test]
-fn info_tells_what_happened() {
+fn info_reports_the_events() {
     let folder = TempDir::new().unwrap();
     let stream = streams::noisy(900, 4);
     record(folder.path(), &stream, &[80]);
@@ -415,7 +415,7 @@ impl std::io::Write for Closing {
 }
 
 #[test]
-fn a_broken_pipe_is_told_apart() {
+fn a_broken_pipe_has_its_own_error() {
     let stream = streams::clean(30);
     let mut capture = Capture::read("stream", Box::new(Cursor::new(stream))).unwrap();
     match decode(&mut capture, Format::Jsonl, &mut Closing(1500)) {

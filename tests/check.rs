@@ -409,7 +409,7 @@ fn notices(events: impl IntoIterator<Item = Event>) -> Vec<String> {
 
 /// A correct robot executes commands over radios with bit errors; no mistake is reported at any time.
 #[test]
-fn a_radio_with_bit_errors_makes_no_mistake_of_a_correct_robot() {
+fn bit_errors_of_a_radio_are_not_mistakes_of_a_correct_robot() {
     let hours = if is_nightly() { 24.0 } else { 0.5 };
     for (channel, seed, hours) in [
         ("ber=1e-3", 5, hours),
@@ -457,7 +457,7 @@ fn a_radio_with_bit_errors_makes_no_mistake_of_a_correct_robot() {
 
 /// The mistake in a capture of a robot, wherever it is read; each kind is reported once while it is received.
 #[test]
-fn a_mistake_is_told_wherever_lines_are_read() {
+fn a_mistake_is_reported_wherever_lines_are_read() {
     let folder = scratch("mistakes");
     let file = folder.join("own.txt");
     let path = file.to_str().unwrap();

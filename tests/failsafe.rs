@@ -55,7 +55,7 @@ fn a_quiet_station_is_not_a_silent_ground() {
 }
 
 #[test]
-fn a_ground_that_has_gone_sends_the_robot_home_in_time() {
+fn a_silent_ground_sends_the_robot_home_in_time() {
     let silences = on_all_cores(seeds(20), |seed| {
         let mut co = armed(seed);
         co.run(1 + seed % 20);

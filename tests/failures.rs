@@ -26,7 +26,7 @@ fn code(line: &str) -> (Option<i32>, String) {
 
 /// A limit of 8 kB on files simulates a full disk.
 #[test]
-fn a_full_disk_is_no_success() {
+fn a_full_disk_is_not_a_success() {
     let folder = scratch("full");
     for (n, verb) in ["record - -o", "watch - --headless --tee"]
         .iter()
@@ -52,7 +52,7 @@ fn a_full_disk_is_no_success() {
 
 /// The disk for the simulator's outputs is full: the robot continues, and the exit code reports the error.
 #[test]
-fn a_simulation_with_an_incomplete_file_is_no_success() {
+fn a_simulation_with_an_incomplete_file_is_not_a_success() {
     for output in ["trace", "wav"] {
         let line = format!("$G sim --duration 11s --time-factor 100 --{output} /dev/full --force");
         let (code, told) = code(&line);
@@ -99,7 +99,7 @@ fn too_few_open_files_are_reported() {
 }
 
 #[test]
-fn a_headless_watch_says_at_once_that_recording_has_failed() {
+fn a_headless_watch_reports_a_failed_recording_at_once() {
     let sim = Sim::start(&[]);
     let line = format!(
         "timeout 20 $G watch {} --headless --tee /dev/full --force | grep -m 1 notice",

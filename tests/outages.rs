@@ -391,7 +391,7 @@ fn two_robots_on_one_channel() {
 
 /// A suspended laptop: the outage has its own cause. Another station serves as the clock.
 #[test]
-fn a_suspended_station_tells_its_outage() {
+fn a_suspended_station_reports_its_outage() {
     let sim = Sim::start(&[]);
     let mut watch = Telling::start(&["watch", &sim.path, "--headless"]);
     let mut clock = Telling::start(&["watch", "sim", "--headless"]);

@@ -75,7 +75,7 @@ fn wait_opens_a_port_as_soon_as_it_is_there() {
 }
 
 #[test]
-fn wait_ends_with_its_limit_and_at_once_for_what_is_no_port() {
+fn wait_ends_with_its_limit_and_at_once_for_a_file_that_is_not_a_port() {
     for verb in ["record", "check", "watch"] {
         let headless = if verb == "watch" {
             &["--headless"][..]
@@ -333,7 +333,7 @@ fn recordings_hold_every_byte_and_refuse_to_be_overwritten() {
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_error() {
+fn a_reader_that_stops_early_is_not_an_error() {
     let folder = scratch("pipe");
     let raw = folder.join("raw.txt");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "100"]);
@@ -441,7 +441,7 @@ fn the_alarm_hook_gets_each_event() {
 }
 
 #[test]
-fn headless_watch_tells_alarms() {
+fn headless_watch_reports_alarms() {
     let config = scratch("headless-alarms").join("config.toml");
     fs::write(
         &config,

@@ -180,7 +180,7 @@ fn text_is_written_where_it_is_made_safe() {
 }
 
 #[test]
-fn nobody_reaches_above_their_rank() {
+fn no_module_imports_a_higher_rank() {
     let mut broken = Vec::new();
     for (place, forbidden) in RULES {
         for file in rust_files(&root().join(place)) {

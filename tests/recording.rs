@@ -116,7 +116,7 @@ fn remembered_bytes_come_first_with_their_times() {
 /// A removed folder is reported, and the open file stays open.
 #[cfg(unix)]
 #[test]
-fn a_folder_that_is_removed_is_told_of_in_the_end() {
+fn a_removed_folder_is_reported_at_the_end() {
     let folder = TempDir::new().unwrap();
     let inner = folder.path().join("gone");
     fs::create_dir(&inner).unwrap();
@@ -133,7 +133,7 @@ fn a_folder_that_is_removed_is_told_of_in_the_end() {
 
 #[cfg(unix)]
 #[test]
-fn a_folder_that_may_not_be_written_is_told_of_at_once() {
+fn a_read_only_folder_is_reported_at_once() {
     use std::os::unix::fs::PermissionsExt;
     let folder = TempDir::new().unwrap();
     let closed = folder.path().join("closed");

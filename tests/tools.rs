@@ -243,7 +243,7 @@ fn the_length_of_a_record_may_be_wrong() {
 }
 
 #[test]
-fn tables_say_what_the_lines_say() {
+fn tables_contain_the_values_of_the_lines() {
     let folder = scratch("tables");
     let raw = folder.join("a.txt");
     fs::write(&raw, streams::noisy(300, 7)).unwrap();
@@ -410,7 +410,7 @@ fn a_capture_without_a_position_makes_no_picture() {
 }
 
 #[test]
-fn exit_codes_say_how_good_a_capture_is() {
+fn exit_codes_report_the_state_of_a_capture() {
     let folder = scratch("exit-codes");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let raw = streams::clean(8000);

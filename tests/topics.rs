@@ -316,7 +316,7 @@ fn the_robots_own_time_is_the_publish_time() {
 
 /// The robot drives 3.5 inches per line for an hour.
 #[test]
-fn the_path_is_bounded_and_told_now_and_then() {
+fn the_path_is_bounded_and_sent_from_time_to_time() {
     let kept = derive(&streams::lines(10_000), &[80]);
     let paths = decoded::<PosesInFrame>(&kept, Topic::Path);
     assert!((100..1000).contains(&paths.len()), "{}", paths.len());
@@ -396,7 +396,7 @@ fn every_topic_has_a_schema_that_others_can_use() {
 }
 
 #[test]
-fn a_part_begins_anew_and_knows_the_robot() {
+fn a_part_starts_again_with_the_state_of_the_robot() {
     let mut deriver = Deriver::new();
     let mut kept = Vec::new();
     let stream = streams::lines(60);

@@ -80,7 +80,7 @@ fn disagreement_with_the_bytes_is_found_on_every_topic() {
 
 /// Messages of another version may differ from those derived today; the difference is not a fault.
 #[test]
-fn difference_of_another_version_is_no_fault() {
+fn difference_of_another_version_is_not_a_fault() {
     let mcap = converted(&streams::clean(300));
     for (library, is_good) in [
         (

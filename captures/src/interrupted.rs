@@ -112,7 +112,7 @@ mod tests {
     /// The recording's name with `.interrupted` would be too long.
     #[cfg(unix)]
     #[test]
-    fn an_interrupted_recording_that_cannot_be_renamed_is_told() {
+    fn an_interrupted_recording_that_cannot_be_renamed_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(format!("{}.mcap", "a".repeat(250)));
         let file = File::create(&path).unwrap();

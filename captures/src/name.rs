@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn another_name_is_no_part() {
+    fn another_name_is_not_a_part() {
         let name = |path: &str, number| another(Path::new(path), number);
         assert_eq!(name("a/run.mcap", 1), Path::new("a/run.mcap"));
         assert_eq!(name("a/run.mcap", 2), Path::new("a/run.2.mcap"));

@@ -163,7 +163,7 @@ mod tests {
 
     /// A stalled pipe blocks no call, is reported, and its bytes are counted.
     #[test]
-    fn a_pipe_that_nobody_reads_stalls_nothing() {
+    fn a_pipe_without_a_reader_stalls_nothing() {
         let (mut reader, pipe) = io::pipe().unwrap();
         let path = format!("/proc/self/fd/{}", pipe.as_raw_fd());
         let raw = RawWriter::create(path, Existing::Append).unwrap();

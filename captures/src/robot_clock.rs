@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_boot_sets_the_zero_anew_and_a_long_silence_does_not() {
+    fn a_boot_resets_the_zero_and_a_long_silence_does_not() {
         let mut clock = RobotClock::default();
         clock.handle_line(START_NS, &counters(0, 4, 100));
         let late_ns = START_NS + 600 * S_NS;

@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn the_text_says_what_rust_writes() {
+    fn the_text_declares_the_fields_that_rust_writes() {
         let file = file();
         let raw = message::<RawBytes>(&file);
         let raw: Vec<_> = raw

@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn every_song_of_the_firmware_means_something_of_its_own() {
+    fn every_song_of_the_firmware_has_a_different_meaning() {
         let words: Vec<_> = Song::ALL
             .into_iter()
             .map(|song| {

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn text_that_is_no_moment_is_refused() {
+    fn text_that_is_not_a_time_is_refused() {
         let wrong = [
             "",
             "s",

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn ambient_light_is_no_reflection() {
+    fn ambient_light_is_not_a_reflection() {
         let mut infrared = running();
         assert_eq!(tick(&mut infrared, LEFT, NONE), LEFT);
         assert_eq!(tick(&mut infrared, BOTH, BOTH), NONE);

@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn layer_letters_are_no_mode_letters() {
+    fn layer_letters_are_not_mode_letters() {
         let layers = Layer::ALL.map(|layer| char::from(layer.letter()));
         assert_eq!(layers, ['U', 'B', 'T', 'I', 'S', 'L', 'M', 'D']);
         for layer in Layer::ALL.into_iter().skip(1) {

@@ -295,7 +295,7 @@ fn counters_at(sequence: u8, uptime_s: u32) -> Vec<u8> {
 
 /// In two appended captures, the boot counters may agree while the uptime runs backward.
 #[test]
-fn an_uptime_that_runs_backwards_is_a_reboot_and_no_loss() {
+fn an_uptime_that_runs_backwards_is_a_reboot_and_not_a_loss() {
     let line = |sequence| {
         let mut line = a_line(&counters_at(0, 0));
         line.body = Body::Text(TextLine::new("here"));

@@ -150,7 +150,7 @@ fn an_outage_with_short_lines_around_it_is_an_interval() {
 }
 
 #[test]
-fn damaged_lines_are_not_lost_and_are_told_by_type() {
+fn damaged_lines_are_not_lost_and_are_counted_by_type() {
     let mut robot = Robot::new(7);
     let mut decoder = Decoder::default();
     for n in 0..240 {
@@ -226,7 +226,7 @@ fn lines_between_a_boot_and_the_first_line_heard_are_lost() {
 
 /// Until the robot's next line C, the ground's clock gives the number of lines that may have been lost in a silence.
 #[test]
-fn a_silence_may_hide_hundreds_until_the_robots_clock_tells_them() {
+fn a_silence_may_hide_hundreds_until_the_robots_clock_shows_them() {
     for missed in [20, 93, 94, 98, 99, 100, 165, 199, 520] {
         let mut robot = Robot::new(7);
         let mut decoder = Decoder::default();

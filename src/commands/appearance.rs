@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_for_terminals_that_say_so() {
+    fn pictures_are_for_terminals_that_report_support() {
         let term =
             |term: &'static str| shows_pictures(|name| (name == "TERM").then(|| term.to_owned()));
         assert!(term("xterm-kitty") && term("xterm-ghostty"));

@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn two_arrows_that_are_held_make_a_curve_where_a_terminal_tells_when_they_go_up() {
+    fn two_held_arrows_make_a_curve_on_a_terminal_that_reports_releases() {
         for tells in [true, false] {
             let mut stick = Stick::default();
             stick.push(ms(0), 1, 0, false);

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_changed_saved_and_read_anew() {
+    fn a_value_is_changed_saved_and_read_again() {
         let mut scene = scene();
         scene.press(&[KeyCode::Down, KeyCode::Enter]);
         scene.type_text("11.8");

@@ -127,7 +127,7 @@ fn a_long_session_takes_no_more_room_than_a_short_one() {
 }
 
 #[test]
-fn an_adapter_that_is_back_under_another_name_says_so() {
+fn an_adapter_that_is_back_under_another_name_is_reported() {
     let mut scene = scene();
     let opened = |name: &str| {
         Event::Link(LinkEvent::Opened {

@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wait_tells_when_it_comes() {
+    fn a_wait_reports_when_it_is_met() {
         let mut scene = Scene::new(Config {
             bell: true,
             ..Config::default()
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wait_that_does_not_come_says_what_was_seen() {
+    fn a_wait_that_is_not_met_reports_the_values_received() {
         let mut scene = Scene::new(Config::default());
         typed(&mut scene, ":wait until driven within 30s");
         scene.hear();
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn expect_says_at_once_what_is_seen_instead() {
+    fn expect_reports_the_values_received_at_once() {
         let mut scene = Scene::new(Config::default());
         typed(&mut scene, ":expect battery > 20");
         scene.hear_status();

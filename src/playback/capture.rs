@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_cut_off_by_a_lost_link_is_no_error() {
+    fn a_line_cut_off_by_a_lost_link_is_not_an_error() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
         let bytes = std::fs::read(folder.join("house-clean.txt")).unwrap();
         let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_hears_the_plan_does_what_was_asked() {
+    fn a_robot_that_receives_the_plan_executes_the_request() {
         let mut robot = Robot::new();
         let mut planner = Planner::default();
         let sonar = LayerMask::NONE.with(Layer::Sonar);

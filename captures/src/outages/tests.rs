@@ -144,7 +144,7 @@ fn each_outage_has_its_cause_its_times_and_its_lines() {
 }
 
 #[test]
-fn an_outage_is_told_as_it_begins_and_again_once_its_lines_are_known() {
+fn an_outage_is_reported_when_it_begins_and_when_its_lines_are_known() {
     let found = session(&[(60, Fate::Silence), (70, Fate::Arrive)]);
     let words: Vec<String> = found.iter().map(Outage::to_string).collect();
     assert_eq!(
@@ -170,7 +170,7 @@ fn one_that_lasts_at_the_end_has_no_end() {
 }
 
 #[test]
-fn a_reboot_is_an_outage_of_its_own_behind_a_cable() {
+fn a_reboot_is_a_separate_outage_on_a_cable() {
     use OutageCause::{Rebooted, Unplugged};
     assert_eq!(ended(&[(60, Fate::Reboot)]), [(Rebooted, 59, 60, 0)]);
     let causes: Vec<_> = ended(&[(60, Fate::Unplug), (70, Fate::Reboot)])

@@ -34,7 +34,7 @@ fn at(second: u64) -> (Moment, SystemTime) {
 
 /// No call waits; the stall is reported after 30 s, and `finish` reports how many bytes are missing.
 #[test]
-fn a_disk_that_hangs_stalls_nothing_and_is_told() {
+fn a_disk_that_hangs_stalls_nothing_and_is_reported() {
     let (mut recorder, mut reader) = stalled();
     let line = [b'x'; 4096];
     for second in 0..100 {
@@ -69,7 +69,7 @@ fn a_disk_that_hangs_stalls_nothing_and_is_told() {
 
 /// The queue holds at most 16 MiB; further bytes are counted.
 #[test]
-fn overflow_is_bounded_and_told() {
+fn overflow_is_bounded_and_reported() {
     let (mut recorder, reader) = stalled();
     let (now, wall) = at(0);
     let line = vec![b'x'; 1 << 20];

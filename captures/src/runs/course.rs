@@ -199,7 +199,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_silence_that_a_raw_capture_does_not_know_of_is_no_jump() {
+    fn a_silence_that_a_raw_capture_does_not_contain_is_not_a_jump() {
         let mut course = Course::default();
         take(
             &mut course,

@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_label_that_nobody_understands_is_named_and_left_alone() {
+    fn an_unreadable_label_is_reported_and_not_changed() {
         let folder = tempfile::tempdir().unwrap();
         let capture = folder.path().join("evening.mcap");
         fs::write(file_of(&capture), "name = \"x\"\nvoide = \"y\"\n").unwrap();

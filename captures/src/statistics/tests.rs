@@ -41,7 +41,7 @@ fn hear(meter: &mut LinkMeter, decoder: &mut Decoder, now: Moment, mut bytes: &[
 }
 
 #[test]
-fn a_damaged_stream_comes_to_what_a_pencil_says() {
+fn a_damaged_stream_has_the_figures_computed_by_hand() {
     let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
     let mut stream = Vec::new();
     // Half a line before the first is not an error, but its line feed counts as rejected.
@@ -77,7 +77,7 @@ fn a_damaged_stream_comes_to_what_a_pencil_says() {
 }
 
 #[test]
-fn bytes_while_a_link_is_found_again_are_no_error() {
+fn bytes_during_the_search_for_a_link_are_not_errors() {
     let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
     hear(&mut meter, &mut decoder, at_ms(0), &line(1));
     hear(&mut meter, &mut decoder, at_ms(10), &line(2)[..50]);
@@ -90,7 +90,7 @@ fn bytes_while_a_link_is_found_again_are_no_error() {
 }
 
 #[test]
-fn frames_that_go_again_are_told_from_new_ones() {
+fn repeated_frames_are_distinguished_from_new_ones() {
     let open = |replaces| {
         let (boot, owner) = (1, 677);
         let open = Open {

@@ -91,7 +91,7 @@ fn a_reader_is_delayed_once() {
 }
 
 #[test]
-fn a_disk_that_hangs_after_the_last_byte_is_told() {
+fn a_disk_that_hangs_after_the_last_byte_is_reported() {
     let (queue, permit, done) = gated();
     queue.push("all", 3, None);
     permit.send(()).unwrap();

@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_err_as_often_as_told() {
+    fn sensors_err_as_often_as_configured() {
         let mut faulty = Faulty::new(Faults::ROTTEN, 1);
         let seen = (0..10_000).filter(|_| faulty.edge(0, true)).count();
         assert!((4700..5100).contains(&seen), "{seen}");

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn difference_within_the_deadzone_is_no_request() {
+    fn difference_within_the_deadzone_makes_no_request() {
         assert_eq!(decide(108, 100), Request::QUIET);
         assert!(decide(109, 100).flag);
         assert_eq!(Photo::default().decide(&Senses::idle()), Request::QUIET);

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn modes_and_readings_are_told_by_their_letters() {
+    fn modes_and_readings_are_identified_by_their_letters() {
         let line = AbilitiesLine {
             modes: 0b1001,
             measured: 0b10,

@@ -61,7 +61,7 @@ mod tests {
 
     #[cfg(not(feature = "foxglove"))]
     #[tokio::test]
-    async fn without_the_feature_it_says_how_to_build_it() {
+    async fn without_the_feature_the_error_explains_how_to_build_it() {
         let address = DEFAULT_ADDRESS.parse().unwrap();
         let error = Foxglove::listen(&address, false, "sim").await.unwrap_err();
         assert!(error.to_string().contains("--features foxglove"), "{error}");

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_connection_begins_the_pauses_anew() {
+    fn a_good_connection_resets_the_pauses() {
         let mut backoff = Backoff::new(1);
         for _ in 0..9 {
             backoff.handle_end(None);

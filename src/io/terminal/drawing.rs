@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_that_is_gone_is_an_error_of_a_later_frame() {
+    fn a_closed_terminal_is_an_error_of_a_later_frame() {
         let (drawing, asked, permit) = gated(Duration::ZERO);
         drop(permit);
         assert_eq!(asked.iter().count(), 1);

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
+fn the_acknowledged_list_is_active_until_the_robot_reports_another() {
     let list = Request::Route(route(&[(1, 2), (3, 4)]));
     let mut scene = scene();
     let active = |scene: &Scene| {

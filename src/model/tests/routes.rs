@@ -159,7 +159,7 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
 }
 
 #[test]
-fn a_point_is_gone_to_at_once_when_that_is_typed() {
+fn a_typed_point_is_approached_at_once() {
     let mut scene = scene();
     scene.type_text(":goto 48 -36 --go");
     let list = Request::Route(route(&[(48, -36)]));

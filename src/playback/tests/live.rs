@@ -78,10 +78,10 @@ proptest! {
 /// Cached states go together with their events.
 #[test]
 fn cached_states_are_forgotten_with_their_events() {
-    let mut tape = capture("house-clean.txt");
+    let mut reader = capture("house-clean.txt");
     let mut decoder = Decoder::default();
     let mut heard = Vec::new();
-    while let Some(piece) = tape.next_piece() {
+    while let Some(piece) = reader.next_piece() {
         if let Piece::Received(bytes) = piece {
             for received in decoder.lines(bytes) {
                 if let Received::Line(line, raw) = received {
@@ -327,10 +327,10 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
             let mut rng = Rng(seed);
             let mut live = Listening::new();
             let mut was = Vec::new();
-            let mut tape = capture(name);
+            let mut reader = capture(name);
             let mut from = Moment::ZERO;
-            while let Some(at) = tape.next_at() {
-                match tape.next_piece().unwrap() {
+            while let Some(at) = reader.next_at() {
+                match reader.next_piece().unwrap() {
                     Piece::Received(bytes) => {
                         // Like a port: in random pieces, complete by the end of the line.
                         let mut rest = bytes;
@@ -368,8 +368,8 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
             }
             assert!(was.len() > 5, "{name}");
             let mcap = live.writer.finish().unwrap();
-            let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
-            let (mut replay, _) = read_whole(tape);
+            let reader = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
+            let (mut replay, _) = read_whole(reader);
             for (at, facts, drawn, lines) in was {
                 let place = format!("{name}, seed {seed}, at {at:?}");
                 live.session.timeline.seek(at);

@@ -37,10 +37,10 @@ fn text(bytes: &[u8]) -> Box<dyn SeekableReader + Send> {
 }
 
 /// A capture with all its states.
-fn read_whole(tape: Box<dyn SeekableReader + Send>) -> (Timeline<CaptureState>, Moment) {
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut again = tape.reopen();
-    let mut timeline = capture::timeline(tape, first.clone());
+fn read_whole(reader: Box<dyn SeekableReader + Send>) -> (Timeline<CaptureState>, Moment) {
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut again = reader.reopen();
+    let mut timeline = capture::timeline(reader, first.clone());
     let mut end = Moment::ZERO;
     read_through(
         first,

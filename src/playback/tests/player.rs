@@ -5,9 +5,9 @@ use crate::model::keys::{Keymap, Rebinding};
 use crate::recorded;
 
 fn player(name: &str) -> Player<CaptureState> {
-    let tape = capture(name);
-    let (length, unix) = (tape.length(), tape.unix());
-    let (timeline, end) = read_whole(tape);
+    let reader = capture(name);
+    let (length, unix) = (reader.length(), reader.unix());
+    let (timeline, end) = read_whole(reader);
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, unix);
     player.set_read_through(end);
     player
@@ -21,11 +21,11 @@ fn jump_into_the_unread_part_waits_for_it() {
     let calm = calm.unwrap();
     let day = calm.repeat(60);
     let lines = 60 * 359;
-    let tape = text(&day);
-    let length = tape.length();
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut again = tape.reopen();
-    let timeline = capture::timeline(tape.reopen(), first.clone());
+    let reader = text(&day);
+    let length = reader.length();
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut again = reader.reopen();
+    let timeline = capture::timeline(reader.reopen(), first.clone());
     let host = Moment::ZERO;
     let mut player = Player::of_capture(timeline, host, 1.0, length, None);
     let line = |number| Control::Seek(Position::Line(number));
@@ -59,7 +59,7 @@ fn jump_into_the_unread_part_waits_for_it() {
     assert_eq!(player.playback().line, Some(lines - 100));
     // At the end of reading the target is known not to exist.
     let mut player = Player::of_capture(
-        capture::timeline(tape.reopen(), first),
+        capture::timeline(reader.reopen(), first),
         host,
         1.0,
         length,
@@ -162,7 +162,7 @@ fn typed_positions_are_reached() {
 }
 
 #[test]
-fn marks_are_set_gone_to_and_taken_away() {
+fn marks_are_set_visited_and_removed() {
     let mut player = player("house-clean.txt");
     let host = Moment::ZERO;
     let s = Moment::from_secs;
@@ -231,11 +231,11 @@ fn marks_of_a_recorded_session_come_back() {
         }
     }
     let mcap = writer.finish().unwrap();
-    let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut again = tape.reopen();
-    let length = tape.length();
-    let timeline = capture::timeline(tape, first.clone());
+    let reader = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut again = reader.reopen();
+    let length = reader.length();
+    let timeline = capture::timeline(reader, first.clone());
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
     player.handle(Moment::ZERO, Control::TogglePause);
     player.handle(Moment::ZERO, Control::Seek(Position::At(s(5))));
@@ -297,9 +297,9 @@ fn notes_name_the_rebound_keys() {
         keys: Keymap::with(&keys).unwrap(),
         ..Config::default()
     };
-    let tape = capture("house-clean.txt");
-    let first = CaptureState::new("radio", Arc::new(config), &*tape);
-    let timeline = capture::timeline(tape, first);
+    let reader = capture("house-clean.txt");
+    let first = CaptureState::new("radio", Arc::new(config), &*reader);
+    let timeline = capture::timeline(reader, first);
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, Moment::ZERO, None);
     let mut note = |control| {
         player.handle(Moment::ZERO, control);

@@ -12,9 +12,9 @@ use crate::model::Facts;
 
 /// The received bytes of a capture.
 fn bytes_of(name: &str) -> Vec<u8> {
-    let mut tape = capture(name);
+    let mut reader = capture(name);
     let mut bytes = Vec::new();
-    while let Some(piece) = tape.next_piece() {
+    while let Some(piece) = reader.next_piece() {
         if let Piece::Received(some) = piece {
             bytes.extend_from_slice(some);
         }
@@ -64,9 +64,9 @@ fn without(topic: &str, recording: &[u8]) -> Vec<u8> {
     filtered.into_inner()
 }
 
-fn unread(tape: Box<dyn SeekableReader + Send>) -> Timeline<CaptureState> {
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    capture::timeline(tape, first)
+fn unread(reader: Box<dyn SeekableReader + Send>) -> Timeline<CaptureState> {
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    capture::timeline(reader, first)
 }
 
 fn lines(facts: &Facts) -> u64 {
@@ -93,15 +93,15 @@ proptest! {
     ) {
         let text = bytes_of(name).repeat(times);
         for (is_counted, bytes) in [(true, recorded(&text, chunks)), (false, text)] {
-            let mut tape = of_bytes(bytes);
-            let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
-            let mut index = tape.reopen();
+            let mut reader = of_bytes(bytes);
+            let mut scene = CaptureState::new("radio", Arc::default(), &*reader);
+            let mut index = reader.reopen();
             let mut left_out = 0;
             // Lines up to each moment.
             let mut came = vec![(Moment::ZERO, 0)];
-            while let Some(at) = scene.next_at(&mut tape) {
+            while let Some(at) = scene.next_at(&mut reader) {
                 let counted = scene.facts().tally();
-                scene.step(&mut tape);
+                scene.step(&mut reader);
                 let tally = scene.facts().tally();
                 let is_line = tally.lines > counted.lines;
                 for kind in KINDS {
@@ -169,9 +169,9 @@ fn line_in_the_unread_part_is_shown_at_its_estimate() {
             let all = lines(whole.facts());
             for number in [all / 2, all * 4 / 5, all * 19 / 20] {
                 assert!(matches!(whole.seek_line(number, 0), Found::At(_)));
-                let tape = of_bytes(bytes.clone());
-                let length = tape.length();
-                let timeline = unread(tape);
+                let reader = of_bytes(bytes.clone());
+                let length = reader.length();
+                let timeline = unread(reader);
                 let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
                 player.handle(Moment::ZERO, Control::Seek(Position::Line(number)));
                 let playback = player.playback();
@@ -215,12 +215,12 @@ fn reading_corrects_a_damaged_index() {
         let mut bytes = bytes.clone();
         let at = summary_at + (rng >> 33) % (bytes.len() - summary_at);
         bytes[at] ^= 1 << (n % 8);
-        let Ok(tape) = index::read(Arc::new(bytes), Path::new("unread")) else {
+        let Ok(reader) = index::read(Arc::new(bytes), Path::new("unread")) else {
             continue;
         };
-        let mut again = tape.reopen();
-        let first = CaptureState::new("radio", Arc::default(), &*tape);
-        let mut timeline = unread(tape);
+        let mut again = reader.reopen();
+        let first = CaptureState::new("radio", Arc::default(), &*reader);
+        let mut timeline = unread(reader);
         timeline.seek_about_line(300);
         let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, Moment::MAX, None);
         player.handle(
@@ -253,9 +253,9 @@ fn reading_corrects_a_damaged_index() {
 #[test]
 fn estimate_of_a_line_can_be_kept() {
     let bytes = recorded(&bytes_of("house-clean.txt").repeat(60), None);
-    let tape = of_bytes(bytes);
-    let length = tape.length();
-    let mut player = Player::of_capture(unread(tape), Moment::ZERO, 1.0, length, None);
+    let reader = of_bytes(bytes);
+    let length = reader.length();
+    let mut player = Player::of_capture(unread(reader), Moment::ZERO, 1.0, length, None);
     player.handle(Moment::ZERO, Control::Seek(Position::Line(20_000)));
     let at = player.at();
     assert!(at > Moment::from_mins(30));
@@ -326,15 +326,15 @@ fn a_search_goes_on_where_it_was_interrupted() {
 #[test]
 fn cached_states_equal_played_states() {
     let bytes = bytes_of("house-noisy.txt").repeat(12);
-    let mut tape = of_bytes(bytes.clone());
-    let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut timeline = Timeline::unread(tape.reopen(), &SHORTCUTS, scene.clone(), Moment::MAX);
+    let mut reader = of_bytes(bytes.clone());
+    let mut scene = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut timeline = Timeline::unread(reader.reopen(), &SHORTCUTS, scene.clone(), Moment::MAX);
     timeline.complete();
     let mut played = Vec::new();
     let mut things = 0;
-    while scene.next_at(&mut tape).is_some() {
+    while scene.next_at(&mut reader).is_some() {
         let counted = lines(scene.facts());
-        scene.step(&mut tape);
+        scene.step(&mut reader);
         things += 1;
         if things % 41 == 0 && lines(scene.facts()) > counted {
             played.push(scene.clone());

@@ -139,12 +139,12 @@ fn recording(is_reworded: bool) -> (Vec<u8>, Vec<String>) {
 /// The facts every two seconds, the marks, and the figures of the whole recording.
 fn replayed(bytes: &[u8]) -> Vec<String> {
     let open = || index::read(Arc::new(bytes.to_vec()), Path::new("x.mcap")).unwrap();
-    let mut tape = open();
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
+    let mut reader = open();
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
     let mut marks = Vec::new();
     read_through(
         first,
-        &mut tape,
+        &mut reader,
         || true,
         |finding| {
             if let Finding::Marks(found) = finding {

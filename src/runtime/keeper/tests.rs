@@ -148,7 +148,7 @@ fn a_moment_of_a_recording_counts_from_the_first_that_is_in_it() {
 }
 
 #[test]
-fn two_recordings_that_nobody_named_begin_in_one_second() {
+fn two_unnamed_recordings_begin_in_one_second() {
     let folder = tempfile::tempdir().unwrap();
     let options = KeepOptions {
         mcap: Some(folder.path().join("groundwave-20250314T092653Z.mcap")),

@@ -228,7 +228,7 @@ fn open() -> Listener {
 }
 
 #[test]
-fn hours_of_silence_are_told_once_and_since_when() {
+fn hours_of_silence_are_reported_once_with_their_beginning() {
     let mut listener = open();
     assert_eq!(
         listener.take(Moment::from_secs(7), b"\n", true),
@@ -244,7 +244,7 @@ fn hours_of_silence_are_told_once_and_since_when() {
 }
 
 #[test]
-fn hours_of_noise_are_told_once_and_memory_stays() {
+fn hours_of_noise_are_reported_once_and_memory_stays() {
     let mut listener = open();
     let mut rng = rng(6);
     let noise = || {

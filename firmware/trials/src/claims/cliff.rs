@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn edge_seen_while_turning_on_the_spot_is_no_stop() {
+    fn edge_seen_while_turning_on_the_spot_is_not_a_stop() {
         assert_eq!(longest_in(&[(true, 0.5), (true, 10.0), (true, 0.0)]), None);
     }
 

@@ -316,7 +316,7 @@ fn a_lost_device_is_closed_before_it_is_back() {
 
 /// A peer that accepts and closes at once must not cause thousands of connections per second.
 #[test]
-fn a_peer_that_brings_no_byte_is_told_of_once_and_dialled_ever_more_rarely() {
+fn a_peer_without_bytes_is_reported_once_and_dialled_more_and_more_rarely() {
     let closed = || fed().1;
     let (feed, last) = fed();
     let mut openings: Vec<_> = (0..9).map(|_| Ok(closed())).collect();
