@@ -41,7 +41,7 @@ fn run(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Every command that reads captures, on a capture alone in its folder.
+/// Checks every command that reads captures, with a capture alone in its folder.
 fn assert_bounded(capture: &Path, what: &str) {
     let folder = capture.parent().unwrap();
     let (capture, folder) = (capture.to_str().unwrap(), folder.to_str().unwrap());

@@ -13,7 +13,7 @@ const COUNT_MODULUS: u16 = 10_000;
 pub(super) struct Bumps {
     /// Number of contacts until the latest line C.
     counted: u32,
-    /// Number of contacts in lines A since.
+    /// Number of contacts in lines A since that line C.
     seen: u32,
     is_touching: bool,
     /// Uptime, boots and bumps of the latest line C.

@@ -346,7 +346,7 @@ impl fmt::Display for Remark {
 pub struct Mark {
     /// Time since the marked moment.
     pub ago: Moment,
-    /// `true` if the mark was set, `false` if it was cleared.
+    /// Whether the mark was set; `false` if it was cleared.
     pub is_set: bool,
 }
 

@@ -63,7 +63,7 @@ pub trait SeekableReader {
     /// before that time. `None` if the capture allows no estimate.
     fn about_line(&mut self, number: u64) -> Option<(Moment, u64)>;
 
-    /// `false` if there is certainly no landmark of a kind between two moments, both included.
+    /// Whether a landmark of a kind may lie between two moments, both included.
     fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool;
 
     /// Duration of the capture; may be too long if the capture is damaged.

@@ -94,33 +94,33 @@ pub struct Info {
     pub problem: Option<String>,
 }
 
-/// Intact lines by type.
+/// Numbers of intact lines by type.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub struct LineCounts {
-    /// State.
+    /// Number of lines A, state.
     pub a: u64,
-    /// Status.
+    /// Number of lines B, status.
     pub b: u64,
-    /// Counters.
+    /// Number of lines C, counters.
     pub c: u64,
-    /// Text.
+    /// Number of lines T, text.
     pub t: u64,
-    /// Acknowledgement.
+    /// Number of lines K, acknowledgement.
     pub k: u64,
-    /// Parameter.
+    /// Number of lines P, parameter.
     #[serde(skip_serializing_if = "is_none")]
     pub p: u64,
-    /// Song.
+    /// Number of lines S, song.
     #[serde(skip_serializing_if = "is_none")]
     pub s: u64,
-    /// Abilities.
+    /// Number of lines I, abilities.
     #[serde(skip_serializing_if = "is_none")]
     pub i: u64,
-    /// A field of the robot's own.
+    /// Number of lines F, the robot's own fields.
     #[serde(skip_serializing_if = "is_none")]
     pub f: u64,
-    /// Number of values of the robot's own fields.
+    /// Number of lines V, values of the robot's own fields.
     #[serde(skip_serializing_if = "is_none")]
     pub v: u64,
 }

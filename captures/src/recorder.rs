@@ -73,7 +73,7 @@ impl Recorder {
     /// Creates the file as [`Self::start`] does, with the given rotation instead of daily parts.
     ///
     /// # Errors
-    /// As [`Self::start`].
+    /// The errors of [`Self::start`].
     pub fn start_rotating(
         path: impl Into<PathBuf>,
         existing: Existing,

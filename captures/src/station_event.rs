@@ -92,7 +92,7 @@ pub struct MarkMessage {
     /// Time from the marked moment to this message, nanoseconds.
     #[prost(uint64, tag = 1)]
     pub ago_ns: u64,
-    /// `true` if the mark was set, `false` if it was cleared.
+    /// Whether the mark was set; `false` if it was cleared.
     #[prost(bool, tag = 2)]
     pub is_set: bool,
 }

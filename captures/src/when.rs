@@ -104,7 +104,7 @@ impl Stretch {
     /// without `ago`; in UTC.
     ///
     /// # Errors
-    /// For other text.
+    /// If the text has another form.
     pub fn parse(text: &str, now: SystemTime) -> Result<Self, NoDate> {
         Self::of(&text.trim().to_lowercase(), now).ok_or_else(|| NoDate(text.to_owned()))
     }

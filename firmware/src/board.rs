@@ -97,9 +97,9 @@ impl Edges {
     pub const BESIDE_RIGHT: Self = Self(1 << 4);
     /// Behind the caster.
     pub const BEHIND: Self = Self(1 << 5);
-    /// From the left of the caster to behind the left wheel.
+    /// The sensors from the left of the caster to behind the left wheel.
     pub const BEHIND_LEFT: Self = Self(1 << 6);
-    /// From the right of the caster to behind the right wheel.
+    /// The sensors from the right of the caster to behind the right wheel.
     pub const BEHIND_RIGHT: Self = Self(1 << 7);
     /// No floor anywhere.
     pub const ALL: Self = Self(u8::MAX);

@@ -133,7 +133,7 @@ pub struct OwnRobot {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Clock {
-    /// Only UTC.
+    /// Only the time in UTC.
     Utc,
     /// UTC and local time.
     Local,
@@ -143,11 +143,11 @@ pub enum Clock {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Theme {
-    /// By `NO_COLOR`, `TERM` and `COLORFGBG`.
+    /// The theme that `NO_COLOR`, `TERM` and `COLORFGBG` select.
     Auto,
-    /// For a dark background.
+    /// Colours for a dark background.
     Dark,
-    /// For a light background.
+    /// Colours for a light background.
     Light,
     /// Black, white and yellow.
     HighContrast,

@@ -72,7 +72,7 @@ struct Episode {
 #[derive(Clone, Debug)]
 pub(crate) struct AlarmChange {
     pub(crate) rule: Rule,
-    /// `true` if the alarm was raised, `false` if it ended.
+    /// Whether the alarm was raised; `false` if it ended.
     pub(crate) is_active: bool,
     /// Time at which the cause began.
     pub(crate) began_at: Moment,

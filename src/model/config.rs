@@ -63,10 +63,10 @@ pub enum MapLines {
 /// Colours of the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colors {
-    /// For a dark background.
+    /// Colours for a dark background.
     #[default]
     Dark,
-    /// For a light background.
+    /// Colours for a light background.
     Light,
     /// Black, white and yellow.
     HighContrast,

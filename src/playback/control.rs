@@ -26,7 +26,7 @@ pub enum Control {
     Speed(f64),
     /// Go to the next or previous line and pause.
     Step {
-        /// `true` for the next, `false` for the previous.
+        /// Whether the target is the next one; `false` for the previous one.
         forward: bool,
     },
     /// Go to a typed position.
@@ -35,7 +35,7 @@ pub enum Control {
     Jump {
         /// Kind of the landmark; `None` repeats the kind of the last jump.
         to: Option<Landmark>,
-        /// `true` for the next, `false` for the previous.
+        /// Whether the target is the next one; `false` for the previous one.
         forward: bool,
     },
     /// Set or remove a mark here.
@@ -193,7 +193,7 @@ fn decimal(text: &str) -> Option<f64> {
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
-    /// `true` for the past of a live session, `false` for a capture.
+    /// Whether the session is live; `false` for a capture.
     pub is_live: bool,
     /// Whether playback is paused.
     pub paused: bool,

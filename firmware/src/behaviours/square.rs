@@ -27,7 +27,7 @@ const THERE_PARTS: i32 = PARTS_PER_IN / 16;
 const TURN_MOST_CPS: i32 = cps(5) as i32;
 const TURN_LEAST_CPS: i32 = cps(1) as i32;
 
-/// Heading error per count a second of rotation.
+/// Heading error for each count per second of rotation.
 const ERROR_PER_CPS: i32 = 60;
 
 /// Heading error that counts as reached: a third of a degree, half a count.

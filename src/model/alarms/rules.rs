@@ -155,9 +155,9 @@ pub(crate) struct Rule {
 /// The check of a rule.
 #[derive(Clone, Debug)]
 pub(super) enum Look {
-    /// By a built-in function.
+    /// A built-in function checks the rule.
     BuiltIn(fn(&Inputs<'_>) -> Sight),
-    /// By the latest value of a field.
+    /// The latest value of a field is compared with a limit.
     Field(FieldLimit),
 }
 
