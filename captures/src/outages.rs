@@ -201,8 +201,9 @@ impl Outages {
             };
             let outage = Outage {
                 cause,
-                begin: begin.clamp(latest.at, now),
-                end: Some(now),
+                // Times of a damaged capture may go back.
+                begin: begin.min(now).max(latest.at),
+                end: Some(now.max(latest.at)),
                 lost: Lost {
                     min: lost,
                     max: lost,

@@ -180,6 +180,13 @@ fn read(
     Ok((survey, observations.channels()))
 }
 
+/// The end of bytes that come after missing ones. Offsets of a damaged recording may be any.
+const fn end_of(offset: u64, missing: u64, data: &[u8]) -> u64 {
+    offset
+        .saturating_add(missing)
+        .saturating_add(data.len() as u64)
+}
+
 impl Survey {
     fn take(&mut self, item: &Item) {
         let observation = match item {
@@ -199,13 +206,13 @@ impl Survey {
                     if bytes > 0 {
                         self.rx_missing.push(Missing { offset, bytes });
                     }
-                    self.rx_end = offset + bytes + data.len() as u64;
+                    self.rx_end = end_of(offset, bytes, data);
                 }
             }
             Observation::Sent(raw) => {
                 if let Some((step, data)) = raw.after(self.tx_end) {
-                    self.tx_missing += step;
-                    self.tx_end += step + data.len() as u64;
+                    self.tx_missing = self.tx_missing.saturating_add(step);
+                    self.tx_end = end_of(self.tx_end, step, data);
                 }
             }
             Observation::Event(_) => {}

@@ -63,7 +63,9 @@ impl RobotClock {
             },
             Received::Ack(_) => carried,
         };
-        self.0.map(|state| state.zero_ns + state.uptime_ns)
+        // Times of a damaged capture may be any.
+        self.0
+            .map(|state| state.zero_ns.saturating_add(state.uptime_ns))
     }
 }
 
@@ -82,7 +84,7 @@ impl State {
             _ => u64::from(step - 1) * wire_ns(LINE_BYTES) + wire_ns(bytes),
         };
         Self {
-            uptime_ns: self.uptime_ns + passed_ns,
+            uptime_ns: self.uptime_ns.saturating_add(passed_ns),
             sequence,
             host_ns,
             ..self

@@ -260,7 +260,9 @@ impl Capture {
         };
         match &piece {
             Piece::Sent(bytes) => self.uplink.take(at, bytes),
-            Piece::Missing(bytes) => self.missing_bytes += bytes,
+            Piece::Missing(bytes) => {
+                self.missing_bytes = self.missing_bytes.saturating_add(*bytes);
+            }
             Piece::Repeated(offset) => {
                 let damage = format_args!("{RAW_RX}: the bytes at {offset} are repeated");
                 self.damages.push(damage);

@@ -144,6 +144,34 @@ fn each_outage_has_its_cause_its_times_and_its_lines() {
 }
 
 #[test]
+fn times_that_go_back_make_no_outage_longer() {
+    let (mut robot, mut decoder, mut outages) =
+        (Robot::new(), Decoder::default(), Outages::default());
+    for at_s in [100, 103, 7, 8, 1, 90, 2] {
+        if at_s == 7 {
+            decoder.interrupt();
+            outages.handle_unplugged(Moment::from_secs(6));
+        }
+        let now = Moment::from_secs(at_s);
+        let line = robot.line(100_000);
+        let mut bytes: &[u8] = &line;
+        while let Some(received) = decoder.next_own_line(&mut bytes) {
+            outages.handle_line(now, &received, decoder.counters());
+        }
+        outages.handle_timeout(now);
+    }
+    outages.finish(Moment::from_secs(3));
+    let mut ended = 0;
+    while let Some(outage) = outages.poll() {
+        if let Some(end) = outage.end {
+            assert!(outage.begin <= end, "{outage}");
+            ended += 1;
+        }
+    }
+    assert!(ended > 0, "one began when the link was lost");
+}
+
+#[test]
 fn an_outage_is_reported_when_it_begins_and_when_its_lines_are_known() {
     let found = session(&[(60, Fate::Silence), (70, Fate::Arrive)]);
     let words: Vec<String> = found.iter().map(Outage::to_string).collect();

@@ -52,10 +52,10 @@ impl RawFile {
         let length = raw.data.len() as u64;
         let mut theirs = Vec::with_capacity(raw.data.len());
         self.source.by_ref().take(length).read_to_end(&mut theirs)?;
-        self.offset = raw.stream_offset + length;
+        self.offset = raw.stream_offset.saturating_add(length);
         if theirs != raw.data {
             let equal = theirs.iter().zip(&raw.data).take_while(|(a, b)| a == b);
-            let byte = raw.stream_offset + equal.count() as u64;
+            let byte = raw.stream_offset.saturating_add(equal.count() as u64);
             if byte < UNRELATED_BYTES && !self.is_named {
                 self.is_equal = None;
                 return Ok(());

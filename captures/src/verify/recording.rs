@@ -143,7 +143,7 @@ impl Check {
             return Ok(());
         };
         if missing > 0 {
-            self.verdict.missing_bytes += missing;
+            self.verdict.missing_bytes = self.verdict.missing_bytes.saturating_add(missing);
             let what = format!("{RAW_RX}: {missing} bytes are missing at {received}");
             self.verdict.fault(what);
             self.lines.skip();
