@@ -25,6 +25,7 @@ use super::schema::DESCRIPTORS;
 use super::session_writer::{CHUNK_BYTES, SessionWriter};
 use super::temporary::Temporary;
 
+use super::recovery::LISTED_MAX;
 pub use super::recovery::{Missing, Outcome, Recovery};
 
 const BUFFER_BYTES: usize = 1024 * 1024;
@@ -96,7 +97,7 @@ fn rewrite(
             item => writer.handle_item(item).map_err(failed),
         }
     })?;
-    if survey.is_compressed_by_others() {
+    if survey.is_compressed_by_others {
         return Err(CaptureError::Compression(path.clone()));
     }
     if survey.observations == 0 {
@@ -138,9 +139,18 @@ struct Survey {
     observations: u64,
     rx_end: u64,
     tx_end: u64,
+    rx_bytes_missing: u64,
     rx_missing: Vec<Missing>,
     tx_missing: u64,
     damage: Vec<Damage>,
+    /// Number of lost and damaged parts that are not listed.
+    unlisted: u64,
+    /// Number of damaged parts.
+    damaged_places: u64,
+    /// A damaged part has bytes, and was skipped.
+    has_skipped: bool,
+    /// A chunk is compressed in a way that only others use.
+    is_compressed_by_others: bool,
     /// Whether the file is cut off: an unfinished file within a record, a finished file before its end mark.
     is_cut: bool,
     /// Whether the summary is damaged.
@@ -204,7 +214,12 @@ impl Survey {
                 if let Some((bytes, data)) = raw.after(self.rx_end) {
                     let offset = self.rx_end;
                     if bytes > 0 {
-                        self.rx_missing.push(Missing { offset, bytes });
+                        self.rx_bytes_missing += bytes;
+                        if self.rx_missing.len() < LISTED_MAX {
+                            self.rx_missing.push(Missing { offset, bytes });
+                        } else {
+                            self.unlisted += 1;
+                        }
                     }
                     self.rx_end = end_of(offset, bytes, data);
                 }
@@ -221,6 +236,8 @@ impl Survey {
 
     /// Adds a damaged part; joins it to the previous one if they are adjacent.
     fn take_damage(&mut self, damage: &Damage) {
+        self.has_skipped |= damage.bytes > 0;
+        self.is_compressed_by_others |= damage.problem == Problem::Lz4;
         match self.damage.last_mut() {
             Some(last)
                 if last.problem == damage.problem
@@ -230,31 +247,29 @@ impl Survey {
             {
                 last.bytes += damage.bytes;
             }
-            _ => self.damage.push(damage.clone()),
+            _ => {
+                self.damaged_places += 1;
+                if self.damage.len() < LISTED_MAX {
+                    self.damage.push(damage.clone());
+                } else {
+                    self.unlisted += 1;
+                }
+            }
         }
     }
 
     fn has_loss(&self) -> bool {
         let is_short = self.is_cut && !self.is_unfinished;
         let is_incomplete =
-            is_short || self.nameless > 0 || !self.rx_missing.is_empty() || self.tx_missing > 0;
-        is_incomplete || self.damage.iter().any(|damage| damage.bytes > 0)
-    }
-
-    fn is_compressed_by_others(&self) -> bool {
-        let mut damage = self.damage.iter();
-        damage.any(|damage| damage.problem == Problem::Lz4)
-    }
-
-    fn missing_bytes(&self) -> u64 {
-        self.rx_missing.iter().map(|missing| missing.bytes).sum()
+            is_short || self.nameless > 0 || self.rx_bytes_missing > 0 || self.tx_missing > 0;
+        is_incomplete || self.has_skipped
     }
 
     /// The metadata table that lists the losses.
     fn table(&self) -> Metadata {
         let metadata = [
-            ("rx_bytes_missing", self.missing_bytes().to_string()),
-            ("damaged_places", self.damage.len().to_string()),
+            ("rx_bytes_missing", self.rx_bytes_missing.to_string()),
+            ("damaged_places", self.damaged_places.to_string()),
         ];
         let metadata = metadata.map(|(name, value)| (name.to_owned(), value));
         Metadata {
@@ -268,12 +283,14 @@ impl Survey {
             path: path.to_owned(),
             outcome,
             messages,
-            rx_bytes: self.rx_end - self.missing_bytes(),
+            rx_bytes: self.rx_end - self.rx_bytes_missing,
             tx_bytes: self.tx_end - self.tx_missing,
             is_cut: self.is_cut,
             nameless: self.nameless,
+            rx_bytes_missing: self.rx_bytes_missing,
             rx_missing: self.rx_missing,
             damage: self.damage,
+            unlisted: self.unlisted,
             original: None,
         }
     }

@@ -8,6 +8,9 @@ use serde::Serialize;
 use super::event::Level;
 use super::repair::Damage;
 
+/// Maximum parts of each kind that a report lists: the first ones.
+pub(super) const LISTED_MAX: usize = 1000;
+
 /// The result of a recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -33,10 +36,14 @@ pub struct Recovery {
     pub rx_bytes: u64,
     /// Number of bytes to the radio in the recording.
     pub tx_bytes: u64,
-    /// Lost bytes from the radio, in order.
+    /// Number of lost bytes from the radio.
+    pub rx_bytes_missing: u64,
+    /// Lost bytes from the radio, in order: the first 1000 parts.
     pub rx_missing: Vec<Missing>,
-    /// Damaged parts of the old file, in order.
+    /// Damaged parts of the old file, in order: the first 1000.
     pub damage: Vec<Damage>,
+    /// Number of parts that are not listed.
+    pub unlisted: u64,
     /// Whether the old file ended in the middle of a record, or was a finished file without its end.
     pub is_cut: bool,
     /// Number of messages whose topic is unknown.
@@ -60,7 +67,6 @@ impl Recovery {
     pub fn headline(&self) -> String {
         let path = self.path.display();
         let (messages, bytes) = (self.messages, self.rx_bytes);
-        let missing: u64 = self.rx_missing.iter().map(|missing| missing.bytes).sum();
         match self.outcome {
             Outcome::Whole => {
                 format!("{path} is whole: {messages} messages, {bytes} bytes received")
@@ -73,7 +79,7 @@ impl Recovery {
                 "recovered {path}: {messages} messages, all {bytes} bytes that reached the disk"
             ),
             Outcome::Partly => {
-                let lost = match (missing, self.is_cut) {
+                let lost = match (self.rx_bytes_missing, self.is_cut) {
                     (0, true) => {
                         format!("the file was cut: bytes received after byte {bytes} are lost")
                     }
@@ -105,6 +111,10 @@ impl Recovery {
         }
         for damage in &self.damage {
             writeln!(output, "  skipped: {damage}")?;
+        }
+        if self.unlisted > 0 {
+            let count = self.unlisted;
+            writeln!(output, "  {count} more parts were lost or skipped")?;
         }
         if self.nameless > 0 {
             let count = self.nameless;
