@@ -32,6 +32,24 @@ fn capture_is_not_overwritten_by_its_own_result() {
 }
 
 #[test]
+fn raw_bytes_are_not_appended_to_a_recording() {
+    let folder = scratch("append-to-mcap");
+    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");
+    // Its name does not tell.
+    let path = folder.join("a.txt").display().to_string();
+    fs::copy(sample, &path).unwrap();
+    for arguments in [
+        &["watch", "-", "--headless", "--append", "--tee", &path][..],
+        &["record", "-", "--append", "-o", &path],
+    ] {
+        let (_, err) = expect(2, arguments);
+        assert!(err.contains("only raw text can be appended to"), "{err}");
+    }
+    assert!(fs::read(&path).unwrap() == fs::read(sample).unwrap());
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn nothing_gets_a_name_of_the_recorders() {
     let folder = scratch("own-names");
     for name in ["foo.mcap.finishing", "a.damaged"] {

@@ -1,9 +1,11 @@
 //! Writes raw text: the radio's bytes alone.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Read as _, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use ::mcap::MAGIC;
 
 use super::event::Moment;
 use super::files::{create, create_error};
@@ -25,6 +27,9 @@ impl RawWriter {
     /// If the file exists and may not be overwritten, or cannot be created.
     pub fn create(path: impl Into<PathBuf>, existing: Existing) -> Result<Self, CaptureError> {
         let path = path.into();
+        if existing == Existing::Append && is_mcap(&path) {
+            return Err(CaptureError::CannotAppend(path));
+        }
         let worker = Worker {
             file: create(&path, existing, true)?,
             path: path.clone(),
@@ -89,6 +94,14 @@ impl RawWriter {
     pub fn is_stalled(&self) -> bool {
         self.queue.is_stalled()
     }
+}
+
+/// Whether the path is a file that begins like a recording.
+fn is_mcap(path: &Path) -> bool {
+    let mut head = [0; MAGIC.len()];
+    path.is_file()
+        && File::open(path)
+            .is_ok_and(|mut file| file.read_exact(&mut head).is_ok() && head == MAGIC)
 }
 
 impl Drop for RawWriter {
