@@ -7,6 +7,7 @@ use std::process::{Command, Output, Stdio};
 
 use groundwave::capture::messages::{RawBytes, StationEvent};
 use groundwave::capture::topics::Topic;
+use groundwave::event::{LinkEvent, Moment};
 use mcap::MAGIC;
 use mcap::records::op;
 use prost::Message as _;
@@ -185,7 +186,7 @@ fn beginning() -> Vec<u8> {
         op::HEADER,
         &[sized(b""), sized(b"groundwave")].concat(),
     ));
-    for topic in [Topic::RawRx, Topic::Station] {
+    for topic in [Topic::RawRx, Topic::RawTx, Topic::Station] {
         let id = topic.channel_id();
         bytes.extend(schema(id, &topic.schema().name));
         bytes.extend(channel(id, id, topic.name()));
@@ -300,6 +301,7 @@ fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
             }),
         ),
         ("200,000 channels", many_channels(20_000 * factor)),
+        ("times and offsets of any value", wild_numbers(&lines)),
         (
             "a table of many pairs",
             recording(&[record(
@@ -357,6 +359,37 @@ fn many_channels(count: usize) -> Vec<u8> {
 fn pairs(bytes: usize) -> Vec<u8> {
     let pair = |n: u32| [sized(&n.to_le_bytes().map(|byte| byte % 100)), sized(b"")].concat();
     (0..(bytes / 12) as u32).flat_map(pair).collect()
+}
+
+/// Intact lines at times that go back and forth, and at offsets up to the largest.
+fn wild_numbers(lines: &[u8]) -> Vec<u8> {
+    let mut rng = Rng(1);
+    let mut any = || match rng.below(4) {
+        0 => u64::MAX - rng.below(200),
+        1 => rng.below(1 << 40),
+        _ => 1_800_000_000_000_000_000 + rng.below(1 << 40),
+    };
+    let messages = lines.chunks(80).map(|line| {
+        let raw = |offset| RawBytes {
+            stream_offset: offset,
+            data: line.to_vec(),
+        };
+        let lost = LinkEvent::Lost {
+            reason: "it is gone".into(),
+        };
+        let events = [
+            StationEvent::from(&lost),
+            StationEvent::suspended(Moment::MAX),
+        ];
+        let events = events.map(|event| message(Topic::Station, any(), &event.encode_to_vec()));
+        [
+            message(Topic::RawRx, any(), &raw(any()).encode_to_vec()),
+            message(Topic::RawTx, any(), &raw(any()).encode_to_vec()),
+            events.concat(),
+        ]
+        .concat()
+    });
+    recording(&messages.collect::<Vec<_>>())
 }
 
 /// The lines, each with a timestamp before it.
