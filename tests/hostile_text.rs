@@ -23,6 +23,7 @@ use crate::programs::{GROUNDWAVE, scratch};
 const HOSTILE: &str =
     "\u{1b}]0;x\u{7}\u{1b}[2J\u{9b}2J\r\u{7f}\u{202e}\u{2066}\u{61c}\u{200f}\u{2028}\nFORGED";
 
+const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");
 const CLEAN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
 
 /// The world of a straight corridor, the smallest built-in world.
@@ -327,6 +328,7 @@ fn a_named_pipe_stops_no_command() {
         (&["runs", "x.mcap"], "it is a named pipe"),
         (&["compare", "x.mcap", "a.txt"], "it is a named pipe"),
         (&["verify", "x.mcap"], "it is a named pipe"),
+        (&["verify", SAMPLE, "--raw", "x.txt"], "it is a named pipe"),
         (&["recover", "x.mcap"], "it is a named pipe"),
         (&["recover", "."], "no interrupted recordings"),
         (
@@ -385,6 +387,41 @@ fn a_text_file_has_a_limit() {
         let output = run_in(&folder, arguments);
         let err = String::from_utf8(output.stderr).unwrap();
         assert!(err.contains("longer than 4 MiB"), "{arguments:?}: {err}");
+        assert!(!output.status.success(), "{arguments:?}: {err}");
+    }
+    // A label comes with a capture of somebody else's.
+    fs::write(folder.join("a.txt.run.toml"), &long[..300 << 10]).unwrap();
+    for verb in ["label", "info", "runs"] {
+        let output = run_in(&folder, &[verb, "a.txt"]);
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert!(err.contains("longer than 256 KiB"), "{verb}: {err}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// A mistake in a line of a megabyte is told in a line of a thousand characters.
+#[test]
+fn a_message_has_a_limit() {
+    let folder = scratch("long-messages");
+    fs::copy(CLEAN, folder.join("a.txt")).unwrap();
+    fs::write(folder.join("long"), "[".repeat(1 << 20)).unwrap();
+    fs::write(folder.join("tables"), "[x]\n".repeat(1 << 17)).unwrap();
+    fs::write(folder.join("a.txt.run.toml"), "[".repeat(200 << 10)).unwrap();
+    for arguments in [
+        &["send", "sim", "route", "long"][..],
+        &["send", "sim", "-f", "long"],
+        &["send", "--dry-run", "param", "load", "long"],
+        &["config", "check", "long"],
+        &["config", "check", "tables"],
+        &["--config", "long", "ports"],
+        &["world", "long"],
+        &["label", "a.txt"],
+        &["info", "a.txt"],
+    ] {
+        let output = run_in(&folder, arguments);
+        let err = String::from_utf8(output.stderr).unwrap();
+        let is_short = err.lines().all(|line| line.chars().count() < 1100);
+        assert!(is_short && err.lines().count() < 110, "{arguments:?}");
         assert!(!output.status.success(), "{arguments:?}: {err}");
     }
     fs::remove_dir_all(folder).unwrap();

@@ -279,6 +279,9 @@ pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     }
 }
 
+/// Maximum mistakes that are listed: the first ones.
+const LISTED_MAX: usize = 100;
+
 /// The fault for mistakes in the configuration: one per line, in the format that editors recognize.
 fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
     let path = path.display();
@@ -286,7 +289,11 @@ fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
     if mistakes.len() > 1 {
         lines.push(format!("{} mistakes in the configuration:", mistakes.len()));
     }
-    lines.extend(mistakes.iter().map(|mistake| format!("{path}:{mistake}")));
+    let listed = mistakes.iter().take(LISTED_MAX);
+    lines.extend(listed.map(|mistake| format!("{path}:{mistake}")));
+    if mistakes.len() > LISTED_MAX {
+        lines.push(format!("and {} more", mistakes.len() - LISTED_MAX));
+    }
     lines.push("`groundwave config` prints every setting with its values".to_owned());
     Fault::of_lines(Exit::Usage, &lines)
 }

@@ -12,6 +12,9 @@ use crate::safe_text;
 /// Number of bytes examined in a file without a line.
 const CONTENT_BYTES: usize = 64 * 1024;
 
+/// Maximum characters of a line of a message.
+const MESSAGE_MAX: usize = 1000;
+
 /// Exit codes of the program; scripts rely on the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -73,13 +76,14 @@ impl Fault {
     pub(super) fn new(exit: Exit, message: impl Display) -> Self {
         Self {
             exit,
-            message: safe_text::line(&hint::plain(&message.to_string())).into_owned(),
+            message: shortened(&safe_text::line(&hint::plain(&message.to_string()))),
         }
     }
 
     /// A fault with a message of several lines.
     pub(super) fn of_lines(exit: Exit, lines: &[String]) -> Self {
-        let lines: Vec<_> = lines.iter().map(|line| safe_text::line(line)).collect();
+        let lines = lines.iter().map(|line| shortened(&safe_text::line(line)));
+        let lines: Vec<String> = lines.collect();
         Self {
             exit,
             message: lines.join("\n"),
@@ -126,6 +130,17 @@ impl Fault {
             format!("cannot write to standard output: {}", hint::words(error)),
         ))
     }
+}
+
+/// A message that quotes a long text, without the middle.
+fn shortened(message: &str) -> String {
+    let count = message.chars().count();
+    if count <= MESSAGE_MAX {
+        return message.to_owned();
+    }
+    let begin: String = message.chars().take(MESSAGE_MAX / 2).collect();
+    let end: String = message.chars().skip(count - MESSAGE_MAX / 2).collect();
+    format!("{begin} ... {end}")
 }
 
 impl From<CaptureError> for Fault {

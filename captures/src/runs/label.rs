@@ -10,6 +10,9 @@ use crate::event::Remark;
 use crate::hint::words;
 use crate::text_file;
 
+/// Maximum length of the file, bytes. It may come from others, and reading it takes 25 times as much memory.
+const BYTES_MAX: usize = 256 << 10;
+
 /// A run's name and remarks, and whether the run is void.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,6 +99,10 @@ impl Label {
                 });
             }
         };
+        if text.len() > BYTES_MAX {
+            let problem = format!("it is longer than {} KiB", BYTES_MAX >> 10);
+            return Err(LabelError::Malformed { path, problem });
+        }
         Self::parse(&text).map_err(|problem| LabelError::Malformed { path, problem })
     }
 
@@ -104,7 +111,12 @@ impl Label {
     /// # Errors
     /// The mistake and its place.
     pub fn parse(text: &str) -> Result<Self, String> {
-        toml::from_str(text).map_err(|error| error.to_string().trim_end().replace('\n', "; "))
+        toml::from_str(text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            let before = text.get(..at).unwrap_or(text);
+            let line = before.matches('\n').count() + 1;
+            format!("line {line}: {}", error.message())
+        })
     }
 
     /// Saves the label beside the capture. After a failure, the old label is intact.
@@ -122,6 +134,11 @@ impl Label {
 
     fn write(&self, path: &Path) -> io::Result<()> {
         let text = toml::to_string(self).map_err(io::Error::other)?;
+        if text.len() > BYTES_MAX {
+            return Err(io::Error::other(
+                "it has too many notes; begin a shorter label",
+            ));
+        }
         let mut new = path.as_os_str().to_owned();
         new.push(".new");
         let new = PathBuf::from(new);

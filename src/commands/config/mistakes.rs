@@ -5,6 +5,9 @@ use std::ops::Range;
 
 use crate::suggest;
 
+/// Maximum bytes of text that are read to find the mistakes, each of which takes another pass.
+const PASSED_BYTES_MAX: usize = 4 << 20;
+
 /// A mistake in a configuration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake {
@@ -75,17 +78,28 @@ impl<'a> Mistakes<'a> {
     pub(super) fn into_sorted(mut self) -> Vec<Mistake> {
         self.found.sort();
         self.found.dedup();
-        let text = self.text;
+        let (mut scanned, mut line, mut line_start) = (0, 1, 0);
         let placed = self.found.into_iter().map(|(at, message)| {
-            let before = text.get(..at.min(text.len())).unwrap_or_default();
-            let line_start = before.rfind('\n').map_or(0, |end| end + 1);
+            let at = at.min(self.text.len());
+            let passed = self.text.get(scanned..at).unwrap_or_default();
+            line += passed.matches('\n').count();
+            line_start = passed
+                .rfind('\n')
+                .map_or(line_start, |end| scanned + end + 1);
+            scanned = at;
+            let before = self.text.get(line_start..at).unwrap_or_default();
             Mistake {
-                line: before.matches('\n').count() + 1,
-                column: before[line_start..].chars().count() + 1,
+                line,
+                column: before.chars().count() + 1,
                 message,
             }
         });
         placed.collect()
+    }
+
+    /// Whether another pass over the text would take too long.
+    pub(super) const fn are_too_many(&self) -> bool {
+        self.found.len().saturating_mul(self.text.len()) > PASSED_BYTES_MAX
     }
 }
 

@@ -1,6 +1,6 @@
 //! Reads the text of a configuration with serde. After each mistake, it reads the text again without the wrong entry.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use groundwave_lines::Profile;
@@ -175,6 +175,7 @@ fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmS
         return Vec::new();
     };
     let mut alarms = Vec::<AlarmSetting>::new();
+    let mut codes = BTreeSet::new();
     for table in tables {
         let at = table.span();
         let DeValue::Table(table) = table.into_inner() else {
@@ -186,12 +187,15 @@ fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmS
         if mistakes.count() > before {
             continue;
         }
-        let is_twice = alarms.iter().any(|other| other.code() == alarm.code());
+        let code = alarm.code();
         match alarm.check() {
-            _ if is_twice => {
+            _ if codes.contains(&code) => {
                 mistakes.add(&at, format!("alarm `{}` is there twice", alarm.name));
             }
-            Ok(()) => alarms.push(alarm),
+            Ok(()) => {
+                codes.insert(code);
+                alarms.push(alarm);
+            }
             Err(error) => mistakes.add(&at, error),
         }
     }
@@ -237,7 +241,7 @@ fn deserialize<'t, T: Deserialize<'t> + Default>(
         let at = error.span().unwrap_or_default();
         let removed = remove(&mut table, &at, path);
         mistakes.add_value(&at, removed.first(), error.message());
-        if removed.is_empty() {
+        if removed.is_empty() || mistakes.are_too_many() {
             return T::default();
         }
     }

@@ -185,6 +185,16 @@ fn all_mistakes_are_reported_in_the_order_of_the_text() {
     assert_eq!(lines, [1, 4], "{notation:?}");
 }
 
+/// Each mistake takes another pass, so a long text of mistakes is not read to its end.
+#[test]
+fn a_long_text_of_mistakes_is_given_up() {
+    let text: String = (0..100_000).map(|n| format!("[t{n}]\n")).collect();
+    let mistakes = parse(&text).expect_err("no section has such a name");
+    assert!((2..1000).contains(&mistakes.len()), "{}", mistakes.len());
+    let places: Vec<_> = mistakes.iter().map(|it| (it.line, it.column)).collect();
+    assert!(places.is_sorted() && places[0] == (1, 2), "{places:?}");
+}
+
 /// The keys of a section that the message about an unknown key lists.
 fn known_keys(section: &str) -> Vec<String> {
     let text = format!("[{section}]\nqwertyuiop = 1\n");
