@@ -169,7 +169,7 @@ struct Trial {
     /// Commands executed in this session.
     taken: HashSet<Vec<u8>>,
     executions: Vec<Execution>,
-    /// STOPs taken by the robot.
+    /// Number of STOPs taken by the robot.
     stops: usize,
     totals: Totals,
 }

@@ -46,7 +46,7 @@ pub struct Statistics {
     pub other: OtherRobot,
     /// Cost of errors; `None` before the first.
     pub resync: Option<Resync>,
-    /// STOPs, requests for a session, commands and waypoints sent.
+    /// Number of frames sent: STOPs, requests for a session, commands and waypoints.
     pub frames: u64,
     /// Number of repeated frames; part of `frames`.
     pub frames_again: u64,

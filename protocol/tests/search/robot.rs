@@ -36,7 +36,7 @@ pub struct Robot {
     mode: Mode,
     /// All actions in order, over all lives.
     pub deeds: Vec<Deed>,
-    /// STOPs taken, over all lives.
+    /// Number of STOPs taken, over all lives.
     pub stops: u8,
     /// Hash of the FARM; cached because the FARM is large and rarely changes.
     hash: u64,
