@@ -189,10 +189,7 @@ fn all_mistakes_are_reported_in_the_order_of_the_text() {
 fn known_keys(section: &str) -> Vec<String> {
     let text = format!("[{section}]\nqwertyuiop = 1\n");
     let mistakes = parse(&text).expect_err("no such key");
-    let (_, list) = mistakes[0]
-        .message
-        .split_once("; there are ")
-        .expect("a list");
+    let (_, list) = mistakes[0].message.split_once("; known: ").expect("a list");
     let keys = list.split(", ").filter(|key| *key != "limits");
     keys.map(str::to_owned).collect()
 }
