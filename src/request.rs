@@ -15,7 +15,7 @@ use std::fmt;
 use std::time::Duration;
 
 pub use amount::{Amount, in_whole_unit};
-pub use commands::{dashboard_commands, dashboard_listing, listing};
+pub use commands::{command_description, dashboard_commands, dashboard_listing, listing};
 pub use groundwave_captures::words::{layer_word, mode_word, outcome_words};
 pub use parameters::{default_of as known_default, known as known_parameters};
 pub use preset::names as preset_names;
@@ -244,6 +244,16 @@ impl Request {
         match self {
             Self::Parameter(Tuning::List) => Duration::from_mins(2),
             _ => Duration::from_secs(20),
+        }
+    }
+
+    /// Returns the mode that the command orders.
+    #[must_use]
+    pub const fn mode(&self) -> Option<Mode> {
+        match self {
+            Self::Stop => Some(Mode::Stop),
+            Self::Mode(mode) => Some(*mode),
+            _ => None,
         }
     }
 

@@ -195,7 +195,7 @@ fn failed_script_names_the_line_and_the_commands_not_sent() {
         "{out}"
     );
     assert!(
-        err.contains("evening.txt:4: the robot refused `mode forage`")
+        err.contains("evening.txt:4: the robot refused `mode dock`")
             && err.contains("the 3 commands after it were not sent"),
         "{err}"
     );
@@ -214,8 +214,8 @@ fn failed_script_names_the_line_and_the_commands_not_sent() {
     let expected = [
         ("mode reactive", 2, "queued"),
         ("mode reactive", 2, "confirmed"),
-        ("mode forage", 4, "queued"),
-        ("mode forage", 4, "refused"),
+        ("mode dock", 4, "queued"),
+        ("mode dock", 4, "refused"),
     ];
     assert_eq!(
         ends,
@@ -225,7 +225,7 @@ fn failed_script_names_the_line_and_the_commands_not_sent() {
             .collect::<Vec<_>>()
     );
     assert!(
-        steps.contains(&("mode forage".to_owned(), 4, "sent".to_owned())),
+        steps.contains(&("mode dock".to_owned(), 4, "sent".to_owned())),
         "{out}"
     );
 }
@@ -298,7 +298,7 @@ fn script_over_a_shared_link_stops_at_the_first_failure() {
     let last = json_lines(&out).pop().unwrap();
     assert_eq!(
         (&last["status"], &last["command"], &last["line"]),
-        (&"refused".into(), &"mode forage".into(), &2.into())
+        (&"refused".into(), &"mode dock".into(), &2.into())
     );
     assert!(
         err.contains("evening.txt:2: ") && err.contains("`mode prowl` was not sent"),

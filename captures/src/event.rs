@@ -384,7 +384,7 @@ impl Landmark {
             Self::Bump => "bumps",
             Self::Behaviour => "behaviour changes",
             Self::Command => "commands",
-            Self::Marker => "markers",
+            Self::Marker => "marks",
         }
     }
 }

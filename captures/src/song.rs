@@ -4,7 +4,7 @@ use groundwave_protocol::telemetry::SongLine;
 
 /// First three notes (hertz) and meaning of each song of the SR04 firmware.
 const MEANINGS: [([u16; 3], &str); 6] = [
-    ([523, 659, 784], "finished its list"),
+    ([523, 659, 784], "finished its route"),
     ([1568, 1175, 1568], "wandered long enough, goes home"),
     ([659, 659, 784], "hidden, waits for a person"),
     ([880, 698, 587], "battery low"),

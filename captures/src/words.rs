@@ -65,7 +65,7 @@ pub const fn mode_word(mode: Mode) -> &'static str {
         Mode::User => "user",
         Mode::Wander => "wander",
         Mode::GoHome => "home",
-        Mode::Forage => "forage",
+        Mode::Forage => "dock",
         Mode::Calibrate => "calibrate",
     }
 }

@@ -5,6 +5,7 @@ mod recorded;
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Duration;
 
 use super::cli::{Export, ExportFormat};
 use super::output::{Output, Target, targets};
@@ -13,6 +14,7 @@ use super::{Exit, Fault, batch, input, say};
 use crate::capture::decode::{DecodeError, Format, decode};
 use crate::capture::diagnosis;
 use crate::capture::picture::Picture;
+use crate::capture::runs::Label;
 use crate::capture::track::Track;
 
 /// Result of the export of a capture.
@@ -132,9 +134,18 @@ fn picture(
     draw: impl Fn(&Picture) -> Result<Vec<u8>, String>,
 ) -> Result<Made, Fault> {
     let mut capture = input::open_capture(path, progress)?;
-    let (track, problem) = Track::read(&mut capture);
+    // Without its label a picture has no marks.
+    let label = Label::of(path).unwrap_or_else(|error| {
+        say(format_args!("{error}"));
+        Label::default()
+    });
+    let marks = label.notes.into_iter().filter_map(|note| {
+        let at = Duration::try_from_secs_f64(note.at_s?).ok()?;
+        Some((at, note.text))
+    });
+    let (track, problem) = Track::read_with_marks(&mut capture, marks.collect());
     let name = path.file_stem().unwrap_or_default().display().to_string();
-    let picture = Picture::of_track(&name, &track, problem.as_ref());
+    let picture = Picture::of_track(&name, label.name.as_deref(), &track, problem.as_ref());
     let problem = problem.map(Fault::from);
     let Some(picture) = picture else {
         return Err(problem.unwrap_or_else(|| {

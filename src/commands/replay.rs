@@ -10,6 +10,7 @@ use super::cli::Replay;
 use super::config::Theme;
 use super::{Exit, Fault, block_on, config, input, say_fault, terminal};
 use crate::capture::index;
+use crate::capture::runs::Label;
 use crate::capture::source::unfinished;
 use crate::event::{Event, Level, Moment, Notice, NoticeCode, Recording};
 use crate::model::{Config, Ui};
@@ -62,6 +63,7 @@ fn play(
     config: &config::Config,
 ) -> Result<(Option<PathBuf>, Result<(), Fault>), Fault> {
     let tape = index::open(file)?;
+    let label = Label::of(file);
     let name = format!("replay of {}", file.display());
     // A replay does not ring the bell.
     let config = Arc::new(Config {
@@ -77,6 +79,13 @@ fn play(
             unfinished.to_string(),
         )));
     }
+    if let Err(error) = &label {
+        first.tell(&Event::Notice(Notice::new(
+            NoticeCode::Label,
+            Level::Warning,
+            error.to_string(),
+        )));
+    }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
         let (state, mut tape) = (first.clone(), tape.reopen());
@@ -90,7 +99,15 @@ fn play(
     let started = Instant::now();
     let (length, unix) = (tape.length(), tape.unix());
     let timeline = timeline(tape, first);
-    let player = Player::of_capture(timeline, Moment::ZERO, speed, length, unix);
+    let mut player = Player::of_capture(timeline, Moment::ZERO, speed, length, unix);
+    for note in label.unwrap_or_default().notes {
+        if let Some(at) = note
+            .at_s
+            .and_then(|at_s| Moment::try_from_secs_f64(at_s).ok())
+        {
+            player.add_noted_mark(at, note.text);
+        }
+    }
     let next = block_on(async {
         let dashboard = Dashboard {
             source: Source::Capture(Box::new(CaptureSource {

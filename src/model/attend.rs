@@ -34,15 +34,21 @@ impl Ui {
         };
         let listed: Vec<usize> = self.listed(facts).iter().map(|shown| shown.index).collect();
         let last = listed.len().saturating_sub(1);
-        let at = listed.iter().position(|&index| index == self.alarm);
-        let at = at.unwrap_or(0).saturating_add_signed((-north).into());
-        self.alarm = listed.get(at.min(last)).copied().unwrap_or(0);
+        let chosen = self.chosen_alarm(facts);
+        let at = listed.iter().position(|&index| Some(index) == chosen);
+        let at = at.map_or(0, |at| at.saturating_add_signed((-north).into()));
+        self.alarm = listed.get(at.min(last)).copied();
         true
     }
 
-    /// The chosen alarm, while the arrows choose one.
-    pub(crate) fn chosen_alarm(&self) -> Option<usize> {
-        self.chooses_alarms().then_some(self.alarm)
+    /// The chosen alarm, while the arrows choose one: before a choice the first raised one.
+    pub(crate) fn chosen_alarm(&self, facts: &Facts) -> Option<usize> {
+        let first = || {
+            let first = self.listed(facts).into_iter().next();
+            first.filter(|shown| shown.raised.is_some())
+        };
+        let chosen = self.alarm.or_else(|| first().map(|shown| shown.index));
+        chosen.filter(|_| self.chooses_alarms())
     }
 
     /// Every alarm in the order of its panel: raised alarms first.
@@ -55,7 +61,7 @@ impl Ui {
     /// Index of the alarm that a key acts on: the chosen one in the panel of alarms, else the one under the status line.
     fn concerned(&self, facts: &Facts) -> Option<usize> {
         if self.chooses_alarms() {
-            return Some(self.alarm);
+            return self.chosen_alarm(facts);
         }
         let calling = facts.alarms.calling(&self.attended);
         let (rule, _) = calling.first()?;

@@ -111,5 +111,7 @@ impl Ui {
             _ => &mut self.page,
         };
         *turned = turned.wrapping_add(pages);
+        // Pages of alarms follow the chosen one.
+        self.alarm = None;
     }
 }

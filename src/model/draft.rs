@@ -15,7 +15,7 @@ const STEP_IN: f64 = 12.0;
 /// Reason why a change of the draft was refused. The text is for [`Keymap::with_keys`](super::keys::Keymap::with_keys).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum DraftError {
-    #[error("the robot's list holds no more than {WAYPOINTS_MAX} waypoints")]
+    #[error("the robot's route holds no more than {WAYPOINTS_MAX} waypoints")]
     Full,
     #[error("a waypoint would lie farther than {WAYPOINT_LIMIT_IN} in from the origin")]
     TooFar,

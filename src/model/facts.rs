@@ -470,6 +470,9 @@ impl Facts {
         {
             self.parameters.take_saved();
         }
+        if let (CommandStatus::Confirmed { .. }, Some(mode)) = (status, asked.mode()) {
+            self.robot.take_confirmed_mode(mode);
+        }
         let (level, text) = match status {
             CommandStatus::Queued
             | CommandStatus::Sent { .. }

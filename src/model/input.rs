@@ -290,7 +290,7 @@ impl Ui {
                 self.note(Level::Info, self.with_keys(text));
             }
             Action::AddWaypoint if !map.add_waypoint(robot) => {
-                self.warn("the robot's list holds no more waypoints");
+                self.warn("the robot's route holds no more waypoints");
             }
             // "Nothing to undo" needs no message: the map shows this.
             Action::UndoDraft => {
@@ -342,7 +342,10 @@ impl Ui {
             (Action::EraseCharacter, Overlay::Palette(palette)) => palette.erase(1),
             (Action::EraseAll, Overlay::Palette(palette)) => palette.erase(usize::MAX),
             (Action::Choose(steps), Overlay::Palette(palette)) => {
-                palette.choose(&palette.found(&self.config), steps);
+                let mut palette = palette.clone();
+                let found = palette.found(self, facts);
+                palette.choose(&found, steps);
+                self.overlay = Overlay::Palette(palette);
             }
             (Action::Choose(steps), Overlay::Runs(runs)) => runs.choose(steps),
             (Action::Submit, Overlay::Runs(_)) => return self.replay_run(),
@@ -392,7 +395,7 @@ impl Ui {
         let (text, then) = match &request {
             Request::Mode(Mode::User) => (self.with_keys(DRIVE_QUESTION), Then::Drive),
             Request::Route(_) => (
-                "Clear the robot's list of waypoints?".to_owned(),
+                "Clear the robot's route?".to_owned(),
                 Then::Send(vec![request]),
             ),
             Request::Pose {

@@ -30,6 +30,16 @@ impl Ui {
         self.playback.as_ref().is_some_and(|p| !p.is_live)
     }
 
+    /// Whether a key's action works here: commands only on a link that can send, and only those that the robot understands; recording only
+    /// where a robot is heard.
+    pub(crate) fn offers(&self, facts: &Facts, action: Action) -> bool {
+        let asks = action.asks_the_robot() && action != Action::AskCommand;
+        let is_lacking = facts.link.is_receive_only() && asks
+            || facts.link.has_only_own_lines() && action.needs_protocol()
+            || self.is_replay() && action == Action::ToggleRecording;
+        !is_lacking
+    }
+
     /// Whether the unread part is being searched.
     pub(super) fn is_looking(&self) -> bool {
         self.playback.as_ref().is_some_and(|p| p.is_looking)

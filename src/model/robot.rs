@@ -1,6 +1,6 @@
 //! The newest reports of the robot, with their moments.
 
-use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerMask};
+use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{
     AbilitiesLine, Body, CountersLine, Detail, Line, Reading as Measured, StateLine, StatusLine,
 };
@@ -52,6 +52,8 @@ pub(crate) struct Robot {
     pub(crate) abilities: Option<AbilitiesLine>,
     cliff_guard: Switch,
     critical_battery: Switch,
+    /// The mode that the robot confirmed since its newest line A.
+    confirmed_mode: Option<Mode>,
 }
 
 /// Whether a parameter switches a protection off, by the robot's report.
@@ -63,6 +65,17 @@ struct Switch {
 }
 
 impl Robot {
+    /// Returns the mode that the newest line A reports, or that the robot has confirmed since.
+    pub(crate) fn mode(&self) -> Option<Mode> {
+        let reported = self.state.map(|state| state.value.mode);
+        self.confirmed_mode.or(reported)
+    }
+
+    /// The robot confirmed that it entered a mode.
+    pub(super) const fn take_confirmed_mode(&mut self, mode: Mode) {
+        self.confirmed_mode = Some(mode);
+    }
+
     pub(super) fn take(&mut self, now: Moment, line: &Line) {
         self.is_deaf = matches!(line.ack.detail, Detail::CannotHear { .. });
         match line.body {
@@ -74,6 +87,7 @@ impl Robot {
                     self.infrared = Some(reading(now, state.infrared));
                 }
                 self.state = Some(reading(now, state));
+                self.confirmed_mode = None;
             }
             Body::Status(status) => {
                 if measures_battery(&status, self.abilities.as_ref()) {
@@ -100,6 +114,7 @@ impl Robot {
 
     /// Takes a restart of the robot: the parameters are the saved ones.
     pub(super) const fn take_restart(&mut self) {
+        self.confirmed_mode = None;
         self.contacts = 0;
         self.cliff_guard.is_off = self.cliff_guard.stays_off;
         self.critical_battery.is_off = self.critical_battery.stays_off;

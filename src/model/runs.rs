@@ -58,14 +58,14 @@ impl Ui {
     }
 
     fn list_runs(&mut self, folder: String) -> Vec<Effect> {
-        self.overlay = Overlay::Runs(Runs::Waits(format!("reads the captures in {folder}")));
+        self.overlay = Overlay::Runs(Runs::Waits(format!("reading the captures in {folder}")));
         vec![Effect::ListRuns(folder)]
     }
 
     fn compare_runs(&mut self, captures: [String; 2]) -> Vec<Effect> {
         let [a, b] = &captures;
         self.behind = None;
-        self.overlay = Overlay::Runs(Runs::Waits(format!("reads {a} and {b}")));
+        self.overlay = Overlay::Runs(Runs::Waits(format!("reading {a} and {b}")));
         vec![Effect::CompareRuns(captures)]
     }
 

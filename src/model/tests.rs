@@ -11,7 +11,7 @@ use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 use super::map::Focus;
 use super::motors::{Holder, suppressed};
 use super::testing::{Scene, listed, overlaid, playback, state};
-use super::{Config, Overlay};
+use super::{Config, Overlay, Panel};
 use crate::event::{CommandId, CommandStatus, Effect, Event, Failure, LinkEvent, Moment};
 use crate::request::Request;
 

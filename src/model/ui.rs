@@ -98,8 +98,8 @@ pub struct Ui {
     pub(crate) attended: Attended,
     /// Index of the alarm that the key shelved last.
     pub(super) last_shelved: Option<usize>,
-    /// Index of the chosen alarm in the table.
-    pub(crate) alarm: usize,
+    /// Index in the table of the alarm that the arrows chose.
+    pub(crate) alarm: Option<usize>,
     /// Message shown until the next key while the screen shows another moment.
     pub(crate) aside: Option<String>,
     /// Feedback to the last key, and its time.
@@ -137,7 +137,7 @@ impl Ui {
             playback: None,
             attended: Attended::default(),
             last_shelved: None,
-            alarm: 0,
+            alarm: None,
             aside: None,
             passing: None,
             tour: Tour::default(),

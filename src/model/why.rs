@@ -183,14 +183,14 @@ pub(crate) const fn arm(arm: Arm) -> &'static str {
 
 fn route(robot: &Robot) -> String {
     let Some(status) = robot.status.map(|status| status.value) else {
-        return "drives its list of waypoints".to_owned();
+        return "drives its route".to_owned();
     };
     let ListPlace { driven, count } = status.list;
     match status.target_in {
         Some((x_in, y_in)) if count == 0 => format!("heads for ({x_in}, {y_in})"),
         Some((x_in, y_in)) => format!("heads for ({x_in}, {y_in}), {driven} of {count} reached"),
-        None if count > 0 && driven == count => "has finished its list of waypoints".to_owned(),
-        None => "drives its list of waypoints".to_owned(),
+        None if count > 0 && driven == count => "has finished its route".to_owned(),
+        None => "drives its route".to_owned(),
     }
 }
 

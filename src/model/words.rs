@@ -62,12 +62,12 @@ pub(crate) const fn infrared(infrared: Infrared) -> &'static str {
 /// The floor sensors' state.
 pub(crate) const fn cliff(cliff: Cliff) -> &'static str {
     match cliff {
-        Cliff::None => "floor",
+        Cliff::None => "floor OK",
         Cliff::Left => "EDGE left",
         Cliff::Center => "EDGE ahead",
         Cliff::Right => "EDGE right",
         Cliff::Several => "EDGE",
-        Cliff::NotFitted => "not fitted",
+        Cliff::NotFitted => "no edge sensors",
     }
 }
 
@@ -161,6 +161,17 @@ pub(crate) fn reception(reception: Reception, age: &str) -> String {
         Reception::Noise => format!("only noise for {age}"),
         Reception::Damaged => format!("no intact line for {age}: weak signal?"),
         Reception::WrongRate(_) => format!("no intact line for {age}: wrong baud rate?"),
+    }
+}
+
+/// Returns the kind of bytes received, for display beside the time for which no line was intact.
+pub(crate) const fn reception_alone(reception: Reception) -> &'static str {
+    match reception {
+        Reception::Lines => "lines",
+        Reception::Nothing => "no bytes",
+        Reception::Noise => "only noise",
+        Reception::Damaged => "weak signal?",
+        Reception::WrongRate(_) => "wrong baud rate?",
     }
 }
 

@@ -36,6 +36,10 @@ pub struct Player<C: Cursor> {
     markers: Vec<Moment>,
     /// The markers from the capture.
     recorded: Vec<Moment>,
+    /// Marks that the operator removed; those of the capture may be read later.
+    removed: Vec<Moment>,
+    /// Marks with a text.
+    noted: Vec<(Moment, String)>,
     /// Time of the mark last set (`true`) or removed (`false`).
     marked: Option<(Moment, bool)>,
     repeat: Option<(Moment, Option<Moment>)>,
@@ -68,6 +72,8 @@ impl<C: Cursor> Player<C> {
             read_until: Some(Moment::ZERO),
             markers: Vec::new(),
             recorded: Vec::new(),
+            removed: Vec::new(),
+            noted: Vec::new(),
             marked: None,
             repeat: None,
             note: None,
@@ -142,10 +148,29 @@ impl<C: Cursor> Player<C> {
         let recorded = &self.recorded;
         self.markers
             .retain(|marker| !before.contains(marker) || recorded.contains(marker));
-        let fresh = recorded.iter().filter(|mark| !before.contains(mark));
+        let known = || self.markers.iter().chain(&self.removed);
+        let is_new = |mark: &&Moment| {
+            let is_apart = |known: &Moment| known.abs_diff(**mark) >= MARKER_REACH;
+            !before.contains(mark) && known().all(is_apart)
+        };
+        let fresh: Vec<Moment> = recorded.iter().filter(is_new).copied().collect();
         self.markers.extend(fresh);
         self.markers.sort_unstable();
         self.markers.dedup();
+    }
+
+    /// Adds the text of a mark, and the mark if there is none yet.
+    pub fn add_noted_mark(&mut self, at: Moment, text: String) {
+        if self
+            .markers
+            .iter()
+            .all(|marker| marker.abs_diff(at) >= MARKER_REACH)
+            && self.markers.len() < MARKERS_MAX
+        {
+            let place = self.markers.partition_point(|marker| *marker < at);
+            self.markers.insert(place, at);
+        }
+        self.noted.push((at, text));
     }
 
     /// The mark set (`true`) or removed (`false`) since the last call.
@@ -361,6 +386,20 @@ impl<C: Cursor> Player<C> {
                     Target::Line(_) => self.at = at.min(self.until),
                     Target::Landmark { .. } => self.go(at),
                 }
+                if let Target::Landmark {
+                    landmark: Landmark::Marker,
+                    ..
+                } = target
+                {
+                    let here = |(noted, _): &&(Moment, String)| noted.abs_diff(at) < MARKER_REACH;
+                    let texts: Vec<&str> = self
+                        .noted
+                        .iter()
+                        .filter(here)
+                        .map(|(_, text)| &**text)
+                        .collect();
+                    self.note = (!texts.is_empty()).then(|| format!("mark: {}", texts.join("; ")));
+                }
             }
             Found::Nowhere => self.note = Some(target.not_found()),
             Found::NotYet => {
@@ -436,6 +475,10 @@ impl<C: Cursor> Player<C> {
         let marked = clock_words(self.at);
         if let Some(place) = self.markers.iter().position(near) {
             self.marked = Some((self.markers.remove(place), false));
+            let at = self.at;
+            self.removed.push(at);
+            self.noted
+                .retain(|(noted, _)| noted.abs_diff(at) >= MARKER_REACH);
             self.note = Some(format!("the mark at {marked} was removed"));
         } else if self.markers.len() == MARKERS_MAX {
             self.note = Some(format!(
@@ -444,6 +487,7 @@ impl<C: Cursor> Player<C> {
         } else {
             let place = self.markers.partition_point(|marker| *marker < self.at);
             self.markers.insert(place, self.at);
+            self.removed.retain(|removed| !near(removed));
             self.marked = Some((self.at, true));
             let (next, last) = ("<ask-jump-forward>", "<ask-jump-back>");
             let mark = "<jump/jump-to-marker>";

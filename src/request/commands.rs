@@ -9,13 +9,9 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     (
         "mode M",
         "one mode",
-        "prowl reactive passive wander home forage calibrate user",
+        "prowl reactive passive wander home dock calibrate user",
     ),
-    (
-        "prowl reactive ..",
-        "nothing",
-        "short for mode prowl etc.; dock is mode forage",
-    ),
+    ("prowl reactive ..", "nothing", "short for mode prowl etc."),
     ("reactive", "nothing", ""),
     ("passive", "nothing", ""),
     ("wander", "nothing", ""),
@@ -121,6 +117,14 @@ pub fn dashboard_commands() -> impl Iterator<Item = &'static str> {
     DASHBOARD_COMMANDS
         .into_iter()
         .map(|(form, _)| first_word(form))
+}
+
+/// Returns the description of the command with this first word; `None` where another row describes it.
+#[must_use]
+pub fn command_description(word: &str) -> Option<&'static str> {
+    let mut all = dashboard_listing();
+    let row = all.find(|(form, _)| first_word(form) == word && !form.ends_with(".."));
+    row.map(|(_, does)| does)
 }
 
 /// The error for an unknown command or wrong arguments.

@@ -18,6 +18,7 @@ use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
 use crate::model::{MapLines, Shown, Ui};
+use crate::playback::MARKER_REACH;
 use crate::route;
 use crate::view;
 
@@ -256,6 +257,7 @@ impl Running {
             },
             Effect::Playback(control) => {
                 let events = self.source.handle(control);
+                self.forget_removed_mark();
                 self.refresh();
                 let mut leave = false;
                 for event in events {
@@ -280,7 +282,14 @@ impl Running {
                 capture,
                 remark,
                 ago,
-            } => self.label(capture, remark, ago),
+            } => {
+                if let (Source::Capture(capture), Remark::Note(text)) = (&mut self.source, &remark)
+                {
+                    let at = capture.player.at().saturating_sub(ago);
+                    capture.player.add_noted_mark(at, text.clone());
+                }
+                self.label(capture, remark, ago);
+            }
             Effect::ListRuns(folder) => self.work_on_files(move || Event::Runs(runs::list(folder))),
             Effect::CompareRuns(captures) => {
                 self.work_on_files(move || Event::Overlaid(runs::overlay(&captures)));
@@ -354,6 +363,45 @@ impl Running {
         thread::spawn(move || {
             // The dashboard may have ended.
             let _ = readers.blocking_send(work());
+        });
+    }
+
+    /// Removes the notes of a mark that the operator removed from a capture.
+    fn forget_removed_mark(&mut self) {
+        let Source::Capture(source) = &mut self.source else {
+            return;
+        };
+        let Some((at, false)) = source.player.take_marked() else {
+            return;
+        };
+        let Some(capture) = self.ui.config.capture.clone() else {
+            return;
+        };
+        let readers = self.readers.clone();
+        thread::spawn(move || {
+            let path = Path::new(&capture);
+            let removed = Label::of(path).and_then(|mut label| {
+                let removed = label.remove_notes(at.as_secs_f64(), MARKER_REACH.as_secs_f64());
+                if !removed.is_empty() {
+                    label.keep(path)?;
+                }
+                Ok(removed)
+            });
+            let (level, texts) = match removed {
+                Ok(notes) => {
+                    let texts = notes.into_iter().map(|note| note.text);
+                    (
+                        Level::Info,
+                        texts.map(|text| format!("note removed: {text}")).collect(),
+                    )
+                }
+                Err(error) => (Level::Warning, vec![error.to_string()]),
+            };
+            for text in texts {
+                let notice = Notice::new(NoticeCode::Label, level, text);
+                // The dashboard may have ended.
+                let _ = readers.blocking_send(Event::Notice(notice));
+            }
         });
     }
 

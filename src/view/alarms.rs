@@ -6,7 +6,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::text::{First, wrap};
-use super::{Screen, put};
+use super::{Screen, columns, put};
 use crate::event::{Level, Moment};
 use crate::model::alarms::{Raised, Rule, Shown, Source};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
@@ -43,14 +43,20 @@ impl Screen<'_> {
             self.with_keys(&format!("{more}{ACKNOWLEDGE}")),
             self.theme.key,
         );
-        let words = self.alarm_words(rule, raised, now);
-        let text = match raised.over_at {
-            Some(_) => format!("{glyph} {when}{words}"),
-            None => format!("{glyph} {when}{words}. {}", self.hint_of(rule))
-                .trim_end()
-                .to_owned(),
+        let words = format!("{glyph} {when}{}", self.alarm_words(rule, raised, now));
+        let figure = raised.latest.or(raised.worst).filter(|_| rule.has_figure());
+        let figure = figure.map_or_else(String::new, |figure| format!(" {}", rule.figure(figure)));
+        let short = format!("{glyph} {when}{}{figure}", rule.name.to_uppercase());
+        let hint = match raised.over_at {
+            Some(_) => String::new(),
+            None => format!(". {}", self.hint_of(rule)),
         };
-        let line = Line::styled(text, style);
+        let hint = hint.trim_end();
+        // What to do is worth more than how long it lasts.
+        let room = usize::from(area.width).saturating_sub(columns(&right.content) + 1);
+        let forms = [format!("{words}{hint}"), format!("{short}{hint}"), short];
+        let mut fitting = forms.into_iter().filter(|form| columns(form) <= room);
+        let line = Line::styled(fitting.next().unwrap_or(words), style);
         let line = self.with_right(line, right, usize::from(area.width));
         put(buffer, area, 0, &line);
     }
@@ -60,6 +66,8 @@ impl Screen<'_> {
         let width = usize::from(area.width);
         let room = width.saturating_sub(INDENT);
         let mut lines = Vec::new();
+        let chosen = self.ui.chosen_alarm(self.facts);
+        let mut chosen_row = None;
         for shown in self.ui.listed(self.facts) {
             let first = lines.len();
             if let Some(raised) = shown.raised {
@@ -73,14 +81,20 @@ impl Screen<'_> {
                 );
                 lines.push(self.cut(Line::styled(text, theme.dim), width));
             }
-            let is_chosen = self.ui.chosen_alarm() == Some(shown.index);
+            let is_chosen = chosen == Some(shown.index);
             if let Some(line) = lines.get_mut(first).filter(|_| is_chosen) {
                 *line = std::mem::take(line).patch_style(theme.lit);
+                chosen_row = Some(first);
             }
         }
         let note = Span::styled(self.alarm_note(), theme.dim);
         let title = (Panel::Alarms, "alarms");
-        self.pages(buffer, area, title, Some(note), &lines, First::Top);
+        let around = chosen_row.filter(|_| self.ui.alarm.is_some());
+        let rows = (lines.len(), around);
+        let (below, shown) = self.page(buffer, area, title, Some(note), rows, First::Top);
+        for (row, line) in (0..).zip(&lines[shown]) {
+            put(buffer, below, row, line);
+        }
     }
 
     /// The lines of a raised alarm, with a hint.

@@ -172,13 +172,9 @@ impl Screen<'_> {
 
     /// The rows of actions that are possible with this robot; commands only on a link that can send.
     fn named_rows(&self, context: Context) -> impl Iterator<Item = &Row> {
-        let deaf = self.facts.link.is_receive_only();
-        let own = self.facts.link.has_only_own_lines();
         self.ui.config.keys.rows().filter(move |row| {
             let is_named = !row.footer.is_empty() && !row.label.is_empty();
-            let is_lacking =
-                deaf && row.action.asks_the_robot() || own && row.action.needs_protocol();
-            row.context == context && is_named && !is_lacking
+            row.context == context && is_named && self.ui.offers(self.facts, row.action)
         })
     }
 

@@ -185,8 +185,8 @@ impl Screen<'_> {
             .ledger
             .asked_of(layer, facts.robot.status.map(|status| status.at))
         {
-            Some(true) => format!("{says}, asked on"),
-            Some(false) => format!("{says}, asked off"),
+            Some(true) => format!("{says}, enabling"),
+            Some(false) => format!("{says}, disabling"),
             None => says.to_owned(),
         };
         let style = if self.is_stale() { theme.dim } else { style };

@@ -23,16 +23,16 @@ const HELP_COLUMNS: u16 = 80;
 /// Width of a command in the help, columns.
 const COMMAND_COLUMNS: usize = 18;
 
-/// A further context in the help: heading, context, and a filter of the actions to show.
-type Elsewhere = (&'static str, Context, fn(Action) -> bool);
+/// A further context in the help: heading, context, the action that begins it, and a filter of the actions to show.
+type Elsewhere = (&'static str, Context, Action, fn(Action) -> bool);
 
 /// Further contexts in the help, one row each.
 const ELSEWHERE: [Elsewhere; 3] = [
-    ("modes", Context::Modes, |action| {
+    ("modes", Context::Modes, Action::AskMode, |action| {
         matches!(action, Action::Mode(_))
     }),
-    ("driving", Context::Drive, |_| true),
-    ("typing", Context::Text, |_| true),
+    ("driving", Context::Drive, Action::EnterDrive, |_| true),
+    ("typing", Context::Text, Action::AskCommand, |_| true),
 ];
 
 const ASCII_BORDER: border::Set<'_> = border::Set {
@@ -124,7 +124,11 @@ impl Screen<'_> {
         };
         let keymap = &self.ui.config.keys;
         let blocks = self.help_blocks(of);
-        let others = ELSEWHERE.len() as u16;
+        let elsewhere: Vec<_> = ELSEWHERE
+            .iter()
+            .filter(|(_, _, begins, _)| self.ui.offers(self.facts, *begins))
+            .collect();
+        let others = elsewhere.len() as u16;
         let inside = area.height.saturating_sub(2);
         let first = usize::from(inside.saturating_sub(others).max(1));
         let later = usize::from(inside.max(1));
@@ -170,8 +174,8 @@ impl Screen<'_> {
                 put(buffer, half, row, &self.cut(line, usize::from(half.width)));
             }
         }
-        let elsewhere = ELSEWHERE.iter().filter(|_| page == 0);
-        for (row, (when, context, shows)) in (rows..).zip(elsewhere) {
+        let elsewhere = elsewhere.into_iter().filter(|_| page == 0);
+        for (row, (when, context, _, shows)) in (rows..).zip(elsewhere) {
             let mut spans = vec![Span::styled(
                 format!("{when:<LABEL_COLUMNS$}"),
                 self.theme.dim,
@@ -186,7 +190,8 @@ impl Screen<'_> {
         let mut blocks = vec![Vec::new()];
         let mut heading = None;
         for row in self.ui.config.keys.rows() {
-            if row.context != of || row.help.is_empty() {
+            let is_offered = self.ui.offers(self.facts, row.action);
+            if row.context != of || row.help.is_empty() || !is_offered {
                 continue;
             }
             let group = row.action.group();

@@ -24,6 +24,9 @@ const ROWS_MIN: u16 = 3;
 /// Width of the trace letters at the right, columns.
 const LETTER_COLUMNS: u16 = 2;
 
+/// The last label of a time axis.
+const NOW: &str = "now|";
+
 /// Minimum width for close time labels, columns.
 const CLOSE_LABELS_WIDTH: u16 = 44;
 
@@ -122,7 +125,7 @@ const DAMAGED: Plot = Plot {
 };
 
 const AIR_DOWN: Plot = Plot {
-    name: "air down",
+    name: "airtime down",
     unit: "%",
     low: 0,
     high: 100,
@@ -133,7 +136,7 @@ const AIR_DOWN: Plot = Plot {
 };
 
 const AIR_UP: Plot = Plot {
-    name: "air up",
+    name: "airtime up",
     unit: "%",
     low: 0,
     high: 100,
@@ -349,10 +352,13 @@ impl Screen<'_> {
                 ..area
             };
             let words = format!("|-{}", length_words(ago));
-            put(buffer, here, 0, &Line::styled(words, self.theme.dim));
+            // A label that would touch the last one is left out.
+            if words.len() + 1 + NOW.len() <= usize::from(here.width) {
+                put(buffer, here, 0, &Line::styled(words, self.theme.dim));
+            }
             ago = ago.saturating_sub(every);
         }
-        put_right(buffer, area, 0, &Line::styled("now|", self.theme.dim));
+        put_right(buffer, area, 0, &Line::styled(NOW, self.theme.dim));
     }
 }
 

@@ -29,6 +29,8 @@ pub(super) enum Symbol {
     End(Color, f32),
     /// A waypoint; `true` if it was reached.
     Waypoint(bool),
+    /// A mark of the operator, with its letter.
+    Mark(char),
     Echo,
     Infrared,
     Wall,
@@ -46,6 +48,7 @@ pub(super) fn draw(shapes: &mut Vec<Shape>, font: &Font, symbol: Symbol, at: Spo
         Symbol::Start(color) => start(shapes, at, START, color),
         Symbol::End(color, heading_deg) => end(shapes, at, heading_deg, color),
         Symbol::Waypoint(is_reached) => waypoint(shapes, font, at, "1", is_reached),
+        Symbol::Mark(letter) => flag(shapes, at, letter),
         Symbol::Echo => shapes.extend(dots(
             vec![(x - 8.0, y + 2.0), (x, y - 2.0), (x + 8.0, y)],
             ECHO,
@@ -184,6 +187,24 @@ pub(super) fn waypoint(
             SIZE,
             if is_reached { PAPER } else { INK },
         )
+    }));
+}
+
+/// Draws the letter of a mark in a square.
+pub(super) fn flag(shapes: &mut Vec<Shape>, (x, y): Spot, letter: char) {
+    for (reach, color) in [(10.8, PAPER), (9.0, PURPLE)] {
+        let spots = vec![
+            (x - reach, y - reach),
+            (x + reach, y - reach),
+            (x + reach, y + reach),
+            (x - reach, y + reach),
+        ];
+        shapes.push(Shape::Filled { spots, color });
+    }
+    shapes.push(Shape::Text(Text {
+        anchor: Anchor::Middle,
+        is_bold: true,
+        ..Text::new((x, y + 4.3), letter.to_string(), 12.0, BLACK)
     }));
 }
 

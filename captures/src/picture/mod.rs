@@ -35,10 +35,16 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Draws a track, with a title and the reason why the capture is incomplete; returns `None` if there is no position.
+    /// Draws a track, with the names of its capture and, if it has one, of its run, and the reason why the capture is incomplete;
+    /// returns `None` if there is no position.
     #[must_use]
-    pub fn of_track(title: &str, track: &Track, problem: Option<&CaptureError>) -> Option<Self> {
-        drive::draw(title, track, problem)
+    pub fn of_track(
+        name: &str,
+        run: Option<&str>,
+        track: &Track,
+        problem: Option<&CaptureError>,
+    ) -> Option<Self> {
+        drive::draw(name, run, track, problem)
     }
 
     /// Draws two runs over each other, each from its last odometer reset; returns `None` if one has no position.

@@ -48,16 +48,59 @@ impl Figures {
         let minute = self.start.as_ref().and_then(|start| start.get(..16));
         minute.unwrap_or_default().replace('T', " ")
     }
+
+    /// Returns a row of a narrow list of runs, without the run's name if that does not fit into `room` characters.
+    #[must_use]
+    pub fn short_row(&self, room: usize) -> String {
+        let drive = self.drive();
+        let whole = format!("{drive}  {}", self.names());
+        if whole.chars().count() <= room {
+            whole
+        } else {
+            format!("{drive}  {}", self.capture)
+        }
+    }
+
+    /// Returns the figures that a narrow list leaves out.
+    #[must_use]
+    pub fn details(&self) -> String {
+        let closing = self.closing_error_in.map_or_else(String::new, |error_in| {
+            format!("closing error {error_in:.1} in, ")
+        });
+        let loss = self.loss.share();
+        format!("{closing}bumps {}, loss {loss}", self.bumps)
+    }
+
+    /// Start, duration and distance, in columns.
+    fn drive(&self) -> String {
+        let tenths = (self.duration_s * 10.0).round() as u64;
+        let time = format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);
+        let distance = format!("{:.1} in", self.distance_in);
+        format!("{:16} {time:>8} {distance:>10}", self.started())
+    }
+
+    /// Returns the capture, the run's name, and the reason why it does not count.
+    #[must_use]
+    pub fn names(&self) -> String {
+        let name = self.name.as_ref().map(|name| format!("  {name}"));
+        let void = match self.void.as_deref() {
+            None | Some("") => String::new(),
+            Some(reason) => format!("  (void: {reason})"),
+        };
+        format!("{}{}{void}", self.capture, name.unwrap_or_default())
+    }
 }
 
 /// Header of a list of runs.
-pub const HEADING: &str = "start (UTC)          time   distance  closing bumps   loss  capture";
+pub const HEADING: &str =
+    "start (UTC)          time   distance  closing error  bumps   loss  capture";
+
+/// Header of a narrow list of runs.
+pub const SHORT_HEADING: &str = "start (UTC)          time   distance  capture";
 
 /// A row of a list of runs.
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let tenths = (self.duration_s * 10.0).round() as u64;
-        let time = format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);
         let closing = self
             .closing_error_in
             .map_or_else(String::new, |error_in| format!("{error_in:.1} in"));
@@ -66,21 +109,8 @@ impl fmt::Display for Figures {
         } else {
             self.loss.short_share()
         };
-        let distance = format!("{:.1} in", self.distance_in);
-        write!(
-            f,
-            "{:16} {time:>8} {distance:>10} {closing:>8} {:>5} {loss:>6}  {}",
-            self.started(),
-            self.bumps,
-            self.capture
-        )?;
-        if let Some(name) = &self.name {
-            write!(f, "  {name}")?;
-        }
-        match self.void.as_deref() {
-            None | Some("") => Ok(()),
-            Some(reason) => write!(f, "  (void: {reason})"),
-        }
+        let (drive, bumps, names) = (self.drive(), self.bumps, self.names());
+        write!(f, "{drive} {closing:>14} {bumps:>6} {loss:>6}  {names}")
     }
 }
 

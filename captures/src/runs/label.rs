@@ -164,6 +164,15 @@ impl Label {
         }
     }
 
+    /// Removes and returns the notes close to a moment, seconds since the capture began.
+    pub fn remove_notes(&mut self, at_s: f64, reach_s: f64) -> Vec<Note> {
+        let is_close = |note: &mut Note| {
+            note.at_s
+                .is_some_and(|noted_s| (noted_s - at_s).abs() < reach_s)
+        };
+        self.notes.extract_if(.., is_close).collect()
+    }
+
     /// Adds a remark about a moment or the whole run.
     pub fn remark(&mut self, at_s: Option<f64>, text: &str) {
         self.notes.push(Note {
@@ -195,6 +204,20 @@ mod tests {
             prop_assert_eq!(Label::of(&capture).unwrap(), label);
             prop_assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
         }
+    }
+
+    #[test]
+    fn notes_close_to_a_moment_are_removed() {
+        let mut label = Label::default();
+        for (at_s, text) in [(None, "whole"), (Some(1.0), "here"), (Some(1.3), "close")] {
+            label.remark(at_s, text);
+        }
+        let removed = label.remove_notes(1.1, 0.25);
+        let texts: Vec<&str> = removed.iter().map(|note| &*note.text).collect();
+        assert_eq!(texts, ["here", "close"]);
+        assert_eq!(label.remove_notes(1.1, 0.25), []);
+        assert_eq!(label.notes.len(), 1);
+        assert_eq!(label.notes[0].text, "whole");
     }
 
     #[test]

@@ -70,9 +70,18 @@ pub(super) struct Fold {
     mode: Option<Mode>,
     routes: Routes,
     cells: [HashSet<(i32, i32)>; 2],
+    /// The operator's marks that are still to come, in order of time.
+    marks: VecDeque<(Duration, String)>,
 }
 
 impl Fold {
+    pub(super) fn with_marks(marks: Vec<(Duration, String)>) -> Self {
+        Self {
+            marks: marks.into(),
+            ..Self::default()
+        }
+    }
+
     pub(super) fn take_all(
         &mut self,
         capture: &mut Capture,
@@ -128,6 +137,9 @@ impl Fold {
             self.happen(Event::Restart, self.place());
         }
         self.counters = *counters;
+        while let Some((_, text)) = self.marks.pop_front_if(|(mark, _)| *mark < at) {
+            self.track.marks.push((self.place(), text));
+        }
         let step = self.odometer.take(at, received);
         if let Received::Line(line, _) = received {
             self.take_body(&line.body, step.map(|(step, _)| step));
@@ -312,6 +324,9 @@ impl Fold {
         {
             self.track.points.push(last);
         }
+        let (place, later) = (self.place(), std::mem::take(&mut self.marks));
+        let later = later.into_iter().map(|(_, text)| (place, text));
+        self.track.marks.extend(later);
         let Track {
             points, gap_lines, ..
         } = &mut self.track;

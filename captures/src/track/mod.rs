@@ -135,6 +135,8 @@ pub struct Track {
     pub events: [Events; 6],
     /// Waypoints, by route and number.
     pub waypoints: Vec<DrivenTo>,
+    /// The operator's marks: where the robot was at each, in inches, and its text.
+    pub marks: Vec<(Place, String)>,
     /// Places at which the sonars measured an echo, inches.
     pub echoes_in: Vec<Place>,
     /// Places of the robot's infrared detectors when they detected an obstacle, inches.
@@ -168,6 +170,18 @@ impl Track {
     pub fn read(capture: &mut Capture) -> (Self, Option<CaptureError>) {
         let (track, _, problem) = Self::read_with(capture, |_, _| {});
         (track, problem)
+    }
+
+    /// Reads a whole capture as [`Self::read`] does, and notes the place of each mark, given by its time since the beginning and its text.
+    #[must_use]
+    pub fn read_with_marks(
+        capture: &mut Capture,
+        mut marks: Vec<(Duration, String)>,
+    ) -> (Self, Option<CaptureError>) {
+        marks.sort_by_key(|(at, _)| *at);
+        let mut fold = Fold::with_marks(marks);
+        let result = fold.take_all(capture, &mut Decoder::default(), &mut |_, _| {});
+        (fold.finish(capture), result.err())
     }
 
     /// Reads a whole capture as [`Self::read`] does; calls `take` with each line and the time of its end, and also returns the decoder's totals.

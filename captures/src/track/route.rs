@@ -50,7 +50,14 @@ impl Routes {
     pub(super) fn take_status(&mut self, mode: Option<Mode>, status: &StatusLine) {
         let (driven, count) = (status.list.driven, status.list.count);
         let list = (status.digest, count);
-        if count == 0 || mode != Some(Mode::Prowl) {
+        if count == 0 {
+            return;
+        }
+        if mode != Some(Mode::Prowl) {
+            // At its last waypoint the robot stops before it reports the arrival.
+            if self.active == Some(list) {
+                self.reach(driven);
+            }
             return;
         }
         let is_again = self.reached() > usize::from(driven);
@@ -80,9 +87,16 @@ impl Routes {
                 });
             }
         }
-        let route = self.route;
-        for waypoint in &mut self.waypoints {
-            waypoint.is_reached |= waypoint.route == route && waypoint.number <= driven;
+        self.reach(driven);
+    }
+
+    /// Notes that a number of waypoints of the present route were reached.
+    fn reach(&mut self, driven: u16) {
+        for waypoint in self.waypoints.iter_mut().rev() {
+            if waypoint.route != self.route {
+                break;
+            }
+            waypoint.is_reached |= waypoint.number <= driven;
         }
     }
 

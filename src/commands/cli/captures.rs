@@ -42,9 +42,9 @@ Examples:
   groundwave replay evening.mcap
   groundwave replay evening.txt --speed 10
 
-Default keys: k pauses and resumes; comma and full stop step one line back and forward; < and > change the speed; g asks
-for a position: 12:30, +30s, 90% or #1234 (a line number); n and N go to the next and the previous alarm, bump, behaviour change or command; m
-marks the current time; o starts a loop, and o again ends it; ? shows all keys."))]
+Default keys: p or Space pauses and resumes; comma and full stop step one line back and forward; < and > change the speed; g asks
+for a position: 12:30, +30s, 90% or #1234 (a line number); n and N go to the next and the previous alarm, bump, behaviour change, command or
+mark; a sets a mark; o starts a loop, and o again ends it; ? shows all keys."))]
 pub struct Replay {
     /// A raw text capture, with or without timestamps, or an MCAP file
     #[arg(add = ArgValueCompleter::new(completions::captures))]
@@ -205,4 +205,41 @@ pub struct Songs {
     /// Overwrite existing files
     #[arg(long, requires = "wav")]
     pub force: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use crate::commands::cli::Cli;
+    use crate::model::keys::{Context, Keymap};
+
+    #[test]
+    fn the_help_of_replay_names_the_default_keys() {
+        let mut cli = Cli::command();
+        let replay = cli.find_subcommand_mut("replay").unwrap();
+        let help = replay.render_long_help().to_string();
+        let help: Vec<&str> = help.split_whitespace().collect();
+        let help = help.join(" ");
+        let keymap = Keymap::default();
+        for (action, says) in [
+            ("playback-toggle-pause", "p or Space pauses"),
+            ("ask-moment", "g asks"),
+            ("ask-jump-forward", "n and N go"),
+            ("playback-mark", "a sets a mark"),
+            ("playback-loop", "o starts a loop"),
+            ("help", "? shows"),
+        ] {
+            assert!(help.contains(says), "{says} is not in {help}");
+            let mut rows = keymap
+                .rows()
+                .filter(|row| row.context == Context::Dashboard);
+            let row = rows.find(|row| row.name == action).expect(action);
+            let key = says.split(' ').next().unwrap();
+            assert!(
+                row.key_names().split(' ').any(|name| name == key),
+                "{action}"
+            );
+        }
+    }
 }

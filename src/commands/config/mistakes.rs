@@ -113,7 +113,7 @@ fn reword(key: &str, section: &[String], message: &str) -> String {
             _ => format!("in [{}]", section.join(".")),
         };
         let all = known.clone().collect::<Vec<_>>().join(", ");
-        let hint = suggest::question_or(key, known, format_args!("there are {all}"));
+        let hint = suggest::question_or(key, known, format_args!("known: {all}"));
         return format!("unknown key `{key}` {place}{hint}");
     }
     if message.starts_with("unknown variant") {

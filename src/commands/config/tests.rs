@@ -199,10 +199,7 @@ fn a_long_text_of_mistakes_is_given_up() {
 fn known_keys(section: &str) -> Vec<String> {
     let text = format!("[{section}]\nqwertyuiop = 1\n");
     let mistakes = parse(&text).expect_err("no such key");
-    let (_, list) = mistakes[0]
-        .message
-        .split_once("; there are ")
-        .expect("a list");
+    let (_, list) = mistakes[0].message.split_once("; known: ").expect("a list");
     let keys = list.split(", ").filter(|key| *key != "limits");
     keys.map(str::to_owned).collect()
 }

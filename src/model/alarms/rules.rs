@@ -61,11 +61,11 @@ impl Default for Limits {
 
 /// The hint for a recording that failed.
 const MAKE_ROOM: &str =
-    "make room, then <toggle-recording> records on; until then memory keeps the newest";
+    "make room, then press <toggle-recording>; until then memory keeps the newest lines";
 
 /// The hint for a recording on a disk that hangs.
 pub(crate) const DISK_IS_SILENT: &str =
-    "the disk does not answer; check it; until then memory keeps the newest";
+    "the disk does not answer; check it; until then memory keeps the newest lines";
 
 /// Inputs of the rules.
 pub(in crate::model) struct Inputs<'a> {
@@ -184,7 +184,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "fallen_or_lifted",
         level: Level::Alarm,
         name: "fallen or lifted",
-        hint: "no floor under it: go and look",
+        hint: "no floor under the robot: go and look",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -195,7 +195,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "failsafe",
         level: Level::Alarm,
         name: "failsafe",
-        hint: "it hears no ground station and acts by itself",
+        hint: "the robot hears no station and acts by itself",
         unit: "",
         logged_here: false,
         source: Source::State,
@@ -224,7 +224,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "robot_silent",
         level: Level::Alarm,
         name: "robot silent",
-        hint: "is it on, and in reach?",
+        hint: "is it on, and in range?",
         unit: SECONDS,
         logged_here: true,
         source: Source::Station,
@@ -258,7 +258,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "battery_low",
         level: Level::Alarm,
         name: "battery low",
-        hint: "call it home (<modes/mode-go-home>) and charge it",
+        hint: "send it home (<modes/mode-go-home>) and charge it",
         unit: "V",
         logged_here: true,
         source: Source::Status,
@@ -269,7 +269,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "stalled",
         level: Level::Alarm,
         name: "stalled",
-        hint: "its wheels are held: free it, or STOP (<stop>)",
+        hint: "free the wheels, or STOP (<stop>)",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -284,7 +284,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "bumper_jammed",
         level: Level::Warning,
         name: "bumper jammed",
-        hint: "something hooks its bumper: free it if it does not",
+        hint: "caught on something; free it",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -298,7 +298,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "layers_thrash",
         level: Level::Warning,
         name: "layers thrash",
-        hint: "they take the motors from each other: forbid one (<toggle-layer-bumpers..>)",
+        hint: "too many changes; forbid a layer (<toggle-layer-bumpers..>)",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -315,7 +315,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "lines_not_intact",
         level: Level::Warning,
         name: "lines not intact",
-        hint: "a weak or disturbed radio: come closer",
+        hint: "weak or disturbed radio; come closer",
         unit: "%",
         logged_here: true,
         source: Source::Lines,

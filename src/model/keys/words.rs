@@ -35,7 +35,7 @@ pub(super) fn alone(action: Action) -> Option<String> {
         Action::Speed(steps) => pick(steps, "faster", "slower"),
         Action::AskJump { forward } => {
             let which = if forward { "after" } else { "before" };
-            format!("the alarm, bump, behaviour change, command or marker {which} this")
+            format!("the alarm, bump, behaviour change, command or mark {which} this")
         }
         Action::JumpAgain { forward } => {
             let which = if forward { "after" } else { "before" };

@@ -347,6 +347,30 @@ fn alarms_are_acknowledged_one_by_one() {
     );
 }
 
+/// With many alarms the one at the top of the list may be the last of the table.
+#[test]
+fn in_their_panel_the_keys_concern_the_first_raised_alarm() {
+    let mut scene = scene();
+    scene.model.ui.panel = Panel::Alarms;
+    let effects = scene.type_text("Z");
+    let is_notice = |effect: &Effect| matches!(effect, Effect::Notice(_));
+    assert!(effects.iter().all(is_notice), "{effects:?}");
+    scene.state.power = Power::Low;
+    scene.hear();
+    let effects = scene.type_text("Z");
+    assert!(
+        matches!(&effects[..], [Effect::Alarm(event)] if event.code == "battery_low"),
+        "{effects:?}"
+    );
+    // The arrows choose another.
+    scene.press(&[KeyCode::Down]);
+    let effects = scene.type_text("Z");
+    assert!(
+        matches!(&effects[..], [Effect::Alarm(event)] if event.code == "battery_critical"),
+        "{effects:?}"
+    );
+}
+
 #[test]
 fn a_shelved_alarm_calls_again_when_its_time_is_over() {
     let mut scene = scene();

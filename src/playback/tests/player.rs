@@ -184,7 +184,7 @@ fn marks_are_set_visited_and_removed() {
     player.handle(host, jump(true));
     assert_eq!(
         player.playback().note.as_deref(),
-        Some("there are no later markers")
+        Some("there are no later marks")
     );
     player.handle(
         host,
@@ -196,6 +196,33 @@ fn marks_are_set_visited_and_removed() {
     assert_eq!(player.at(), s(20), "as before");
     player.handle(host, Control::Mark);
     assert_eq!(player.playback().markers, [s(40)]);
+}
+
+#[test]
+fn marks_with_a_text_say_it_when_gone_to() {
+    let mut player = player("house-clean.txt");
+    let host = Moment::ZERO;
+    let s = Moment::from_secs;
+    player.add_noted_mark(s(30), "stairs".to_owned());
+    player.add_noted_mark(s(20), "glass door".to_owned());
+    player.add_noted_mark(s(20), "again".to_owned());
+    assert_eq!(player.playback().markers, [s(20), s(30)]);
+    let jump = Control::Jump {
+        to: Some(Landmark::Marker),
+        forward: true,
+    };
+    player.handle(host, jump);
+    assert_eq!(player.at(), s(20));
+    let note = player.playback().note;
+    assert_eq!(note.as_deref(), Some("mark: glass door; again"));
+    player.handle(host, Control::Mark);
+    assert_eq!(player.playback().markers, [s(30)]);
+    player.handle(host, jump);
+    assert_eq!(player.playback().note.as_deref(), Some("mark: stairs"));
+    // The recording's own marks are found while it is read.
+    let ms = Moment::from_millis;
+    player.set_recorded_marks(vec![ms(20_100), ms(30_020), ms(40_000)]);
+    assert_eq!(player.playback().markers, [s(30), s(40)]);
 }
 
 /// Marks of a recorded session are marks of its replay.

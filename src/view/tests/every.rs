@@ -310,9 +310,9 @@ pub(super) const STATES: &[State] = &[
         },
         facts: &[
             "why, at 00:15",
-            "beaten    sonar, prowl",
-            "wheels ordered -6 -6",
-            "edge not fitted",
+            "suppressed  sonar, prowl",
+            "wheels requested -6 -6",
+            "no edge sensors",
         ],
     },
     State {
@@ -328,7 +328,7 @@ pub(super) const STATES: &[State] = &[
             "runs in runs",
             "2026-11-19 19:02",
             "evening.mcap",
-            "VOID",
+            "(void: the cat)",
             "Enter replay",
             "c compare",
         ],

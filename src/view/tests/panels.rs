@@ -86,7 +86,7 @@ fn an_alarm_shows_on_every_screen_until_acknowledged() {
     scene.type_text("z");
     let large = screen(&scene, 80, 24);
     insta::assert_snapshot!("alarms_enlarged", large);
-    row(&large, "Call it home (m h) and charge it");
+    row(&large, "Send it home (m h) and charge it");
     row(&large, "· battery critical");
     row(&large, "(limit 11.2 V)");
     scene.type_text("A");
@@ -392,14 +392,14 @@ fn the_why_window_is_about_the_shown_moment() {
         &narrow,
         "BUMPERS hold the motors, for <1 s: right bumper hit; backs off",
     );
-    row(&narrow, "beaten    sonar, prowl");
-    row(&narrow, "wheels ordered -6 -6, measured -5 -6 in/s");
-    row(&narrow, "command   disable sonar, <1 s ago: queued");
+    row(&narrow, "suppressed  sonar, prowl");
+    row(&narrow, "wheels requested -6 -6, measured -5 -6 in/s");
+    row(&narrow, "command     disable sonar, <1 s ago: queued");
     row(&narrow, "right bumper hit at (79, 39)");
     scene.wait_ms(60_000);
     row(
         &screen(&scene, 80, 24),
-        "old       ◌ by its last line, 1 m 00 s ago",
+        "old         ◌ by its last line, 1 m 00 s ago",
     );
     let mut ascii = flight(mono());
     ascii.type_text("y");

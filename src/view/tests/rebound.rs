@@ -212,7 +212,7 @@ const MORE: &[(&str, Make, &str)] = &[
     (
         "alarms",
         low,
-        "Call it home (<modes/mode-go-home>) and charge it",
+        "Send it home (<modes/mode-go-home>) and charge it",
     ),
     ("more than a page", low, "<turn-page-less> 1/2"),
 ];
