@@ -180,7 +180,11 @@ fn program_in(folder: &Path, arguments: &[&str]) -> Command {
 
 /// A station that shares on a free port, and its address.
 fn station_on_a_port(link: &str, folder: &Path) -> (Telling, String) {
-    let watch = ["watch", link, "--headless", "--share", "0"];
+    station_at("0", link, folder)
+}
+
+fn station_at(share: &str, link: &str, folder: &Path) -> (Telling, String) {
+    let watch = ["watch", link, "--headless", "--share", share];
     let mut station = Telling::spawn(program_in(folder, &watch));
     let told = station.wait_for("where", |value| value["code"] == "shared");
     let address = told["text"].as_str().unwrap().strip_prefix("shared on ");
@@ -260,6 +264,25 @@ fn a_port_is_for_its_owner_alone() {
     reader.shutdown(Shutdown::Write).unwrap();
     let mut lines = BufReader::new(reader).lines();
     assert!(lines.any(|line| line.unwrap().trim_end().len() == 78));
+}
+
+/// Two stations of one user on the same port of two addresses have a token each.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_port_of_another_address_has_a_token_of_its_own() {
+    let folder = scratch("same-port");
+    let sims = [Sim::start(&[]), Sim::start(&[])];
+    let (_first, address) = station_on_a_port(&sims[0].path, &folder);
+    let other = address.replace("127.0.0.1", "127.0.0.2");
+    let (second, shared) = station_at(&other, &sims[1].path, &folder);
+    assert_eq!(shared, other);
+    let stop = |address: &str| {
+        let mut send = program_in(&folder, &["send", "--via", address, "stop"]);
+        send.output().unwrap().status.code()
+    };
+    assert_eq!((stop(&address), stop(&other)), (Some(0), Some(0)));
+    drop(second);
+    assert_eq!(stop(&address), Some(0), "the other one has ended");
 }
 
 /// Connections of other users do not use up those of the owner.

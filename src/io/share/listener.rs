@@ -63,8 +63,8 @@ fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
     let listener = std::net::TcpListener::bind(socket).map_err(refused)?;
     listener.set_nonblocking(true).map_err(refused)?;
     let address = listener.local_addr().map_err(refused)?;
-    let token = Token::create(address.port())
-        .map_err(|error| ShareError::Token(address.to_string(), error))?;
+    let token =
+        Token::create(address).map_err(|error| ShareError::Token(address.to_string(), error))?;
     let listener = tokio::net::TcpListener::from_std(listener).map_err(refused)?;
     Ok(Opened {
         listener: Listener::Tcp(listener),

@@ -7,7 +7,7 @@ use std::env;
 use std::fmt::{self, Write as _};
 use std::fs::{self, DirBuilder, OpenOptions};
 use std::io::{self, Read as _, Write as _};
-use std::net::TcpStream;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy as _;
@@ -46,7 +46,9 @@ pub fn find_token(stream: &TcpStream) -> Option<String> {
     if own.ip() != peer.ip() && !peer.ip().is_loopback() {
         return None;
     }
-    let token = read_token(&token_path(peer.port())?).ok()?;
+    let of_all = SocketAddr::new(IpAddr::V4(Ipv4Addr::UNSPECIFIED), peer.port());
+    let tokens = [peer, of_all].into_iter().filter_map(token_path);
+    let token = tokens.map(|path| read_token(&path)).find_map(Result::ok)?;
     Some(token.trim().to_owned())
 }
 
@@ -66,9 +68,9 @@ pub(super) struct Token {
 }
 
 impl Token {
-    /// Creates a token in a file named by the port; replaces a leftover file.
-    pub(super) fn create(port: u16) -> io::Result<Self> {
-        let path = token_path(port).ok_or(io::ErrorKind::NotFound)?;
+    /// Creates a token in a file named by the address; replaces a leftover file.
+    pub(super) fn create(address: SocketAddr) -> io::Result<Self> {
+        let path = token_path(address).ok_or(io::ErrorKind::NotFound)?;
         if let Some(folder) = path.parent() {
             make_private(folder)?;
         }
@@ -143,8 +145,17 @@ fn folder() -> Option<PathBuf> {
     )
 }
 
-fn token_path(port: u16) -> Option<PathBuf> {
-    Some(folder()?.join(format!("{port}.token")))
+/// The file of a token. Stations on different addresses may have the same port; that of the usual address has the short name.
+fn token_path(address: SocketAddr) -> Option<PathBuf> {
+    let (ip, port) = (address.ip(), address.port());
+    let is_usual = ip.is_unspecified() || ip == IpAddr::V4(Ipv4Addr::LOCALHOST);
+    let name = if is_usual {
+        format!("{port}.token")
+    } else {
+        // No file on Windows has a colon in its name.
+        format!("{}-{port}.token", ip.to_string().replace(':', "_"))
+    };
+    Some(folder()?.join(name))
 }
 
 fn make_private(folder: &Path) -> io::Result<()> {
