@@ -134,6 +134,7 @@ fn rewrite(
 
 /// The content of a recording.
 #[derive(Default)]
+#[expect(clippy::struct_excessive_bools, reason = "independent findings")]
 struct Survey {
     is_unfinished: bool,
     observations: u64,
