@@ -59,15 +59,20 @@ impl Outage {
     }
 }
 
-/// `silent 55.0 s from 12.0 s: 165 lines lost`.
+/// `silent 55.0 s from 12.0 s: 165 lines lost`; `gap at 12.0 s: 165 lines lost`.
 impl fmt::Display for Outage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (cause, begin_s) = (self.cause.code(), self.begin.as_secs_f64());
         if self.end.is_none() {
             return write!(f, "{cause} from {begin_s:.1} s on");
         }
-        let lasted_s = self.duration().as_secs_f64();
-        write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
+        if self.cause == OutageCause::Gap {
+            // The capture has no times: the pause is not in it.
+            write!(f, "{cause} at {begin_s:.1} s")?;
+        } else {
+            let lasted_s = self.duration().as_secs_f64();
+            write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
+        }
         let plural = if self.lost.max == 1 { "" } else { "s" };
         let lost = lost_words(self.lost);
         match (self.cause, self.lost.max) {
@@ -103,9 +108,30 @@ pub struct Outages {
     has_begun: bool,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
-    /// The longest time between two lines since then.
-    longest: Option<(Moment, Moment)>,
+    /// The likeliest place since then of hundreds of lost lines.
+    likeliest: Option<(Likelihood, Outage)>,
     found: VecDeque<Outage>,
+}
+
+/// How likely hundreds of lines, which only the robot's clock shows, were lost between two lines: in the longest outage; or without
+/// any, as in text without times, where the sequence shows the most lost lines; or in the longest pause.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Likelihood {
+    outage: Option<Moment>,
+    lost: u64,
+    pause: Moment,
+}
+
+impl Likelihood {
+    /// That of a pause in which the sequence shows `lost` lines.
+    pub(crate) fn of(pause: Moment, lost: u64) -> Self {
+        let outage = (pause >= OUTAGE_AFTER).then_some(pause);
+        Self {
+            outage,
+            lost,
+            pause,
+        }
+    }
 }
 
 /// What was known at a line.
@@ -189,8 +215,8 @@ impl Outages {
         // Lines that waited while this station was suspended are no outage.
         let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
         let is_interrupted = unplugged_at.or(suspended_at).is_some();
+        let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
         if pause >= OUTAGE_AFTER || is_interrupted || has_restarted && !is_told {
-            let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
             let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
             let (cause, begin) = match (suspended_at, unplugged_at) {
                 (Some(at), _) => (OutageCause::Suspended, at),
@@ -218,9 +244,18 @@ impl Outages {
                 self.waiting.push(rebooted);
             }
         }
-        let longest = self.longest.get_or_insert((latest.at, now));
-        if pause > longest.1.saturating_sub(longest.0) {
-            *longest = (latest.at, now);
+        let likelihood = Likelihood::of(pause, lost);
+        if self.likeliest.is_none_or(|(it, _)| likelihood > it) {
+            let gap = Outage {
+                cause: OutageCause::Gap,
+                begin: latest.at,
+                end: Some(now),
+                lost: Lost {
+                    min: lost,
+                    max: lost,
+                },
+            };
+            self.likeliest = Some((likelihood, gap));
         }
         self.add_hidden(hidden);
         if received.uptime_s().is_some() || self.waiting.len() >= WAITING_MAX {
@@ -239,14 +274,9 @@ impl Outages {
         }
         if let Some(outage) = self.longest_waiting() {
             outage.lost = outage.lost.and(hidden);
-        } else {
-            let (begin, end) = self.longest.unwrap_or_default();
-            self.waiting.push(Outage {
-                cause: OutageCause::Gap,
-                begin,
-                end: Some(end),
-                lost: hidden,
-            });
+        } else if let Some((_, gap)) = self.likeliest {
+            let lost = gap.lost.and(hidden);
+            self.waiting.push(Outage { lost, ..gap });
         }
     }
 
@@ -260,7 +290,7 @@ impl Outages {
     /// Reports the outages that have ended, with what is known.
     fn settle(&mut self) {
         self.found.extend(self.waiting.drain(..));
-        self.longest = None;
+        self.likeliest = None;
     }
 
     /// Handles the passing of time: an outage begins.

@@ -180,15 +180,14 @@ fn a_reboot_is_an_outage_of_its_own_behind_a_cable() {
     assert_eq!(causes, [Unplugged, Rebooted]);
 }
 
-#[test]
-fn a_gap_that_only_the_robots_clock_shows_is_found() {
-    // A capture without times: each line follows the one before it.
+/// The outages in a capture without times, each line of which follows the one before it, with some lines lost.
+fn without_times(lost: std::ops::Range<u64>) -> Vec<Outage> {
     let (mut robot, mut decoder, mut list) =
         (Robot::new(), Decoder::default(), OutageList::default());
     let mut now = Moment::ZERO;
     for n in 0..600_u64 {
         let line = robot.line(n * 1000 / 3);
-        if (200..400).contains(&n) {
+        if lost.contains(&n) {
             continue;
         }
         now += Moment::from_millis(333);
@@ -197,11 +196,29 @@ fn a_gap_that_only_the_robots_clock_shows_is_found() {
             list.handle_line(now, &received, decoder.counters());
         }
     }
-    let [outage] = list.into_outages(now)[..] else {
+    list.into_outages(now)
+}
+
+#[test]
+fn a_gap_that_only_the_robots_clock_shows_is_found() {
+    let [outage] = without_times(200..400)[..] else {
         panic!("one");
     };
     assert_eq!(
         (outage.cause, outage.lost.min, outage.lost.max),
         (OutageCause::Gap, 200, 200)
     );
+}
+
+#[test]
+fn a_gap_without_times_is_where_the_sequence_shows_it_and_has_all_its_lines() {
+    for first in 200..212 {
+        let [outage] = without_times(first..first + 165)[..] else {
+            panic!("one");
+        };
+        let begin = Moment::from_millis(333 * first);
+        assert_eq!((outage.cause, outage.begin), (OutageCause::Gap, begin));
+        let words = format!("gap at {:.1} s: 165 lines lost", begin.as_secs_f64());
+        assert_eq!(outage.to_string(), words);
+    }
 }
