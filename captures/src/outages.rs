@@ -17,6 +17,9 @@ use crate::words::lost_words;
 /// Time without a line from which on it is an outage.
 pub const OUTAGE_AFTER: Moment = Moment::from_secs(2);
 
+/// Time after an outage in which the end of a suspension may follow that explains it: the bytes that waited are read at once.
+const EXPLAINED_WITHIN: Moment = Moment::from_millis(250);
+
 /// Noise in an outage from which on the radio was not silent, bytes.
 const NOISE_BYTES: u64 = 160;
 
@@ -108,6 +111,8 @@ pub struct Outages {
     has_begun: bool,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
+    /// Outages whose lines are known and that may still be explained.
+    settled: VecDeque<Outage>,
     /// The likeliest place since then of hundreds of lost lines.
     likeliest: Option<(Likelihood, Outage)>,
     found: VecDeque<Outage>,
@@ -163,9 +168,21 @@ impl Outages {
         }
     }
 
-    /// Takes the end of a suspension of this station, which began at `since`.
-    pub const fn handle_suspension(&mut self, since: Moment) {
-        self.suspended_at = Some(since);
+    /// Takes the end of a suspension of this station, which began at `since`. Lines that waited may have come already.
+    pub fn handle_suspension(&mut self, since: Moment) {
+        let ended = self.settled.iter_mut().chain(&mut self.waiting);
+        let is_silence =
+            |it: &&mut Outage| matches!(it.cause, OutageCause::Silent | OutageCause::Damaged);
+        let explained = ended
+            .filter(is_silence)
+            .find(|it| it.end.is_some_and(|end| end > since));
+        match explained {
+            Some(outage) => {
+                outage.cause = OutageCause::Suspended;
+                outage.begin = outage.begin.max(since);
+            }
+            None => self.suspended_at = Some(since),
+        }
     }
 
     /// Takes a gap in the capture: lines in it were received.
@@ -176,6 +193,7 @@ impl Outages {
 
     /// Takes a line and the decoder's totals right after it.
     pub fn handle_line(&mut self, now: Moment, received: &Received, counters: &Counters) {
+        self.report(now);
         let seen = Seen {
             at: now,
             shown_lost: counters.lost().min.saturating_sub(counters.hidden.min),
@@ -260,6 +278,7 @@ impl Outages {
         self.add_hidden(hidden);
         if received.uptime_s().is_some() || self.waiting.len() >= WAITING_MAX {
             self.settle();
+            self.report(now);
         }
     }
 
@@ -285,17 +304,34 @@ impl Outages {
         let max = self.latest.map_or(0, |latest| latest.unsettled);
         self.add_hidden(Lost { min: 0, max });
         self.settle();
+        self.found.extend(self.settled.drain(..));
     }
 
-    /// Reports the outages that have ended, with what is known.
+    /// Takes what is known of the outages that have ended for final.
     fn settle(&mut self) {
-        self.found.extend(self.waiting.drain(..));
+        self.settled.extend(self.waiting.drain(..));
         self.likeliest = None;
+    }
+
+    /// Reports the outages whose lines are known and that nothing explains any more.
+    fn report(&mut self, now: Moment) {
+        while let Some(at) = self.report_at()
+            && at <= now
+        {
+            self.found.extend(self.settled.pop_front());
+        }
+    }
+
+    /// When the next outage whose lines are known is to be reported.
+    fn report_at(&self) -> Option<Moment> {
+        let outage = self.settled.front()?;
+        Some(outage.end? + EXPLAINED_WITHIN)
     }
 
     /// Handles the passing of time: an outage begins.
     pub fn handle_timeout(&mut self, now: Moment) {
-        if let Some(at) = self.poll_timeout()
+        self.report(now);
+        if let Some(at) = self.begin_at()
             && at <= now
         {
             let since = self.latest.map_or(now, |latest| latest.at);
@@ -306,6 +342,14 @@ impl Outages {
     /// When to call [`Self::handle_timeout`] at the latest.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
+        [self.begin_at(), self.report_at()]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    /// When the present silence is an outage.
+    fn begin_at(&self) -> Option<Moment> {
         let latest = self.latest.filter(|_| !self.has_begun)?;
         Some(latest.at + OUTAGE_AFTER)
     }

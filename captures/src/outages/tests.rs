@@ -143,6 +143,44 @@ fn each_outage_has_its_cause_its_times_and_its_lines() {
     }
 }
 
+/// A recording has the lines that waited before the end of the suspension, and among them a line C.
+#[test]
+fn a_suspension_that_is_told_after_the_lines_that_waited_explains_the_silence() {
+    for told_after in [0, 1, 14, 40] {
+        let (mut robot, mut decoder, mut list) =
+            (Robot::new(), Decoder::default(), OutageList::default());
+        let woken = Moment::from_secs(115);
+        for n in 0..540_u64 {
+            let at_ms = n * 1000 / 3;
+            let line = robot.line(at_ms);
+            let is_waiting = (180..345).contains(&n);
+            let now = if is_waiting {
+                woken
+            } else {
+                Moment::from_millis(at_ms)
+            };
+            if n == 180 + told_after {
+                let event = StationEvent::suspended(Moment::from_secs(55));
+                list.handle_event(woken, &event);
+            }
+            let mut bytes = &line[..];
+            while let Some(received) = decoder.next_own_line(&mut bytes) {
+                list.handle_line(now, &received, decoder.counters());
+            }
+        }
+        let [outage] = list.into_outages(Moment::from_mins(3))[..] else {
+            panic!("one");
+        };
+        let expected = Outage {
+            cause: OutageCause::Suspended,
+            begin: Moment::from_secs(60),
+            end: Some(woken),
+            lost: Lost::default(),
+        };
+        assert_eq!(outage, expected, "after {told_after} lines");
+    }
+}
+
 #[test]
 fn an_outage_is_told_as_it_begins_and_again_once_its_lines_are_known() {
     let found = session(&[(60, Fate::Silence), (70, Fate::Arrive)]);
