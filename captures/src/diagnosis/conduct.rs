@@ -22,6 +22,11 @@ const LINE_S_MAX: u32 = 4;
 /// Fewest lines in two seconds, of which a robot begins at most twelve each.
 const LINES_2S: u32 = 24;
 
+/// Jumps of the sequence, and share of the lines that follow the one before it, per cent, from which on and below which they are no
+/// lines that the radio lost.
+const JUMPS: u64 = 20;
+const JUMPS_NEXT_PCT: u64 = 5;
+
 /// Bytes of a line that a restart cut off.
 const CUT_BYTES_MAX: u64 = 80;
 
@@ -47,6 +52,8 @@ pub(super) struct Conduct {
     has_counters: bool,
     /// Sequences before a line 00 of the same boot, but 99.
     wraps: BTreeMap<u8, u64>,
+    /// Jumps of the sequence by their steps, modulo 100.
+    jumps: BTreeMap<u8, u64>,
     /// Lines that followed one another, and among them those of another type than the line before.
     pub pairs: u64,
     pub changes: u64,
@@ -153,6 +160,8 @@ impl Conduct {
             return true;
         }
         if previous.boot == now.boot {
+            let step = (now.sequence + SEQUENCE_MODULUS - previous.sequence) % SEQUENCE_MODULUS;
+            *self.jumps.entry(step).or_default() += 1;
             found.push(match now.sequence {
                 _ if is_per_type => (2, kind::PER_TYPE),
                 same if same == previous.sequence => (2, kind::STUCK),
@@ -160,6 +169,15 @@ impl Conduct {
             });
         }
         false
+    }
+
+    /// Whether the robot makes the sequence jump: mostly by the same step, or nearly always. Lines that the radio lost make it jump by
+    /// various steps, and some lines follow the one before.
+    pub(super) fn jumps(&self) -> bool {
+        let most = self.jumps.values().max().copied().unwrap_or(0);
+        let all: u64 = self.jumps.values().sum();
+        let next = self.pairs.saturating_sub(all);
+        most * 4 > self.pairs * 3 || all >= JUMPS && next * 100 < self.pairs * JUMPS_NEXT_PCT
     }
 
     /// A sequence that begins anew: always at the same number, or at restarts.
