@@ -13,6 +13,7 @@ use super::{Exit, Fault, batch, input, say};
 use crate::capture::decode::{DecodeError, Format, decode};
 use crate::capture::diagnosis;
 use crate::capture::picture::Picture;
+use crate::capture::runs::Label;
 use crate::capture::track::Track;
 
 /// The result for a capture.
@@ -81,9 +82,10 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
     let mut output = Output::create(target)?;
     let (mut lines, mut mistakes) = (0, None);
     let decoded = if path == Path::new("-") {
-        decode(&mut capture, format, &mut EachLine(&mut output))
+        decode(&mut capture, &[], format, &mut EachLine(&mut output))
     } else {
-        decode(&mut capture, format, &mut output)
+        let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error))?;
+        decode(&mut capture, &label.notes, format, &mut output)
     };
     let problem = match decoded {
         Ok(seen) if seen.lines == 0 => {
