@@ -9,6 +9,7 @@ use crate::check_send::FAULTS;
 
 use crate::common::{CoSimulation, is_nightly};
 use crate::programs::{expect, scratch};
+use crate::streams::Rng;
 use groundwave::capture::diagnosis::kind;
 use groundwave::capture::diagnosis::{Diagnosis, Finding};
 use groundwave::conformance::rule;
@@ -306,8 +307,27 @@ fn a_correct_robot_has_no_mistake() {
     assert_eq!(findings(&stream(None)), []);
 }
 
-/// Each mistake is the first one reported, with type, column and likely cause, and most are the only one. docs/check.md has the table; to
-/// regenerate it, set `GROUNDWAVE_WRITE`.
+/// Lines that the radio loses without a trace make the sequence jump, and are no mistake of the robot.
+#[test]
+fn lines_lost_without_a_trace_are_no_mistake() {
+    for lost_pct in [20, 50, 70, 80] {
+        for seed in 0..20 {
+            let mut rng = Rng(seed);
+            let bytes = stream(None);
+            let mut diagnosis = Diagnosis::default();
+            for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+                if rng.below(100) >= lost_pct {
+                    diagnosis.take(line);
+                }
+                let found: Vec<_> = diagnosis.findings().iter().map(named).collect();
+                assert_eq!(found, [], "{lost_pct} % lost, seed {seed}");
+            }
+        }
+    }
+}
+
+/// Each mistake is the first one named, by type, column and likely cause, and most are the only one. docs/check.md has the table; to
+/// write it anew, set `GROUNDWAVE_WRITE`.
 #[test]
 fn planted_mistakes_are_named_by_line_column_and_cause() {
     let mut wrong = String::new();

@@ -274,8 +274,40 @@ fn tables_contain_the_values_of_the_lines() {
     }
     assert!(count > 200);
     let mut direct = Vec::new();
-    decode(&mut Capture::open(&raw).unwrap(), Format::Csv, &mut direct).unwrap();
+    decode(
+        &mut Capture::open(&raw).unwrap(),
+        &[],
+        Format::Csv,
+        &mut direct,
+    )
+    .unwrap();
     assert_eq!(csv.as_bytes(), direct);
+}
+
+/// Notes of the label are records at their moments; those about the whole run come first.
+#[test]
+fn tables_carry_the_notes_of_the_label() {
+    let folder = scratch("noted");
+    let raw = folder.join("evening.txt");
+    fs::write(&raw, streams::lines(60)).unwrap();
+    let name = raw.to_str().unwrap();
+    for (note, at) in [("lamp, \"left\"", "0:05"), ("late", "1:00:00")] {
+        expect(0, &["label", name, "--note", note, "--at", at]);
+    }
+    expect(0, &["label", name, "--note", "new wheels"]);
+    let (jsonl, _) = expect(0, &["export", name, "--to", "jsonl", "-o", "-"]);
+    let object = |line| serde_json::from_str::<serde_json::Value>(line).unwrap();
+    let records: Vec<_> = jsonl.lines().map(object).collect();
+    let places = ["new wheels", "lamp, \"left\"", "late"].map(|text| {
+        let is_it = |it: &serde_json::Value| it["event"] == "note" && it["text"] == text;
+        records.iter().position(is_it).unwrap()
+    });
+    assert_eq!((places[0], places[2]), (0, records.len() - 1));
+    let at_s = |index: usize| records[index]["at_s"].as_f64().unwrap();
+    assert!(at_s(places[1] - 1) < 5.0 && at_s(places[1] + 1) >= 5.0);
+    let (csv, _) = expect(0, &["export", name, "--to", "csv", "-o", "-"]);
+    let row = csv.lines().find(|row| row.starts_with("5.000,,")).unwrap();
+    assert_eq!(cells(row).last().unwrap(), "lamp, \"left\"");
 }
 
 /// The cells of a CSV row by RFC 4180.

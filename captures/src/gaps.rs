@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use groundwave_protocol::decoder::{Counters, Received};
 
 use crate::event::Moment;
+use crate::outages::Likelihood;
 
 /// Maximum number of gaps that may still close: a late line or a restart shows that no line was lost.
 const OPEN_MAX: usize = 16;
@@ -29,8 +30,9 @@ pub(crate) struct Gaps {
     settled: u64,
     /// Time at which the latest line arrived.
     at: Moment,
-    /// The longest pause since the latest line C, and the line after the pause; `None` if the pause is already a gap.
-    longest: (Moment, Option<u64>),
+    /// The likeliest pause since the latest line C in which hundreds were lost, and the line after it; `None` for one that is a
+    /// gap already.
+    likeliest: Option<(Likelihood, Option<u64>)>,
 }
 
 impl Gaps {
@@ -60,15 +62,16 @@ impl Gaps {
             self.open.push_back(Open { line: lines, lost });
         }
         let pause = at.saturating_sub(self.at);
-        if self.has_begun && pause >= self.longest.0 {
+        let likelihood = Likelihood::of(pause, lost.unwrap_or_default());
+        if self.has_begun && self.likeliest.is_none_or(|(it, _)| likelihood > it) {
             let is_gap = self.open.back().is_some_and(|gap| gap.line == lines);
-            self.longest = (pause, (!is_gap).then_some(lines));
+            self.likeliest = Some((likelihood, (!is_gap).then_some(lines)));
         }
         if received.uptime_s().is_some() {
             let hidden = counters.hidden.max > self.before.hidden.max;
-            let (_, silent) = std::mem::take(&mut self.longest);
-            // Whole hundreds of lines, which the sequence does not show, were lost in the longest pause.
-            if let Some(line) = silent.filter(|_| hidden) {
+            let place = self.likeliest.take().and_then(|(_, line)| line);
+            // Whole hundreds of lines, which the sequence does not show, were lost there.
+            if let Some(line) = place.filter(|_| hidden) {
                 let place = self.open.partition_point(|gap| gap.line < line);
                 self.open.insert(place, Open { line, lost: None });
             }
@@ -141,25 +144,36 @@ mod tests {
         lines.find(is_wanted).unwrap()
     }
 
-    /// Whole hundreds of lines were lost in the longest pause; the next line C reports them.
+    /// The gaps of a few lines, the fifth of which is a line C that tells of a hundred lines more. Each line has its second and
+    /// the lines lost in the sequence until then.
+    fn before_line_c(lines: [(u64, u64); 5]) -> Gaps {
+        let mut gaps = Gaps::default();
+        let mut counters = Counters::default();
+        for ((at_s, lost), letter) in lines.into_iter().zip("CAAAC".chars()) {
+            counters.lines += 1;
+            counters.lines_lost = lost;
+            if counters.lines == 5 {
+                (counters.hidden.min, counters.hidden.max) = (100, 100);
+            }
+            gaps.take_line(Moment::from_secs(at_s), &line(letter), &counters);
+        }
+        gaps
+    }
+
     #[test]
     fn hidden_lines_are_a_gap_in_the_longest_pause() {
         for lost in [0, 2] {
-            let mut gaps = Gaps::default();
-            let mut counters = Counters::default();
-            for (at_s, letter) in [(0, 'C'), (1, 'A'), (40, 'A'), (41, 'A'), (42, 'C')] {
-                counters.lines += 1;
-                if at_s == 40 {
-                    counters.lines_lost = lost;
-                }
-                if at_s == 42 {
-                    (counters.hidden.min, counters.hidden.max) = (100, 100);
-                }
-                gaps.take_line(Moment::from_secs(at_s), &line(letter), &counters);
-            }
+            let mut gaps = before_line_c([(0, 0), (1, 0), (40, lost), (41, lost), (42, lost)]);
             assert_eq!(gaps.count(), 1, "{lost} lines lost in the sequence");
             assert_eq!(gaps.settle(), Some(3), "the line after the pause");
         }
+    }
+
+    #[test]
+    fn hidden_lines_without_times_are_in_the_gap_of_the_sequence() {
+        let mut gaps = before_line_c([(0, 0), (1, 0), (2, 65), (3, 65), (4, 65)]);
+        assert_eq!(gaps.count(), 1);
+        assert_eq!(gaps.settle(), Some(3), "the line after the gap");
     }
 
     #[test]

@@ -17,7 +17,10 @@ use crate::words::lost_words;
 /// Minimum duration of an outage.
 pub const OUTAGE_AFTER: Moment = Moment::from_secs(2);
 
-/// Minimum noise in an outage of a radio that was not silent, bytes.
+/// Time after an outage in which the end of a suspension may follow that explains it: the bytes that waited are read at once.
+const EXPLAINED_WITHIN: Moment = Moment::from_millis(250);
+
+/// Noise in an outage from which on the radio was not silent, bytes.
 const NOISE_BYTES: u64 = 160;
 
 /// Maximum number of outages kept between two lines C.
@@ -59,15 +62,20 @@ impl Outage {
     }
 }
 
-/// Writes text such as `silent 55.0 s from 12.0 s: 165 lines lost`.
+/// `silent 55.0 s from 12.0 s: 165 lines lost`; `gap at 12.0 s: 165 lines lost`.
 impl fmt::Display for Outage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (cause, begin_s) = (self.cause.code(), self.begin.as_secs_f64());
         if self.end.is_none() {
             return write!(f, "{cause} from {begin_s:.1} s on");
         }
-        let lasted_s = self.duration().as_secs_f64();
-        write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
+        if self.cause == OutageCause::Gap {
+            // The capture has no times: the pause is not in it.
+            write!(f, "{cause} at {begin_s:.1} s")?;
+        } else {
+            let lasted_s = self.duration().as_secs_f64();
+            write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
+        }
         let plural = if self.lost.max == 1 { "" } else { "s" };
         let lost = lost_words(self.lost);
         match (self.cause, self.lost.max) {
@@ -103,12 +111,35 @@ pub struct Outages {
     has_begun: bool,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
-    /// The longest time between two lines since the latest line C.
-    longest: Option<(Moment, Moment)>,
+    /// Outages whose lines are known and that may still be explained.
+    settled: VecDeque<Outage>,
+    /// The likeliest place since then of hundreds of lost lines.
+    likeliest: Option<(Likelihood, Outage)>,
     found: VecDeque<Outage>,
 }
 
-/// Counts and time at the latest line.
+/// How likely hundreds of lines, which only the robot's clock shows, were lost between two lines: in the longest outage; or without
+/// any, as in text without times, where the sequence shows the most lost lines; or in the longest pause.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Likelihood {
+    outage: Option<Moment>,
+    lost: u64,
+    pause: Moment,
+}
+
+impl Likelihood {
+    /// That of a pause in which the sequence shows `lost` lines.
+    pub(crate) fn of(pause: Moment, lost: u64) -> Self {
+        let outage = (pause >= OUTAGE_AFTER).then_some(pause);
+        Self {
+            outage,
+            lost,
+            pause,
+        }
+    }
+}
+
+/// What was known at a line.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     at: Moment,
@@ -137,9 +168,21 @@ impl Outages {
         }
     }
 
-    /// Takes the end of a suspension of this station; it began at `since`.
-    pub const fn handle_suspension(&mut self, since: Moment) {
-        self.suspended_at = Some(since);
+    /// Takes the end of a suspension of this station, which began at `since`. Lines that waited may have come already.
+    pub fn handle_suspension(&mut self, since: Moment) {
+        let ended = self.settled.iter_mut().chain(&mut self.waiting);
+        let is_silence =
+            |it: &&mut Outage| matches!(it.cause, OutageCause::Silent | OutageCause::Damaged);
+        let explained = ended
+            .filter(is_silence)
+            .find(|it| it.end.is_some_and(|end| end > since));
+        match explained {
+            Some(outage) => {
+                outage.cause = OutageCause::Suspended;
+                outage.begin = outage.begin.max(since);
+            }
+            None => self.suspended_at = Some(since),
+        }
     }
 
     /// Takes a gap in the capture; its lines were received, so they are not lost.
@@ -150,6 +193,7 @@ impl Outages {
 
     /// Takes a line and the decoder's totals right after it.
     pub fn handle_line(&mut self, now: Moment, received: &Received, counters: &Counters) {
+        self.report(now);
         let seen = Seen {
             at: now,
             shown_lost: counters.lost().min.saturating_sub(counters.hidden.min),
@@ -189,8 +233,8 @@ impl Outages {
         // Lines that waited while this station was suspended do not count as an outage.
         let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
         let is_interrupted = unplugged_at.or(suspended_at).is_some();
+        let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
         if pause >= OUTAGE_AFTER || is_interrupted || has_restarted && !is_told {
-            let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
             let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
             let (cause, begin) = match (suspended_at, unplugged_at) {
                 (Some(at), _) => (OutageCause::Suspended, at),
@@ -219,13 +263,23 @@ impl Outages {
                 self.waiting.push(rebooted);
             }
         }
-        let longest = self.longest.get_or_insert((latest.at, now));
-        if pause > longest.1.saturating_sub(longest.0) {
-            *longest = (latest.at, now);
+        let likelihood = Likelihood::of(pause, lost);
+        if self.likeliest.is_none_or(|(it, _)| likelihood > it) {
+            let gap = Outage {
+                cause: OutageCause::Gap,
+                begin: latest.at,
+                end: Some(now),
+                lost: Lost {
+                    min: lost,
+                    max: lost,
+                },
+            };
+            self.likeliest = Some((likelihood, gap));
         }
         self.add_hidden(hidden);
         if received.uptime_s().is_some() || self.waiting.len() >= WAITING_MAX {
             self.settle();
+            self.report(now);
         }
     }
 
@@ -240,14 +294,9 @@ impl Outages {
         }
         if let Some(outage) = self.longest_waiting() {
             outage.lost = outage.lost.and(hidden);
-        } else {
-            let (begin, end) = self.longest.unwrap_or_default();
-            self.waiting.push(Outage {
-                cause: OutageCause::Gap,
-                begin,
-                end: Some(end),
-                lost: hidden,
-            });
+        } else if let Some((_, gap)) = self.likeliest {
+            let lost = gap.lost.and(hidden);
+            self.waiting.push(Outage { lost, ..gap });
         }
     }
 
@@ -256,17 +305,34 @@ impl Outages {
         let max = self.latest.map_or(0, |latest| latest.unsettled);
         self.add_hidden(Lost { min: 0, max });
         self.settle();
+        self.found.extend(self.settled.drain(..));
     }
 
-    /// Reports the outages that have ended, with what is known.
+    /// Takes what is known of the outages that have ended for final.
     fn settle(&mut self) {
-        self.found.extend(self.waiting.drain(..));
-        self.longest = None;
+        self.settled.extend(self.waiting.drain(..));
+        self.likeliest = None;
+    }
+
+    /// Reports the outages whose lines are known and that nothing explains any more.
+    fn report(&mut self, now: Moment) {
+        while let Some(at) = self.report_at()
+            && at <= now
+        {
+            self.found.extend(self.settled.pop_front());
+        }
+    }
+
+    /// When the next outage whose lines are known is to be reported.
+    fn report_at(&self) -> Option<Moment> {
+        let outage = self.settled.front()?;
+        Some(outage.end? + EXPLAINED_WITHIN)
     }
 
     /// Handles the passing of time: may begin an outage.
     pub fn handle_timeout(&mut self, now: Moment) {
-        if let Some(at) = self.poll_timeout()
+        self.report(now);
+        if let Some(at) = self.begin_at()
             && at <= now
         {
             let since = self.latest.map_or(now, |latest| latest.at);
@@ -277,6 +343,14 @@ impl Outages {
     /// Latest time for the next call of [`Self::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
+        [self.begin_at(), self.report_at()]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    /// When the present silence is an outage.
+    fn begin_at(&self) -> Option<Moment> {
         let latest = self.latest.filter(|_| !self.has_begun)?;
         Some(latest.at + OUTAGE_AFTER)
     }

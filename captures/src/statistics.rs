@@ -15,6 +15,8 @@
 mod airtime;
 mod uplink;
 
+use std::io;
+
 use groundwave_protocol::decoder::{self, Counters, DamageKind};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -133,6 +135,15 @@ impl OtherRobot {
             other_robot: counters.other_robot,
             other_lines: counters.other_lines + counters.other_ack_lines,
         }
+    }
+
+    /// Writes a row of a summary, if there is another robot.
+    pub(super) fn write_row(&self, output: &mut impl io::Write) -> io::Result<()> {
+        let Some(id) = self.other_robot else {
+            return Ok(());
+        };
+        let lines = self.other_lines;
+        writeln!(output, "others     {lines} lines of robot {id}, kept apart")
     }
 }
 

@@ -83,9 +83,10 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
     let mut output = Output::create(target)?;
     let (mut lines, mut mistakes) = (0, None);
     let decoded = if path == Path::new("-") {
-        decode(&mut capture, format, &mut EachLine(&mut output))
+        decode(&mut capture, &[], format, &mut EachLine(&mut output))
     } else {
-        decode(&mut capture, format, &mut output)
+        let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error))?;
+        decode(&mut capture, &label.notes, format, &mut output)
     };
     let problem = match decoded {
         Ok(seen) if seen.lines == 0 => {

@@ -4,8 +4,10 @@
 
 use std::io::{self, Write as _};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc;
@@ -18,13 +20,29 @@ const WAITING_MAX: usize = 64;
 /// Maximum run time of the command for one event.
 const TIME_MAX: Duration = Duration::from_secs(30);
 
-/// Period of the checks whether the command has ended.
+/// Longest time that it may take once the program ends: it must not outlive it.
+const LAST_TIME_MAX: Duration = Duration::from_secs(1);
+
+/// Period of looks whether it has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Runs a shell command for each event.
+/// Runs a command of the shell for each event. Dropping it waits for the command under way, a second at most, and ends it then.
 pub struct AlarmHook {
-    events: SyncSender<String>,
+    events: Option<SyncSender<String>>,
     problems: mpsc::UnboundedReceiver<String>,
+    is_ending: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for AlarmHook {
+    fn drop(&mut self) {
+        self.is_ending.store(true, Ordering::Relaxed);
+        self.events = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic has been reported.
+            let _ = thread.join();
+        }
+    }
 }
 
 impl AlarmHook {
@@ -39,11 +57,21 @@ impl AlarmHook {
     fn start_for(command: &str, time_max: Duration) -> io::Result<Self> {
         let (events, queue) = sync_channel(WAITING_MAX);
         let (tell, problems) = mpsc::unbounded_channel();
-        let command = command.to_owned();
-        thread::Builder::new()
+        let is_ending = Arc::new(AtomicBool::new(false));
+        let runner = Runner {
+            command: command.to_owned(),
+            time_max,
+            is_ending: Arc::clone(&is_ending),
+        };
+        let thread = thread::Builder::new()
             .name("alarm hook".to_owned())
-            .spawn(move || serve(&command, time_max, &queue, &tell))?;
-        Ok(Self { events, problems })
+            .spawn(move || runner.serve(&queue, &tell))?;
+        Ok(Self {
+            events: Some(events),
+            problems,
+            is_ending,
+            thread: Some(thread),
+        })
     }
 
     /// Passes an event, one line of JSON. Never waits.
@@ -51,12 +79,14 @@ impl AlarmHook {
     /// # Errors
     /// If the command is so slow that too many events wait.
     pub fn pass(&self, event: String) -> Result<(), String> {
-        match self.events.try_send(event) {
-            Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => Err(format!(
+        match self.events.as_ref().map(|events| events.try_send(event)) {
+            Some(Ok(())) => Ok(()),
+            Some(Err(TrySendError::Full(_))) => Err(format!(
                 "{WAITING_MAX} events wait for the alarm hook, so this one is not passed to it"
             )),
-            Err(TrySendError::Disconnected(_)) => Err("the alarm hook has ended".to_owned()),
+            Some(Err(TrySendError::Disconnected(_))) | None => {
+                Err("the alarm hook has ended".to_owned())
+            }
         }
     }
 
@@ -69,46 +99,66 @@ impl AlarmHook {
     }
 }
 
-/// Runs the command for each event until the queue is closed.
-fn serve(
-    command: &str,
+/// The thread's command.
+struct Runner {
+    command: String,
     time_max: Duration,
-    queue: &Receiver<String>,
-    tell: &mpsc::UnboundedSender<String>,
-) {
-    for event in queue {
-        let problem = match run(command, time_max, &event) {
-            Ok(Some(status)) if status.success() => continue,
-            Ok(Some(status)) => format!("ended with {status}"),
-            Ok(None) => format!("took longer than {} s and was ended", time_max.as_secs()),
-            Err(error) => format!("failed: {}", hint::words(&error)),
-        };
-        // At the end of the session, the problem is not reported.
-        let _ = tell.send(format!("alarm hook `{command}` {problem}"));
-    }
+    is_ending: Arc<AtomicBool>,
 }
 
-/// Runs the command with an event on its standard input; returns `None` if it took too long.
-fn run(command: &str, time_max: Duration, event: &str) -> io::Result<Option<ExitStatus>> {
-    let mut child = shell(command)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()?;
-    if let Some(mut input) = child.stdin.take() {
-        // The command need not read its input.
-        let _ = writeln!(input, "{event}");
-    }
-    let begun = Instant::now();
-    while begun.elapsed() < time_max {
-        if let Some(status) = child.try_wait()? {
-            return Ok(Some(status));
+impl Runner {
+    /// Runs the command for each event until the queue is closed.
+    fn serve(&self, queue: &Receiver<String>, tell: &mpsc::UnboundedSender<String>) {
+        for event in queue {
+            if self.is_ending() {
+                return;
+            }
+            let problem = match self.run(&event) {
+                Ok(Some(status)) if status.success() => continue,
+                Ok(Some(status)) => format!("ended with {status}"),
+                Ok(None) => format!(
+                    "took longer than {} s and was ended",
+                    self.time_max.as_secs()
+                ),
+                Err(error) => format!("failed: {}", hint::words(&error)),
+            };
+            // Nobody hears of it at the end of the session.
+            let _ = tell.send(format!("alarm hook `{}` {problem}", self.command));
         }
-        thread::sleep(LOOK_EVERY);
     }
-    end(&mut child);
-    child.wait()?;
-    Ok(None)
+
+    fn is_ending(&self) -> bool {
+        self.is_ending.load(Ordering::Relaxed)
+    }
+
+    /// Runs the command with an event on its standard input; `None` if it took too long.
+    fn run(&self, event: &str) -> io::Result<Option<ExitStatus>> {
+        let mut child = shell(&self.command)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()?;
+        if let Some(mut input) = child.stdin.take() {
+            // The command need not read it.
+            let _ = writeln!(input, "{event}");
+        }
+        let begun = Instant::now();
+        let mut ending_since = None;
+        while begun.elapsed() < self.time_max {
+            if let Some(status) = child.try_wait()? {
+                return Ok(Some(status));
+            }
+            if self.is_ending()
+                && ending_since.get_or_insert_with(Instant::now).elapsed() >= LAST_TIME_MAX
+            {
+                break;
+            }
+            thread::sleep(LOOK_EVERY);
+        }
+        end(&mut child);
+        child.wait()?;
+        Ok(None)
+    }
 }
 
 /// The command in a separate process group: keys of the terminal do not reach it, and its children end with it.
@@ -157,6 +207,24 @@ mod tests {
         let problem = hook.next_problem().await;
         assert!(problem.ends_with("ended with exit status: 1"), "{problem}");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "a\nb\nc\n");
+    }
+
+    #[test]
+    fn a_command_that_hangs_does_not_outlive_the_program() {
+        use rustix::process::{Pid, test_kill_process_group};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pid");
+        let command = format!("echo $$ > {path:?}.new; mv {path:?}.new {path:?}; sleep 1000");
+        let hook = AlarmHook::start(&command).unwrap();
+        hook.pass("a".to_owned()).unwrap();
+        let pid = loop {
+            if let Ok(pid) = std::fs::read_to_string(&path) {
+                break pid.trim().parse().unwrap();
+            }
+            thread::yield_now();
+        };
+        drop(hook);
+        assert!(test_kill_process_group(Pid::from_raw(pid).unwrap()).is_err());
     }
 
     #[tokio::test]

@@ -22,7 +22,12 @@ const LINE_S_MAX: u32 = 4;
 /// Number of lines in two seconds that is too many; a robot begins at most twelve per second.
 const LINES_2S: u32 = 24;
 
-/// Maximum length of a line that a restart cut off, bytes.
+/// Jumps of the sequence, and share of the lines that follow the one before it, per cent, from which on and below which they are no
+/// lines that the radio lost.
+const JUMPS: u64 = 20;
+const JUMPS_NEXT_PCT: u64 = 5;
+
+/// Bytes of a line that a restart cut off.
 const CUT_BYTES_MAX: u64 = 80;
 
 /// A suspected mistake: column and kind.
@@ -47,7 +52,9 @@ pub(super) struct Conduct {
     has_counters: bool,
     /// Sequences other than 99 that preceded a line 00 of the same boot, and how often.
     wraps: BTreeMap<u8, u64>,
-    /// Number of pairs of consecutive lines.
+    /// Jumps of the sequence by their steps, modulo 100.
+    jumps: BTreeMap<u8, u64>,
+    /// Lines that followed one another, and among them those of another type than the line before.
     pub pairs: u64,
     pub changes: u64,
 }
@@ -153,6 +160,8 @@ impl Conduct {
             return true;
         }
         if previous.boot == now.boot {
+            let step = (now.sequence + SEQUENCE_MODULUS - previous.sequence) % SEQUENCE_MODULUS;
+            *self.jumps.entry(step).or_default() += 1;
             found.push(match now.sequence {
                 _ if is_per_type => (2, kind::PER_TYPE),
                 same if same == previous.sequence => (2, kind::STUCK),
@@ -162,7 +171,16 @@ impl Conduct {
         false
     }
 
-    /// The mistake of a sequence that restarts too early: always at the same number, or at restarts.
+    /// Whether the robot makes the sequence jump: mostly by the same step, or nearly always. Lines that the radio lost make it jump by
+    /// various steps, and some lines follow the one before.
+    pub(super) fn jumps(&self) -> bool {
+        let most = self.jumps.values().max().copied().unwrap_or(0);
+        let all: u64 = self.jumps.values().sum();
+        let next = self.pairs.saturating_sub(all);
+        most * 4 > self.pairs * 3 || all >= JUMPS && next * 100 < self.pairs * JUMPS_NEXT_PCT
+    }
+
+    /// A sequence that begins anew: always at the same number, or at restarts.
     fn wrap(&self) -> Option<&'static Kind> {
         if self.wraps.values().any(|count| *count > 1) {
             return Some(kind::WRAP);

@@ -263,8 +263,10 @@ impl Examiner {
             let intact = of(&self.intact, finding);
             // A bad radio damages most lines in ways that no mistake explains.
             let is_clear = same_kind(finding) > self.unexplained;
-            if kind == kind::STUCK || kind == kind::JUMP {
+            if kind == kind::STUCK {
                 count > self.conduct.pairs / 2
+            } else if kind == kind::JUMP {
+                self.conduct.jumps()
             } else if kind == kind::PER_TYPE {
                 count > self.conduct.changes / 2
             } else if kind == kind::NO_STATE {

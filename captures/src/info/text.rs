@@ -43,14 +43,7 @@ impl Info {
         if let Some(clause) = diagnosis::clause(&self.mistakes) {
             writeln!(output, "mistakes   {clause}; `groundwave check` shows more")?;
         }
-        match self.other.other_robot {
-            Some(id) => writeln!(
-                output,
-                "others     {} lines of robot {id}, kept apart",
-                self.other.other_lines
-            ),
-            None => Ok(()),
-        }
+        self.other.write_row(output)
     }
 
     /// Writes the bytes, and Groundwave's lines unless all lines are the robot's own.

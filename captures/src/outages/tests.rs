@@ -143,6 +143,44 @@ fn each_outage_has_its_cause_its_times_and_its_lines() {
     }
 }
 
+/// A recording has the lines that waited before the end of the suspension, and among them a line C.
+#[test]
+fn a_suspension_that_is_told_after_the_lines_that_waited_explains_the_silence() {
+    for told_after in [0, 1, 14, 40] {
+        let (mut robot, mut decoder, mut list) =
+            (Robot::new(), Decoder::default(), OutageList::default());
+        let woken = Moment::from_secs(115);
+        for n in 0..540_u64 {
+            let at_ms = n * 1000 / 3;
+            let line = robot.line(at_ms);
+            let is_waiting = (180..345).contains(&n);
+            let now = if is_waiting {
+                woken
+            } else {
+                Moment::from_millis(at_ms)
+            };
+            if n == 180 + told_after {
+                let event = StationEvent::suspended(Moment::from_secs(55));
+                list.handle_event(woken, &event);
+            }
+            let mut bytes = &line[..];
+            while let Some(received) = decoder.next_own_line(&mut bytes) {
+                list.handle_line(now, &received, decoder.counters());
+            }
+        }
+        let [outage] = list.into_outages(Moment::from_mins(3))[..] else {
+            panic!("one");
+        };
+        let expected = Outage {
+            cause: OutageCause::Suspended,
+            begin: Moment::from_secs(60),
+            end: Some(woken),
+            lost: Lost::default(),
+        };
+        assert_eq!(outage, expected, "after {told_after} lines");
+    }
+}
+
 #[test]
 fn times_that_go_back_make_no_outage_longer() {
     let (mut robot, mut decoder, mut outages) =
@@ -208,15 +246,14 @@ fn a_reboot_is_a_separate_outage_on_a_cable() {
     assert_eq!(causes, [Unplugged, Rebooted]);
 }
 
-#[test]
-fn a_gap_that_only_the_robots_clock_shows_is_found() {
-    // A capture without times: each line follows the one before it.
+/// The outages in a capture without times, each line of which follows the one before it, with some lines lost.
+fn without_times(lost: std::ops::Range<u64>) -> Vec<Outage> {
     let (mut robot, mut decoder, mut list) =
         (Robot::new(), Decoder::default(), OutageList::default());
     let mut now = Moment::ZERO;
     for n in 0..600_u64 {
         let line = robot.line(n * 1000 / 3);
-        if (200..400).contains(&n) {
+        if lost.contains(&n) {
             continue;
         }
         now += Moment::from_millis(333);
@@ -225,11 +262,29 @@ fn a_gap_that_only_the_robots_clock_shows_is_found() {
             list.handle_line(now, &received, decoder.counters());
         }
     }
-    let [outage] = list.into_outages(now)[..] else {
+    list.into_outages(now)
+}
+
+#[test]
+fn a_gap_that_only_the_robots_clock_shows_is_found() {
+    let [outage] = without_times(200..400)[..] else {
         panic!("one");
     };
     assert_eq!(
         (outage.cause, outage.lost.min, outage.lost.max),
         (OutageCause::Gap, 200, 200)
     );
+}
+
+#[test]
+fn a_gap_without_times_is_where_the_sequence_shows_it_and_has_all_its_lines() {
+    for first in 200..212 {
+        let [outage] = without_times(first..first + 165)[..] else {
+            panic!("one");
+        };
+        let begin = Moment::from_millis(333 * first);
+        assert_eq!((outage.cause, outage.begin), (OutageCause::Gap, begin));
+        let words = format!("gap at {:.1} s: 165 lines lost", begin.as_secs_f64());
+        assert_eq!(outage.to_string(), words);
+    }
 }

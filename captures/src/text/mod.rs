@@ -61,8 +61,8 @@ impl Rate {
     /// Maximum error of the robot's clock and its radio's clock, per cent.
     const ERROR_PCT: u64 = 3;
 
-    /// The rate by the robot's clock in the first lines, if it differs from 2400 baud by more than the clock error. Only parts without
-    /// a gap count. The clock counts whole seconds, so consecutive parts are at most a second off.
+    /// The rate by the robot's clock in the first lines, if it differs from the usual one by more than the error. Only parts with a
+    /// known number of lost lines count; the clock counts whole seconds, so each run of such parts is a second off at most.
     fn of(style: Style, mut head: &[u8]) -> Option<Self> {
         let mut decoder = Decoder::default();
         let mut rate = Self {
@@ -83,12 +83,13 @@ impl Rate {
                 let now = *decoder.counters();
                 let was_in_run = std::mem::take(&mut is_in_run);
                 if let Some((then_s, then)) = latest.replace((uptime_s, now))
-                    && now.lost() == then.lost()
+                    && now.hidden == then.hidden
                     && now.noise_bytes == then.noise_bytes
                     && now.restarts == then.restarts
+                    && let Some(lost) = now.lines_lost.checked_sub(then.lines_lost)
                     && let Some(passed_s) = uptime_s.checked_sub(then_s)
                 {
-                    rate.bytes += now.bytes - then.bytes;
+                    rate.bytes += now.bytes - then.bytes + lost * LINE_BYTES as u64;
                     rate.seconds += u64::from(passed_s);
                     runs += u64::from(!was_in_run);
                     is_in_run = true;

@@ -24,7 +24,7 @@ use crate::diagnosis::{Diagnosis, Finding};
 use crate::gaps::Gaps;
 use crate::messages::StationEvent;
 use crate::outages::{Outage, OutageList};
-use crate::statistics::{Damaged, Loss};
+use crate::statistics::{Damaged, Loss, OtherRobot};
 pub use raw_file::RawCopy;
 pub use recording::verify_mcap;
 
@@ -47,7 +47,10 @@ pub struct Verdict {
     pub loss: Loss,
     /// Damaged lines.
     pub damaged: Damaged,
-    /// Mistakes in the robot's lines. Mistakes in rejected lines count as faults.
+    /// Another robot on the channel.
+    #[serde(flatten)]
+    pub other: OtherRobot,
+    /// Mistakes in the lines that the robot sent. Those in lines that are refused count as faults.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistakes: Vec<Finding>,
     /// Number of places between two intact lines where lines were lost or damaged, or the link was interrupted.
@@ -88,6 +91,7 @@ impl Verdict {
             lines: 0,
             loss: Loss::default(),
             damaged: Damaged::default(),
+            other: OtherRobot::default(),
             mistakes: Vec::new(),
             gaps: 0,
             worst_gap: None,
@@ -139,6 +143,7 @@ impl Verdict {
                 self.gaps, gap.lines, gap.until_s
             )?,
         }
+        self.other.write_row(output)?;
         if let Some(longest) = self.outages.iter().max_by_key(|it| it.duration()) {
             writeln!(
                 output,
@@ -265,6 +270,7 @@ impl Lines {
         verdict.lines = counters.intact();
         verdict.loss = Loss::of(counters);
         verdict.damaged = Damaged::of(counters);
+        verdict.other = OtherRobot::of(counters);
         verdict.mistakes = self.diagnosis.findings();
         for finding in verdict.mistakes.clone() {
             if finding.is_refused {

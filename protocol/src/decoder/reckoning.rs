@@ -62,12 +62,12 @@ pub(super) struct Reckoning {
     progress: u64,
     behind: u8,
     latest: Option<AtCounters>,
-    /// Numbers of bytes and seconds without loss, and the number of separate parts after the first.
+    /// Bytes sent in seconds of which the number of lost lines was certain, and the number of parts with others between them.
     clean_bytes: u64,
     clean_s: u64,
     breaks: u64,
-    was_clean: bool,
-    /// Whether a short line arrived since the line C before the latest one, in this life.
+    was_measured: bool,
+    /// Short lines in this life, as long as one came since the line C before the latest.
     has_short: bool,
     takes_turns: bool,
     /// Ground time of the next bytes, and of the latest line, ms.
@@ -144,7 +144,7 @@ impl Reckoning {
     /// Begins again at a boot.
     pub(super) const fn begin(&mut self, boot: AtCounters) {
         self.latest = Some(boot);
-        self.was_clean = false;
+        self.was_measured = false;
     }
 
     /// Takes a go-ahead (line G), which shows that the robot is half duplex.
@@ -155,7 +155,7 @@ impl Reckoning {
     /// Drops the latest line C, after a reboot or missing bytes.
     pub(super) const fn forget(&mut self) {
         self.latest = None;
-        self.was_clean = false;
+        self.was_measured = false;
     }
 
     /// Drops the time of the latest line, after missing bytes.
@@ -202,13 +202,9 @@ impl Reckoning {
             && passed_s < CLEAN_S
             && is_plausible
             && then.before_first.is_none();
+        let was_measured = core::mem::replace(&mut self.was_measured, false);
         if is_clean {
-            self.breaks += u64::from(!self.was_clean);
-            self.clean_bytes += bytes;
-            self.clean_s += passed_s;
-        }
-        self.was_clean = is_clean;
-        if is_clean {
+            self.measure(was_measured, bytes, passed_s);
             return Lost::default();
         }
         let (least, most) = self.expected(passed_s, bytes, is_mixed);
@@ -225,12 +221,28 @@ impl Reckoning {
         }
         let hundreds = |lines: i64| (lines - missing).max(0) / MODULUS;
         let (min, max) = (hundreds(least + MODULUS - 1), hundreds(most));
-        let (min, max) = if min <= max {
-            (min, max)
-        } else {
-            let nearest = hundreds(i64::midpoint(least, most) + MODULUS / 2);
-            (nearest, nearest)
+        let is_possible = min <= max && missing <= most;
+        let is_guess = !self.is_rate_measured();
+        // The steps of the sequence alone tell the rate, where they fit it and a hundred more do not, or where no number fits a
+        // guessed rate.
+        let is_measure = passed_s < CLEAN_S
+            && !is_mixed
+            && !self.takes_turns
+            && if is_possible { max == 0 } else { is_guess };
+        let nearest = hundreds(i64::midpoint(least, most) + MODULUS / 2);
+        let (min, max) = match (is_possible, is_guess) {
+            // Until a part fits the wire's rate, the robot may be slow.
+            (true, true) if !self.is_wire_rate_likely() => (0, max),
+            (true, _) => (min, max),
+            (false, true) if is_measure => (0, 0),
+            (false, true) => (0, nearest),
+            (false, false) => (nearest, nearest),
         };
+        if let Ok(missing) = u64::try_from(missing)
+            && is_measure
+        {
+            self.measure(was_measured, bytes + missing * LINE_BYTES as u64, passed_s);
+        }
         let hidden = |hundreds: i64| match hundreds {
             0 => 0,
             _ => (missing + hundreds * MODULUS - counted).max(0) as u64,
@@ -241,7 +253,27 @@ impl Reckoning {
         }
     }
 
-    /// Minimum and maximum number of lines that can be missing among `bytes`, received in `passed_s` of the robot's clock. The clock counts
+    /// Takes bytes that the robot sent in a time of its clock; `is_next` if the time before was measured, too.
+    const fn measure(&mut self, is_next: bool, bytes: u64, passed_s: u64) {
+        self.breaks += !is_next as u64;
+        self.clean_bytes += bytes;
+        self.clean_s += passed_s;
+        self.was_measured = true;
+    }
+
+    /// Whether the robot's own rate is known better than the wire's.
+    const fn is_rate_measured(&self) -> bool {
+        self.clean_s >= MEASURED_S || self.heard_ms >= MEASURED_S * 1000
+    }
+
+    /// Whether the parts measured so far fit the wire's rate.
+    const fn is_wire_rate_likely(&self) -> bool {
+        let usual_bytes = self.clean_s * BYTES_PER_S as u64;
+        let second_bytes = self.breaks * BYTES_PER_S as u64;
+        self.clean_s > 0 && self.clean_bytes.abs_diff(usual_bytes) <= second_bytes
+    }
+
+    /// Least and greatest number of lines that can be missing among `bytes` in `passed_s` of the robot's clock, which counts
     /// whole seconds.
     fn expected(&self, passed_s: u64, bytes: u64, is_mixed: bool) -> (i64, i64) {
         let (rate, error_pct) = if self.clean_s >= MEASURED_S {
@@ -269,10 +301,10 @@ impl Reckoning {
         } else {
             LINE_BYTES as u64
         };
-        let least =
-            (least_rate * passed_s.saturating_sub(1)).saturating_sub(bytes) / LINE_BYTES as u64;
-        let most = (most_rate * (passed_s + 1)).saturating_sub(bytes) / densest;
-        (least as i64 - 1, most as i64 + 1)
+        let missing = |sent: u64, line: u64| (sent as i64 - bytes as i64) / line as i64;
+        let least = missing(least_rate * passed_s.saturating_sub(1), LINE_BYTES as u64);
+        let most = missing(most_rate * (passed_s + 1), densest);
+        (least - 1, most + 1)
     }
 }
 
