@@ -120,6 +120,6 @@ fn decode_to(bencher: Bencher, format: &str) {
         _ => Format::Jsonl,
     };
     bench_capture(bencher, |capture| {
-        let _ = black_box(decode(capture, format, &mut io::sink()));
+        let _ = black_box(decode(capture, &[], format, &mut io::sink()));
     });
 }

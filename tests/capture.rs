@@ -125,7 +125,7 @@ fn content(path: &Path) -> Vec<u8> {
 
 fn decoded(path: &Path, format: Format) -> String {
     let mut output = Vec::new();
-    decode(&mut Capture::open(path).unwrap(), format, &mut output).unwrap();
+    decode(&mut Capture::open(path).unwrap(), &[], format, &mut output).unwrap();
     String::from_utf8(output).unwrap()
 }
 
@@ -418,7 +418,7 @@ impl std::io::Write for Closing {
 fn a_broken_pipe_has_its_own_error() {
     let stream = streams::clean(30);
     let mut capture = Capture::read("stream", Box::new(Cursor::new(stream))).unwrap();
-    match decode(&mut capture, Format::Jsonl, &mut Closing(1500)) {
+    match decode(&mut capture, &[], Format::Jsonl, &mut Closing(1500)) {
         Err(DecodeError::Output(error)) => {
             assert_eq!(error.kind(), std::io::ErrorKind::BrokenPipe);
         }
@@ -488,7 +488,7 @@ proptest! {
 
         let source = Reads { stream: Cursor::new(stream), sizes: sizes.into_iter().cycle() };
         let mut piped = Vec::new();
-        decode(&mut Capture::read("-", Box::new(source)).unwrap(), Format::Jsonl, &mut piped).unwrap();
+        decode(&mut Capture::read("-", Box::new(source)).unwrap(), &[], Format::Jsonl, &mut piped).unwrap();
         prop_assert_eq!(String::from_utf8(piped).unwrap(), whole);
     }
 }

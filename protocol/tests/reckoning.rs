@@ -86,7 +86,7 @@ impl Robot {
     }
 }
 
-/// Draws numbers by the generator SplitMix64.
+/// Draws numbers by the generator `SplitMix64`.
 struct Draws(u64);
 
 impl Draws {

@@ -173,7 +173,7 @@ fn a_suspension_that_is_told_after_the_lines_that_waited_explains_the_silence() 
         };
         let expected = Outage {
             cause: OutageCause::Suspended,
-            begin: Moment::from_secs(60),
+            begin: Moment::from_mins(1),
             end: Some(woken),
             lost: Lost::default(),
         };
