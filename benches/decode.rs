@@ -15,7 +15,7 @@ use groundwave::capture::decode::{Format, decode};
 use groundwave::capture::info::Info;
 use groundwave_protocol::decoder::Decoder;
 
-/// Number of line slots: most of an hour.
+/// Number of line slots in the stream: most of an hour.
 const SLOTS: u32 = 10_000;
 
 /// Size of a read from a disk, bytes.
@@ -55,7 +55,7 @@ fn decoder_noisy(bencher: Bencher) {
     bench_decoder(bencher, &streams::noisy(SLOTS, 1), READ_BYTES);
 }
 
-/// Bunches of 16 ms, as a serial port delivers them.
+/// Reads of 16 ms each, as a serial port delivers them.
 #[divan::bench]
 fn decoder_in_clumps(bencher: Bencher) {
     bench_decoder(bencher, &streams::lines(SLOTS), 4);
@@ -120,6 +120,6 @@ fn decode_to(bencher: Bencher, format: &str) {
         _ => Format::Jsonl,
     };
     bench_capture(bencher, |capture| {
-        let _ = black_box(decode(capture, format, &mut io::sink()));
+        let _ = black_box(decode(capture, &[], format, &mut io::sink()));
     });
 }

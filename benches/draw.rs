@@ -91,7 +91,7 @@ fn a_page_after_a_new_line(bencher: Bencher, (width, height): (u16, u16)) {
     });
 }
 
-/// The share of simulating and decoding, to be subtracted from the others.
+/// Cost of simulating and decoding alone, to be subtracted from the other figures.
 #[divan::bench]
 fn a_new_line_without_a_frame(bencher: Bencher) {
     let mut watched = Watched::new(120, 40);

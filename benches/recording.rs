@@ -1,8 +1,8 @@
 //! Cost of recording, converting and recovering a day of the simulated robot.
 //!
-//! `cargo bench --bench recording` prints one line per figure, the least of three runs. `-- --month` also records
-//! thirty days in parts of a day and prints the memory that it takes. `--day FILE` uses raw text instead of simulating
-//! a day. Linux only, because it asks the kernel.
+//! `cargo bench --bench recording` prints one line per figure, the minimum of three runs. `-- --month` also records
+//! thirty days in parts of a day and prints the memory used. `--day FILE` uses raw text instead of simulating
+//! a day. Linux only, because the kernel reports the figures.
 
 use std::cmp::Ordering;
 use std::error::Error;
@@ -109,13 +109,13 @@ fn session() -> Session {
     }
 }
 
-/// Pace and size of reads, bytes: half a line, as a port delivers at best, or 16 ms of the wire, as an adapter
+/// Pace and size of reads, bytes: half a line, the smallest that a port delivers, or 16 ms of the wire, as an adapter
 /// delivers.
 #[derive(Clone, Copy)]
 enum Way {
-    /// With the recorded times, as fast as the disk accepts.
+    /// Lines with the recorded times, as fast as the disk accepts them.
     Live(usize),
-    /// All at the same time, so that no sync is due because of age.
+    /// All lines with the same time, so that no sync is due because of age.
     AtOnce(usize),
 }
 
@@ -127,7 +127,7 @@ impl Way {
     }
 }
 
-/// Records days; all threads, waiting for the disk and reading back included.
+/// Records days, including all threads, waiting for the disk and reading back.
 fn record(path: &Path, day: &[u8], days: u64, way: Way) -> Result<(), Box<dyn Error>> {
     let mut recorder = Recorder::start(path, Existing::Refuse, &session())?;
     for n in 0..days {
@@ -165,7 +165,7 @@ fn interrupted(path: &Path, day: &[u8]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The least of three runs.
+/// The minimum of three runs.
 fn least<T: Ord>(mut run: impl FnMut() -> Result<T, Box<dyn Error>>) -> Result<T, Box<dyn Error>> {
     let first = run()?;
     Ok(first.min(run()?).min(run()?))

@@ -1,8 +1,8 @@
 //! Cost of replay: opening a capture, seeking in it, reading it completely, and memory.
 //!
 //! `cargo bench --bench replay` simulates a day in the house, as raw text and as MCAP, in a temporary folder; `cargo
-//! bench --bench replay -- 1 24 240` makes captures of 1, 24 and 240 hours. Peak memory is that of the whole process so
-//! far.
+//! bench --bench replay -- 1 24 240` makes captures of 1, 24 and 240 hours. Peak memory is that of the whole process up to
+//! that measurement.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -19,7 +19,7 @@ use sr04_sim::{Simulation, SimulationConfig, World};
 
 const SEEKS: u32 = 500;
 
-/// Lines per second of the robot.
+/// Number of lines per second of the robot.
 const LINES_PER_S: f64 = 3.0;
 
 fn main() {

@@ -24,7 +24,7 @@ pub const DOCUMENTS: &[Document] = &[
     ("tests/judges/topics.json", topics),
 ];
 
-/// Columns of the help texts.
+/// Number of columns of the help texts.
 const HELP_COLUMNS: usize = 100;
 
 /// Path of a document.

@@ -20,12 +20,12 @@ pub struct Gauge {
     pub track: i16,
 }
 
-/// The measured position less the odometry's, in inches, as seen at the start of the square.
+/// The measured position minus the odometry's, inches, in the frame of the square's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Offset {
-    /// Distance to the right of the start.
+    /// Distance to the right of the start, inches.
     pub right_in: f64,
-    /// Distance ahead of the start.
+    /// Distance ahead of the start, inches.
     pub ahead_in: f64,
 }
 
@@ -48,7 +48,7 @@ impl Offset {
     }
 }
 
-/// The ends of the squares of one calibration.
+/// Measured ends of the squares of one calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Squares {
     /// Side of the square, inches.
@@ -59,7 +59,7 @@ pub struct Squares {
     pub counter: Offset,
 }
 
-/// Why a calibration has no result.
+/// Reason why a calibration has no result.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
     /// The side is too short.
@@ -81,7 +81,7 @@ pub enum CalibrationError {
         "the measurements give {what} of {value_in:.3} in, but the robot accepts {least_in} to {most_in}; measure again"
     )]
     Limit {
-        /// The dimension, with its article.
+        /// Name of the dimension, with an article.
         what: &'static str,
         /// The computed value, inches.
         value_in: f64,
@@ -99,14 +99,14 @@ const SIDE_LEAST_IN: f64 = 40.0;
 const WHEEL: (f64, f64) = (4500.0, 5500.0);
 const TRACK: (f64, f64) = (9000.0, 11_000.0);
 
-/// Passes of the refinement; it converges in three or four.
+/// Number of refinement steps; three or four are enough to converge.
 const PASSES: usize = 20;
 
-/// Largest residual as a share of the side, for measuring by hand and dust on the floor.
+/// Maximum residual as a share of the side; allows for measuring by hand and dust on the floor.
 const UNEXPLAINED_SHARE: f64 = 0.02;
 
 impl Squares {
-    /// The gauge that closes both squares; `present` is the one they were driven with.
+    /// The gauge that closes both squares; `present` is the gauge that the robot used for them.
     ///
     /// # Errors
     ///
@@ -133,7 +133,7 @@ impl Squares {
                 counter_in: self.counter.length_in(),
             });
         }
-        // The mean of both wheels stays.
+        // The mean of both wheels does not change.
         let wheels = 1.0 + errors.wheels;
         let scaled = |what, value: i16, factor: f64, limits: (f64, f64)| {
             let value = f64::from(value) * factor;
@@ -165,7 +165,7 @@ impl Squares {
         })
     }
 
-    /// Distance from the start of the square that ended farther away, inches: the paper's measure of systematic errors.
+    /// Larger distance of the two squares' ends from their starts, inches: the paper's measure of systematic errors.
     #[must_use]
     pub fn error_in(&self) -> f64 {
         self.clockwise.length_in().max(self.counter.length_in())
@@ -177,7 +177,7 @@ impl Squares {
         self.error_in() / (4.0 * self.side_in)
     }
 
-    /// The paper's closed formulas. Its x is our ahead, its y our left.
+    /// Errors by the paper's closed formulas. The paper's x is our ahead, its y our left.
     fn first_order(&self, track_in: f64) -> Errors {
         let (cw, ccw) = (self.clockwise, self.counter);
         let quarter = -4.0 * self.side_in;
@@ -197,7 +197,7 @@ impl Squares {
         }
     }
 
-    /// One Gauss-Newton step toward the errors whose squares end at the measured positions.
+    /// One Gauss-Newton step towards the errors for which the squares end at the measured positions.
     fn refine(&self, at: Errors, track_in: f64) -> Errors {
         const STEP: f64 = 1e-6;
         let here = self.residuals(at, track_in);
@@ -227,7 +227,7 @@ impl Squares {
         }
     }
 
-    /// The ends of the squares of a robot with these errors, less the measured ends.
+    /// The ends of both squares for a robot with these errors, minus the measured ends, inches.
     fn residuals(&self, errors: Errors, track_in: f64) -> [f64; 4] {
         let cw = errors.end_of_square(self.side_in, track_in, 1.0);
         let ccw = errors.end_of_square(self.side_in, track_in, -1.0);
@@ -243,9 +243,9 @@ impl Squares {
 /// Relative errors of a robot's odometry.
 #[derive(Clone, Copy, Debug)]
 struct Errors {
-    /// True track divided by the believed track, minus 1.
+    /// True track divided by the assumed track, minus 1.
     track: f64,
-    /// True ratio of the right wheel to the left divided by the believed ratio, minus 1.
+    /// True ratio of the wheel diameters (right to left) divided by the assumed ratio, minus 1.
     wheels: f64,
 }
 
@@ -399,7 +399,7 @@ mod tests {
             .correct(DRAWN),
             Err(CalibrationError::Side(20.0))
         );
-        // Left and right swapped in one of the two.
+        // Left and right are swapped in one measurement.
         let confused = Squares {
             clockwise: Offset {
                 right_in: 30.0,

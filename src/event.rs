@@ -1,4 +1,4 @@
-//! Events and effects: what happened, and what the operator wants done.
+//! Events (changes that the model takes) and effects (actions that the model requests).
 //!
 //! The model takes an [`Event`] and returns [`Effect`]s. The robot's acknowledgement of a command is an event like
 //! any other.
@@ -28,7 +28,7 @@ pub enum Event {
     Line {
         /// The decoded line.
         line: Box<Line>,
-        /// Its 80 bytes.
+        /// The line's 80 bytes.
         raw: [u8; 80],
     },
     /// An intact acknowledgement line arrived.
@@ -45,16 +45,16 @@ pub enum Event {
     Reception {
         /// The new kind.
         reception: Reception,
-        /// Time since which the kind lasts.
+        /// Time at which this kind began.
         since: Moment,
     },
     /// A time without lines began, or one has ended.
     Outage(Outage),
-    /// This station was suspended for this long, until now.
+    /// This station was suspended until now, for this duration.
     Suspended(Moment),
     /// A command was queued.
     Asked {
-        /// The command.
+        /// Number of the command.
         id: CommandId,
         /// The request.
         request: Request,
@@ -63,16 +63,16 @@ pub enum Event {
     },
     /// A command has a new status.
     Command {
-        /// The command.
+        /// Number of the command.
         id: CommandId,
-        /// Its status, never [`CommandStatus::Queued`].
+        /// Status of the command; never [`CommandStatus::Queued`].
         status: CommandStatus,
     },
     /// The state of the recording changed.
     Recording(Recording),
     /// Files were listed for [`Effect::ListFiles`].
     Files {
-        /// The beginning asked for.
+        /// The requested beginning of the file names.
         beginning: String,
         /// The files; folders end with a slash.
         files: Vec<String>,
@@ -81,7 +81,7 @@ pub enum Event {
     RouteLoaded {
         /// The requested file.
         path: String,
-        /// Its waypoints, or the mistake with its position.
+        /// Waypoints of the file, or the mistake with its position.
         route: Result<Vec<Waypoint>, String>,
     },
     /// A route file was written for [`Effect::SaveRoute`], or writing failed.
@@ -97,9 +97,9 @@ pub enum Event {
     Overlaid(Result<Arc<Overlaid>, String>),
     /// The operator set or cleared a mark.
     Mark(Mark),
-    /// Something happened to an alarm.
+    /// The status of an alarm changed.
     Alarm(AlarmEvent),
-    /// The true state of a simulated robot's world, which is only shown.
+    /// The true state of a simulated robot's world; it is only shown.
     Truth(Truth),
     /// A line for the log.
     Notice(Notice),
@@ -116,9 +116,9 @@ pub enum Event {
     },
     /// The size of the terminal changed.
     Resize {
-        /// Columns.
+        /// Number of columns.
         width: u16,
-        /// Rows.
+        /// Number of rows.
         height: u16,
     },
     /// Only time has passed.
@@ -161,16 +161,16 @@ pub enum Effect {
     Drive {
         /// Speed at the centre, in/s.
         velocity_in_s: i8,
-        /// Left minus right, in/s.
+        /// Speed of the left wheel minus that of the right wheel, in/s.
         rotation_in_s: i8,
     },
     /// End hand drive; the robot stops.
     DriveEnd,
-    /// Cancel the waiting commands and the one under way.
+    /// Cancel the current command and the waiting ones.
     CancelCommands,
-    /// Tell that the operator acknowledged or shelved an alarm; it comes back as [`Event::Alarm`].
+    /// Report that the operator acknowledged or shelved an alarm; the report comes back as [`Event::Alarm`].
     Alarm(AlarmEvent),
-    /// Begin a recording that includes the remembered observations, or end the one under way.
+    /// Begin a recording that includes the remembered observations, or end the current recording.
     ToggleRecording,
     /// Save a remark in the label beside a capture.
     Label {
@@ -178,7 +178,7 @@ pub enum Effect {
         capture: String,
         /// The remark.
         remark: Remark,
-        /// Time since the moment that the remark is about.
+        /// Time since the moment of the remark.
         ago: Moment,
     },
     /// Read the runs of the captures in a folder; the answer is [`Event::Runs`].
@@ -187,22 +187,22 @@ pub enum Effect {
     CompareRuns([String; 2]),
     /// End the session and replay a capture.
     Replay(String),
-    /// List the files whose names begin so; the answer is [`Event::Files`].
+    /// List the files whose names begin with a text; the answer is [`Event::Files`].
     ListFiles(String),
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
     /// Write a route file; the answer is [`Event::RouteSaved`].
     SaveRoute {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Its text.
+        /// Content of the file.
         text: String,
         /// Whether an existing file may be overwritten.
         overwrite: bool,
     },
     /// Show another moment of the session or capture.
     Playback(Control),
-    /// Log a notice; it comes back as [`Event::Notice`].
+    /// Log a notice; the notice comes back as [`Event::Notice`].
     Notice(Notice),
     /// Put a text on the terminal's clipboard.
     Copy(String),
@@ -227,7 +227,7 @@ pub(crate) fn unquoted(text: &str) -> String {
 /// Parses `name TEXT`, `note TEXT`, `void [REASON]` or `counts`; `None` for other words. Enclosing quotes are removed.
 ///
 /// # Errors
-/// When a text is missing or superfluous.
+/// If a text is missing, or not expected.
 #[must_use]
 pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
     let (first, rest) = words.split_first()?;
@@ -243,7 +243,7 @@ pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
     })
 }
 
-/// Why a file was not written.
+/// Reason why a file was not written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SaveProblem {
     /// The file exists and may not be overwritten.
@@ -259,10 +259,10 @@ pub struct Recording {
     pub tee: Option<String>,
     /// MCAP file.
     pub mcap: Option<String>,
-    /// Bytes recorded.
+    /// Number of bytes recorded.
     pub bytes: u64,
-    /// Why recording failed, and the loss.
+    /// Reason why recording failed, and the loss.
     pub problem: Option<String>,
-    /// Whether the disk, or the pipe, accepts no bytes.
+    /// Whether the disk or the pipe has stopped accepting bytes.
     pub is_disk_silent: bool,
 }

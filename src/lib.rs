@@ -1,11 +1,11 @@
 //! Groundwave: a ground station for a small robot on a 2400-baud radio.
 //!
 //! The sans-IO [`station`] turns bytes from the radio into events ([`event::Event`]), the [`model`] turns events into
-//! facts, and the [`view`] draws them. The operator's requests ([`event::Effect`]) go the other way; their result is
+//! facts, and the [`view`] draws them. The operator's requests ([`event::Effect`]) take the opposite way; their result is
 //! known only from the robot's lines. [`io`] accesses the operating system, [`capture`] reads and writes recordings,
 //! and [`runtime`] is the only event loop.
 
-// These macros panic when the stream is closed or full, and the exit code is lost. `commands` writes without them.
+// These macros panic when the stream is closed or full, and the exit code is lost. `commands` writes with its own functions.
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 pub use groundwave_captures as capture;

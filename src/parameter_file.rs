@@ -1,4 +1,4 @@
-//! Parameter files: one `name = value` a line; `#` begins a comment. A file is TOML, too.
+//! Parameter files: one `name = value` per line; `#` begins a comment. The format is a subset of TOML.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
@@ -8,12 +8,12 @@ use groundwave_protocol::telemetry::{ParameterLine, ParameterName};
 use crate::request::{Amount, Request, RequestError, Tuning, in_whole_unit, known_parameters};
 use crate::suggest::question;
 
-/// Why a text is not a set of parameters, or not one for this robot.
+/// Reason why a text is not a set of parameters, or why this robot cannot take the set.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {problem}")]
 pub struct FileError {
     file: String,
-    /// Line, from 1.
+    /// Line of the text, from 1.
     line: usize,
     problem: String,
 }
@@ -23,7 +23,7 @@ pub struct FileError {
 pub struct Entry {
     name: ParameterName,
     value: Amount,
-    /// Line, from 1.
+    /// Line of the text, from 1.
     line: usize,
 }
 
@@ -34,7 +34,7 @@ impl Entry {
         Request::Parameter(Tuning::Set(self.name, self.value))
     }
 
-    /// Its line in the file, from 1.
+    /// Line of the entry in the file, from 1.
     #[must_use]
     pub const fn line(&self) -> usize {
         self.line
@@ -53,13 +53,13 @@ pub struct ParameterFile {
 pub struct Difference {
     /// The parameter in the file.
     pub entry: Entry,
-    /// Its value in the file, counts of the robot's unit.
+    /// Value in the file, in counts of the robot's unit.
     pub wanted: i32,
     /// The robot's parameter.
     pub robot: ParameterLine,
 }
 
-/// `top-speed: 8 in the file, 12 in the robot (in/s)`
+/// Writes text such as `top-speed: 8 in the file, 12 in the robot (in/s)`.
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unit = self.robot.unit.as_str();
@@ -139,7 +139,7 @@ impl ParameterFile {
     /// The parameters whose values differ from the robot's.
     ///
     /// # Errors
-    /// For a parameter that the robot lacks, and a value that it does not accept.
+    /// If the robot lacks a parameter or does not accept a value.
     pub fn differences(&self, robot: &[ParameterLine]) -> Result<Vec<Difference>, FileError> {
         let mut found = Vec::new();
         for entry in &self.entries {
@@ -171,7 +171,7 @@ impl ParameterFile {
     }
 }
 
-/// The values a parameter accepts: `it takes 100 to 130 (V/10), or 10.0 to 13.0 V`.
+/// The values that a parameter accepts, as text: `it takes 100 to 130 (V/10), or 10.0 to 13.0 V`.
 #[must_use]
 pub fn limits(line: &ParameterLine) -> String {
     let unit = line.unit.as_str();

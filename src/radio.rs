@@ -38,9 +38,9 @@ pub fn random_owner() -> u16 {
 /// The radio as configured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Radio {
-    /// Its kind.
+    /// Kind of the radio.
     pub kind: RadioKind,
-    /// Latency it adds to a round trip; `None`: by its kind.
+    /// Latency that the radio adds to a round trip; `None` for the default of its kind.
     pub latency: Option<Duration>,
 }
 

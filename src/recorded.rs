@@ -6,7 +6,7 @@ use groundwave_protocol::Waypoint;
 use crate::event::{CommandId, CommandStatus, Event, Mark, Moment, Notice, NoticeCode};
 use crate::request::Request;
 
-/// The recorded form of an event; `None` for one that follows from the bytes.
+/// The recorded form of an event; `None` for an event derived from the bytes.
 #[must_use]
 pub fn to_recorded(event: &Event) -> Option<StationEvent> {
     match event {
@@ -26,7 +26,7 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
     }
 }
 
-/// The event of a recorded form; `None` for one that follows from the bytes, or of a newer version.
+/// The event of a recorded form; `None` for an event derived from the bytes, or of a newer version.
 #[must_use]
 pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
     match recorded.kind.as_ref()? {
@@ -41,7 +41,7 @@ pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
         }
         StationEventKind::Notice(notice) => {
             let code = NoticeCode::from_code(&notice.code).unwrap_or(NoticeCode::Other);
-            // The recorder adds this one itself.
+            // The recorder adds this notice itself.
             (code != NoticeCode::RecordingBegun)
                 .then(|| Event::Notice(Notice::new(code, notice.level(), notice.text.as_str())))
         }
@@ -74,7 +74,7 @@ fn command(message: &UplinkEvent) -> Option<Event> {
     Some(Event::Asked { id, request, by })
 }
 
-/// The request of a queued command: a list by its waypoints, another by its words.
+/// The request of a queued command: a list from its waypoints, any other from its text.
 fn request(message: &UplinkEvent) -> Option<Request> {
     if message.total.is_none() {
         let words: Vec<&str> = message.command.as_deref()?.split(' ').collect();

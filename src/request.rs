@@ -1,4 +1,4 @@
-//! Commands to the robot, as an operator words them on the command line, in scripts and in the dashboard.
+//! Commands to the robot, as typed on the command line, in scripts and in the dashboard.
 
 mod amount;
 mod commands;
@@ -15,7 +15,7 @@ use std::fmt;
 use std::time::Duration;
 
 pub use amount::{Amount, in_whole_unit};
-pub use commands::{dashboard_commands, dashboard_listing, listing};
+pub use commands::{command_description, dashboard_commands, dashboard_listing, listing};
 pub use groundwave_captures::words::{layer_word, mode_word, outcome_words};
 pub use parameters::{default_of as known_default, known as known_parameters};
 pub use preset::names as preset_names;
@@ -30,48 +30,48 @@ use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 use crate::suggest;
 use words::{find_mode, layer_words, read_layers, read_mode};
 
-/// A command, before it becomes frames.
+/// A command to the robot, not yet encoded as frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// Motors off.
+    /// Switch the motors off.
     Stop,
     /// Enter a mode.
     Mode(Mode),
-    /// Allow these layers as well.
+    /// Allow these layers, in addition to the allowed ones.
     Enable(LayerMask),
     /// Forbid these layers.
     Disable(LayerMask),
     /// Allow exactly these layers.
     Only(LayerMask),
-    /// Replace the route; an empty one clears it.
+    /// Replace the robot's route; an empty route clears it.
     Route(Vec<Waypoint>),
     /// Set the robot's pose.
     Pose {
-        /// Its position.
+        /// Position.
         position: Waypoint,
-        /// Its heading, 0 to 359 degrees.
+        /// Heading, 0 to 359 degrees.
         theta_deg: u16,
     },
     /// Measure the distances all around.
     Scan,
-    /// Set the mode to enter when the ground is silent; `None`: carry on.
+    /// Set the mode that the robot enters when the ground is silent; `None` switches the failsafe off.
     Failsafe(Option<Failsafe>),
     /// Read, change or save the robot's parameters.
     Parameter(Tuning),
-    /// A command string of the configuration: its name and arguments, separated by spaces.
+    /// A command string of the configuration: name and arguments, separated by spaces.
     Own(String),
 }
 
 /// The robot's parameter that switches its cliff guard on and off.
 pub(crate) const CLIFF_GUARD: &str = "cliff-guard";
 
-/// The robot's parameter for the voltage of a critical battery; 0 switches that protection off.
+/// The robot's parameter for the voltage of a critical battery; 0 switches the protection off.
 pub(crate) const CRITICAL_BATTERY: &str = "battery-critical";
 
-/// Why words are not a command.
+/// Reason why words are not a command.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RequestError {
-    /// No words.
+    /// No words were given.
     #[error("no command given; try `mode prowl`, `goto 48 0` or `stop`")]
     Empty,
     /// An unknown first word.
@@ -82,9 +82,9 @@ pub enum RequestError {
     Arguments {
         /// The command.
         command: &'static str,
-        /// The arguments it takes.
+        /// The expected arguments.
         takes: &'static str,
-        /// The arguments it got.
+        /// The given arguments.
         got: String,
     },
     /// An unknown layer.
@@ -103,33 +103,33 @@ pub enum RequestError {
         "`failsafe {0}`: the silence must be {SILENCE_MIN_S} to {SILENCE_MAX_S} seconds, and the mode one without an operator; try `failsafe home 30s`"
     )]
     Failsafe(String),
-    /// Not the name of a parameter.
+    /// The word is not a valid parameter name.
     #[error(
         "`{0}` is not a parameter name (1 to {NAME_BYTES} lower case letters, digits and hyphens); `param list` shows the names"
     )]
     ParameterName(String),
-    /// Similar to the name of a known parameter.
+    /// The name is unknown but similar to a known parameter.
     #[error(
         "unknown parameter `{0}`; did you mean `{1}`? If the robot has a parameter of that name, write `={0}`"
     )]
     ParameterUnknown(String, &'static str),
-    /// Not the value of a parameter.
+    /// The word is not a valid parameter value.
     #[error(
         "`{0}` is not a parameter value; write a whole number from -{VALUE_MAX} to {VALUE_MAX}, or one like 11.6 in the whole unit"
     )]
     ParameterValue(String),
-    /// No parameter named.
+    /// The name of the parameter is missing.
     #[error("`param {0}` needs a name, as in `param {0} {1}`; `param list` shows the names")]
     ParameterMissing(&'static str, &'static str),
-    /// Similar to a subcommand of `param`.
+    /// The subcommand is unknown but similar to a subcommand of `param`.
     #[error("`param` has no `{0}`; did you mean `{1}`?")]
     ParameterVerb(String, &'static str),
-    /// Only the name of a parameter.
+    /// Only the name of a parameter was given.
     #[error(
         "`param {0}` is incomplete: `param get {0}` shows the value, `param {0} VALUE` changes it"
     )]
     ParameterAlone(String),
-    /// No value.
+    /// The value of the parameter is missing.
     #[error(
         "`param set {0}` needs a value; `param get {0}` shows the current value and the limits"
     )]
@@ -156,7 +156,7 @@ impl RequestError {
     }
 }
 
-/// The most similar of the known words, or all of them.
+/// A hint: the most similar known word, or all of them.
 fn hint(word: &str, what: &str, known: impl Iterator<Item = &'static str>) -> String {
     let known: Vec<&str> = known.collect();
     let all = format!("{what} are {}", known.join(", "));
@@ -167,7 +167,7 @@ impl Request {
     /// Parses the words of a command; `preset` stands for several commands.
     ///
     /// # Errors
-    /// Names the wrong word and the right ones.
+    /// The error names the wrong word and the valid ones.
     pub fn all_from_words<S: AsRef<str>>(words: &[S]) -> Result<Vec<Self>, RequestError> {
         match words {
             [preset, name] if preset.as_ref() == "preset" => preset::requests(name.as_ref()),
@@ -183,7 +183,7 @@ impl Request {
     /// Parses the words of one command, except for `route`: the caller reads its file with [`crate::route`].
     ///
     /// # Errors
-    /// Names the wrong word and the right ones.
+    /// The error names the wrong word and the valid ones.
     pub fn from_words<S: AsRef<str>>(words: &[S]) -> Result<Self, RequestError> {
         let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
         let (&command, arguments) = words.split_first().ok_or(RequestError::Empty)?;
@@ -219,10 +219,10 @@ impl Request {
         }
     }
 
-    /// Parses the words of a command for a robot with command strings of these names, which come before other commands.
+    /// Parses the words of a command for a robot with command strings of these names. They take precedence over other commands.
     ///
     /// # Errors
-    /// Names the wrong word and the right ones.
+    /// The error names the wrong word and the valid ones.
     pub fn all_from_words_or_own<S: AsRef<str>>(
         words: &[S],
         own: &[String],
@@ -237,13 +237,23 @@ impl Request {
         }
     }
 
-    /// Time within which the robot should have confirmed the command. All parameters take half a minute at 2400 baud, longer with
+    /// Time within which the robot should confirm the command. Listing all parameters takes half a minute at 2400 baud, longer with
     /// bit errors.
     #[must_use]
     pub const fn default_timeout(&self) -> Duration {
         match self {
             Self::Parameter(Tuning::List) => Duration::from_mins(2),
             _ => Duration::from_secs(20),
+        }
+    }
+
+    /// Returns the mode that the command orders.
+    #[must_use]
+    pub const fn mode(&self) -> Option<Mode> {
+        match self {
+            Self::Stop => Some(Mode::Stop),
+            Self::Mode(mode) => Some(*mode),
+            _ => None,
         }
     }
 
@@ -305,7 +315,7 @@ impl Request {
     /// A command with this route.
     ///
     /// # Errors
-    /// If it has more waypoints than the robot holds.
+    /// If the route has more waypoints than the robot holds.
     pub fn route(waypoints: Vec<Waypoint>) -> Result<Self, RequestError> {
         if waypoints.len() > WAYPOINTS_MAX {
             return Err(RequestError::TooManyWaypoints(waypoints.len()));
@@ -314,8 +324,8 @@ impl Request {
     }
 }
 
-/// The words that [`Request::from_words`] parses to the same command. Captures, scripts and the shared link rely on it;
-/// only a route of several waypoints is kept by its points instead.
+/// Writes the words that [`Request::from_words`] parses to the same command. Captures, scripts and the shared link rely on this;
+/// a route of several waypoints is an exception: they store its points.
 impl fmt::Display for Request {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -433,7 +443,7 @@ mod tests {
         assert!(error("preset mtoh").contains("did you mean `moth`?"));
     }
 
-    /// A name unlike all known ones is passed on, because the robot may know it.
+    /// A name unlike all known names is passed on, because the robot may know it.
     #[test]
     fn mistyped_parameters_get_a_suggestion_unless_written_with_an_equals_sign() {
         for words in [

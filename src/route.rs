@@ -1,47 +1,47 @@
-//! Route files: one waypoint `X,Y` a line, in whole inches; `#` begins a comment.
+//! Route files: one waypoint `X,Y` per line, in whole inches; `#` begins a comment.
 
 use std::fmt::Write as _;
 
 use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 
-/// Why a text is not a route.
+/// Reason why a text is not a route.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RouteError {
-    /// Not a coordinate.
+    /// A field is not a valid coordinate.
     #[error(
         "{file}:{line}:{column}: `{found}` is not a whole number of inches from -{WAYPOINT_LIMIT_IN} to {WAYPOINT_LIMIT_IN}; a line reads `X,Y`"
     )]
     Coordinate {
         /// Name of the file.
         file: String,
-        /// Line, from 1.
+        /// Line of the text, from 1.
         line: usize,
         /// Column, from 1.
         column: usize,
         /// The text found.
         found: String,
     },
-    /// Not two numbers.
+    /// A line does not contain two numbers.
     #[error("{file}:{line}:{column}: expected `X,Y`, found {found} number(s)")]
     Shape {
         /// Name of the file.
         file: String,
-        /// Line, from 1.
+        /// Line of the text, from 1.
         line: usize,
         /// Column, from 1.
         column: usize,
         /// The number of fields found.
         found: usize,
     },
-    /// More than the robot can hold.
+    /// There are more waypoints than the robot can hold.
     #[error("{file}:{line}:1: this is waypoint {}; the robot holds {WAYPOINTS_MAX}", WAYPOINTS_MAX + 1)]
     TooMany {
         /// Name of the file.
         file: String,
-        /// Line, from 1.
+        /// Line of the text, from 1.
         line: usize,
     },
-    /// No waypoints.
+    /// The file contains no waypoints.
     #[error(
         "{file}: no waypoints; write one `X,Y` per line, or use `clear` to delete the robot's route"
     )]

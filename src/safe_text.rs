@@ -1,4 +1,4 @@
-//! Text from outside, safe to show: no character of it controls the terminal, reorders the text around it or begins another line.
+//! Makes text from outside safe to show: no character controls the terminal, reorders the surrounding text or begins another line.
 
 use std::borrow::Cow;
 use std::fmt::{self, Write as _};
@@ -45,8 +45,8 @@ fn escape(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
-/// A writer of text for people. Each `writeln!` is one line: a line feed in a value is escaped, as every other control character
-/// is. `write_all` takes whole lines, of which line feeds and tabs stay.
+/// A writer of text for users. Each `writeln!` is one line: a line feed in a value is escaped, like every other control character.
+/// `write_all` takes whole lines, and keeps their line feeds and tabs.
 pub struct SafeWriter<W>(pub W);
 
 impl<W: Write> Write for SafeWriter<W> {

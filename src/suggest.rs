@@ -5,7 +5,7 @@ use std::fmt::Display;
 /// The known word most similar to `word`; `None` if none is similar.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // One edit in a short word, two from six letters on.
+    // One edit is allowed in a short word, two in a word of six letters or more.
     let edits_max = if word.chars().count() < 6 { 1 } else { 2 };
     known
         .into_iter()
@@ -15,13 +15,13 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, candidate)| candidate)
 }
 
-/// `; did you mean `WORD`?`, or an empty text.
+/// A suggestion for a mistyped word, `; did you mean `WORD`?`, or an empty text.
 #[must_use]
 pub fn question<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     nearest(word, known).map_or(String::new(), |known| format!("; did you mean `{known}`?"))
 }
 
-/// `; did you mean `WORD`?`, or `; ` and the list `all`.
+/// A suggestion for a mistyped word, `; did you mean `WORD`?`, or `; ` and the list `all`.
 pub(crate) fn question_or<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str>,

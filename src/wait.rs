@@ -1,6 +1,6 @@
-//! Waiting for the robot, in a script or in the dashboard: `wait 30s`, `wait until driven within 2m`, `expect battery > 12`.
+//! Waits for a time or a condition of the robot, in scripts and in the dashboard: `wait 30s`, `wait until driven within 2m`, `expect battery > 12`.
 //!
-//! A condition is about the fields of the robot's lines, by the names that `export --to jsonl` gives them.
+//! A condition compares fields of the robot's lines, which have the names of `export --to jsonl`.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use groundwave_protocol::decoder::Received;
 
 use crate::suggest;
 
-/// Endings of field names that a script may leave out, because they are units.
+/// Units at the end of field names, which a script may omit.
 const UNITS: [&str; 6] = ["v", "in", "deg", "in_s", "s", "pct"];
 
 const FORMS: &str = "a condition is `driven`, `stopped`, `mode home` or a field of the robot's lines, such as `battery < 12` or `bump none`";
@@ -25,14 +25,14 @@ pub struct Wait {
     kind: Kind,
 }
 
-/// What ends a wait.
+/// Kind of a wait.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Kind {
-    /// The time.
+    /// Wait for a time.
     For(Duration),
-    /// A condition that holds, or the limit.
+    /// Wait until a condition holds, or until the time limit.
     Until(Condition, Option<Duration>),
-    /// The first look at the condition, which must hold.
+    /// Check a condition once; it must hold.
     Expect(Condition),
 }
 
@@ -64,13 +64,13 @@ enum Reading {
     Word(String),
 }
 
-/// A wait under way.
+/// A wait in progress.
 #[derive(Clone, Debug)]
 pub struct Waiting {
     wait: Wait,
-    /// Only lines after its beginning count: a list that was driven before is not driven again.
+    /// Readings since the wait began. Earlier lines do not count: a list driven before does not end a wait.
     readings: Readings,
-    /// Time for `expect` to hear the fields.
+    /// Maximum time for `expect` to receive the fields.
     patience: Duration,
 }
 
@@ -85,7 +85,7 @@ impl Wait {
     /// Parses a line of a script; `None` for a command to the robot.
     ///
     /// # Errors
-    /// When the words after `wait` or `expect` are wrong.
+    /// If the words after `wait` or `expect` are wrong.
     pub fn from_words(words: &[&str]) -> Option<Result<Self, String>> {
         let kind = match words {
             ["wait", "until", condition @ .., "within", limit] => {
@@ -110,13 +110,13 @@ impl Wait {
         }))
     }
 
-    /// What ends it.
+    /// Kind of the wait.
     #[must_use]
     pub const fn kind(&self) -> &Kind {
         &self.kind
     }
 
-    /// What it waits for, besides the time.
+    /// Condition of the wait, if any.
     #[must_use]
     pub const fn condition(&self) -> Option<&Condition> {
         match &self.kind {
@@ -133,7 +133,7 @@ impl fmt::Display for Wait {
 }
 
 impl Waiting {
-    /// Begins to wait; `expect` has `patience` to hear its fields.
+    /// Begins to wait; `expect` waits at most `patience` for its fields.
     #[must_use]
     pub fn new(wait: Wait, patience: Duration) -> Self {
         Self {
@@ -154,7 +154,7 @@ impl Waiting {
         self.readings.take(line);
     }
 
-    /// The longest it may take; `None` without a limit.
+    /// Maximum duration; `None` without a limit.
     #[must_use]
     pub const fn limit(&self) -> Option<Duration> {
         match self.wait.kind() {
@@ -164,7 +164,7 @@ impl Waiting {
         }
     }
 
-    /// The result, once there is one: the values seen, or why it did not come.
+    /// Result of the wait: the values seen, or the reason for failure; `None` while it lasts.
     #[must_use]
     pub fn ended(&self, after: Duration) -> Option<Result<String, String>> {
         let is_over = self.limit().is_some_and(|limit| after >= limit);
@@ -177,7 +177,7 @@ impl Waiting {
             Some(false) if matches!(self.wait.kind(), Kind::Expect(_)) => {
                 Some(Err(format!("`{}`: {}", self.wait, seen())))
             }
-            _ if is_over => Some(Err(format!("`{}`: it did not come; {}", self.wait, seen()))),
+            _ if is_over => Some(Err(format!("`{}`: not met in time; {}", self.wait, seen()))),
             _ => None,
         }
     }
@@ -212,7 +212,7 @@ impl Condition {
         Ok(Self(all))
     }
 
-    /// Whether it holds; `None` while a field has not been heard.
+    /// Whether the condition holds; `None` while a field has not been received.
     #[must_use]
     pub fn holds(&self, readings: &Readings) -> Option<bool> {
         let mut holds = true;
@@ -236,7 +236,7 @@ impl Condition {
         Some(holds)
     }
 
-    /// The fields of the condition with their values, `mode prowl, battery_v 12.8`.
+    /// The fields of the condition with their values as text: `mode prowl, battery_v 12.8`.
     #[must_use]
     pub fn seen(&self, readings: &Readings) -> String {
         let of = |term: &Term| match readings.0.get(term.field) {
@@ -248,7 +248,7 @@ impl Condition {
     }
 }
 
-/// The field of the robot's lines with a name, which may leave its unit out.
+/// The field of the robot's lines with a name; the name may omit the unit.
 pub(crate) fn field_named(name: &str) -> Option<&'static Field> {
     Telemetry::FIELDS.iter().find(|field| {
         let unit = field.name.strip_prefix(name);
@@ -257,7 +257,7 @@ pub(crate) fn field_named(name: &str) -> Option<&'static Field> {
     })
 }
 
-/// A value of a field in the words of recordings: two modes have others in commands.
+/// Converts a field's value to the word used in recordings; commands name two modes differently.
 pub(crate) fn recorded_word<'a>(field: &str, value: &'a str) -> &'a str {
     match (field, value) {
         ("mode", "home") => "go_home",
@@ -369,7 +369,7 @@ mod tests {
             ("wheel_left_in_s > 4", Some(true)),
             ("stopped", Some(false)),
             ("driven", Some(false)),
-            // No line T was heard.
+            // No line T was received.
             ("text hello", None),
         ] {
             assert_eq!(condition(words).unwrap().holds(&readings), holds, "{words}");

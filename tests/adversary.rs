@@ -1,6 +1,6 @@
-//! Two operators, the robot's real program, and an adversary on the link between them, in virtual time. By a seed the
+//! Two operators, the robot's real program, and an adversary on the link between them, in virtual time. From a seed, the
 //! adversary flips bits; drops, repeats, reorders and delays frames and lines; silences and resets links; sends
-//! recorded frames again; restarts stations and reboots the robot. The operators give any command at any time.
+//! recorded frames again; restarts stations and reboots the robot. The operators issue any command at any time.
 //!
 //! The adversary keeps the limit of `protocol/SPEC.md` on the delay of lines.
 
@@ -47,10 +47,10 @@ const GIVE_UP: Duration = Duration::from_millis(15_001);
 struct Pending {
     id: CommandId,
     request: Request,
-    /// Executions and STOPs of the robot before the command was given.
+    /// Number of executions and STOPs of the robot before the command was given.
     executions_before: usize,
     stops_before: usize,
-    /// When its client gives it up.
+    /// Time at which the client abandons the command.
     give_up_at: Option<Duration>,
 }
 
@@ -61,10 +61,10 @@ struct Operator {
     process: u64,
     up: Direction,
     down: Direction,
-    /// When the link is back; `None` while it is open.
+    /// Time at which the link opens again, milliseconds; `None` while it is open.
     back_ms: Option<u64>,
     pending: Vec<Pending>,
-    /// The latest progress of a command, and the latest STOP given.
+    /// Times of the latest progress of a command and of the latest STOP given.
     progress_at: Duration,
     stop_at: Duration,
 }
@@ -109,7 +109,7 @@ impl Operator {
     }
 }
 
-/// A frame sent by a station: its process, and when it was sent last.
+/// A frame sent by a station: the station's process, and the time at which the frame was last sent.
 #[derive(Clone, Copy)]
 struct Sent {
     process: u64,
@@ -122,11 +122,11 @@ struct Execution {
     process: u64,
     order: Order,
     outcome: Outcome,
-    /// Whether a command has been confirmed or refused by it.
+    /// Whether this execution has confirmed or refused a command.
     is_claimed: bool,
 }
 
-/// Totals, which show that the trials try something.
+/// Totals, which show that events occurred in the trials.
 #[derive(Debug, Default)]
 struct Totals {
     commands: usize,
@@ -152,7 +152,7 @@ struct Trial {
     simulation: Simulation,
     operators: [Operator; 2],
     processes: u64,
-    /// Whether the adversary has gone.
+    /// Whether the adversary has stopped.
     is_over: bool,
     /// Frames sent by the stations without their line feeds.
     sent: HashMap<Vec<u8>, Sent>,
@@ -164,12 +164,12 @@ struct Trial {
     receiver: Receiver,
     /// Bytes that have reached the robot since the latest line feed.
     reached: Vec<u8>,
-    /// When the robot's session, or its time without one, began.
+    /// Time at which the robot's session, or the time without a session, began.
     session_ms: u64,
     /// Commands executed in this session.
     taken: HashSet<Vec<u8>>,
     executions: Vec<Execution>,
-    /// STOPs taken by the robot.
+    /// Number of STOPs taken by the robot.
     stops: usize,
     totals: Totals,
 }
@@ -228,7 +228,7 @@ impl Trial {
         self.totals
     }
 
-    /// Checks that all commands end, and that new ones arrive once the adversary has gone.
+    /// Checks that all commands end, and that new ones arrive after the adversary has stopped.
     fn finish(&mut self) {
         self.is_over = true;
         for operator in &mut self.operators {
@@ -330,7 +330,7 @@ impl Trial {
         }
     }
 
-    /// A command of any kind, with a route or mode of its own.
+    /// A command of any kind, with its own route or mode.
     fn some_request(&mut self) -> Request {
         let kind = self.rng.below(self.samples.len() as u64) as usize;
         match self.samples[kind].clone() {
@@ -394,7 +394,7 @@ impl Trial {
         self.recorded.extend(recorded);
     }
 
-    /// Passes lines, time and frames to and from a station.
+    /// Passes lines and the time to a station, and frames from it.
     fn serve(&mut self, n: usize) {
         let (now, now_ms) = (self.now(), self.now_ms());
         let operator = &mut self.operators[n];
@@ -442,7 +442,7 @@ impl Trial {
         }
     }
 
-    /// Gives up commands whose clients wait no longer.
+    /// Abandons commands whose clients no longer wait.
     fn give_up(&mut self, n: usize) {
         let now = self.now();
         let late = |pending: &Pending| pending.give_up_at.is_some_and(|at| at <= now);
@@ -478,7 +478,7 @@ impl Trial {
         }
     }
 
-    /// Checks the change of the robot's acknowledgement by a frame. A station has sent the frame, since the session began
+    /// Checks the change of the robot's acknowledgement after a frame. A station must have sent the frame in this session,
     /// unless it is a STOP.
     fn check_effect(&mut self, frame: Vec<u8>, before: Ack) {
         let after = self.simulation.robot().ack();
@@ -522,7 +522,7 @@ impl Trial {
         self.taken.clear();
     }
 
-    /// Checks that the robot's route is one of those ordered.
+    /// Checks that the robot's route is one of those commanded.
     fn look_at_route(&mut self) {
         let active = self.simulation.robot().lists().active();
         if active != self.route {
@@ -601,7 +601,7 @@ impl Trial {
     }
 }
 
-/// Whether the robot has carried out a request when it has carried out an order.
+/// Whether a robot that has executed this order has executed this request.
 fn is_order_of(order: Order, request: &Request) -> bool {
     let layers = |which, allowed| order == Order::Layers { which, allowed };
     match request {

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::programs::{GROUNDWAVE, Running, Sim, Telling, expect, scratch};
 
-/// Longest wait for a silent station.
+/// Maximum wait for a silent station.
 const PATIENCE: Duration = Duration::from_secs(12);
 
 /// Time factor; a square of 40 in takes a minute of simulated time.
@@ -52,7 +52,7 @@ fn calibrate(way: &[&str]) -> String {
     let mut child = Running(child);
     let mut answers = child.0.stdin.take().unwrap();
     let told = BufReader::new(child.0.stderr.take().unwrap());
-    // The first answer is no measurement, so the question is repeated.
+    // The first answer is not a measurement, so the question is repeated.
     let mut measured = ["a bit to the left", "3.0 -2.0", "-3.0 -2.0"].into_iter();
     let mut said = String::new();
     for line in told.lines() {

@@ -1,4 +1,4 @@
-//! Two squares reveal the true wheel and track size of a simulated robot.
+//! Calibration by two squares finds the true wheel diameters and track of a simulated robot.
 
 use crate::rig::{Rig, hall, parameters};
 use groundwave::calibration::{Gauge, Offset, Squares};
@@ -9,7 +9,7 @@ use sr04_sim::Conditions;
 
 const SIDE_IN: i16 = 157;
 
-/// Drives a square in mode Calibrate and measures where it ends.
+/// Drives a square in mode Calibrate; returns the offset of its end, as measured.
 fn drive(seed: u64, side: i16, gauge: Gauge) -> Offset {
     let tuned = parameters(&[
         (Parameter::Square, side),

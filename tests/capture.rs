@@ -1,4 +1,4 @@
-//! Captures from end to end: either form holds exactly the received bytes.
+//! Captures from end to end: both forms hold exactly the received bytes.
 
 use crate::streams;
 use std::fs::{self, File};
@@ -125,7 +125,7 @@ fn content(path: &Path) -> Vec<u8> {
 
 fn decoded(path: &Path, format: Format) -> String {
     let mut output = Vec::new();
-    decode(&mut Capture::open(path).unwrap(), format, &mut output).unwrap();
+    decode(&mut Capture::open(path).unwrap(), &[], format, &mut output).unwrap();
     String::from_utf8(output).unwrap()
 }
 
@@ -197,9 +197,9 @@ fn every_type_of_line_as_json_and_as_csv() {
     }
 }
 
-/// The partial line at a pulled plug is no noise.
+/// The partial line received when the plug is pulled is not noise.
 #[test]
-fn half_a_line_at_the_end_is_no_noise() {
+fn half_a_line_at_the_end_is_not_noise() {
     let stream = streams::clean(18);
     for (cut, unfinished) in [(0, 0), (1, 79), (79, 1), (80, 0)] {
         let whole = stream[..stream.len() - cut].to_vec();
@@ -216,7 +216,7 @@ fn half_a_line_at_the_end_is_no_noise() {
 }
 
 #[test]
-fn info_tells_what_happened() {
+fn info_reports_the_events() {
     let folder = TempDir::new().unwrap();
     let stream = streams::noisy(900, 4);
     record(folder.path(), &stream, &[80]);
@@ -397,7 +397,7 @@ fn a_clock_set_back_leaves_the_times_in_order() {
     assert_eq!(at_s, [100, 130, 130, 131]);
 }
 
-/// Accepts a few bytes and then fails.
+/// A writer that accepts a few bytes and then fails.
 struct Closing(usize);
 
 impl std::io::Write for Closing {
@@ -415,10 +415,10 @@ impl std::io::Write for Closing {
 }
 
 #[test]
-fn a_broken_pipe_is_told_apart() {
+fn a_broken_pipe_has_its_own_error() {
     let stream = streams::clean(30);
     let mut capture = Capture::read("stream", Box::new(Cursor::new(stream))).unwrap();
-    match decode(&mut capture, Format::Jsonl, &mut Closing(1500)) {
+    match decode(&mut capture, &[], Format::Jsonl, &mut Closing(1500)) {
         Err(DecodeError::Output(error)) => {
             assert_eq!(error.kind(), std::io::ErrorKind::BrokenPipe);
         }
@@ -455,7 +455,7 @@ fn a_full_disk_is_remembered_to_the_end() {
     assert!(error.to_string().contains("create the folder"), "{error}");
 }
 
-/// Returns reads of `sizes` bytes in turn.
+/// A reader that returns `sizes` bytes in turn.
 struct Reads {
     stream: Cursor<Vec<u8>>,
     sizes: std::iter::Cycle<std::vec::IntoIter<usize>>,
@@ -488,7 +488,7 @@ proptest! {
 
         let source = Reads { stream: Cursor::new(stream), sizes: sizes.into_iter().cycle() };
         let mut piped = Vec::new();
-        decode(&mut Capture::read("-", Box::new(source)).unwrap(), Format::Jsonl, &mut piped).unwrap();
+        decode(&mut Capture::read("-", Box::new(source)).unwrap(), &[], Format::Jsonl, &mut piped).unwrap();
         prop_assert_eq!(String::from_utf8(piped).unwrap(), whole);
     }
 }
@@ -521,7 +521,7 @@ fn tools_that_others_wrote_agree() {
     println!("{said}");
 }
 
-/// 55 s without a line, 165 lines: the sequence shows 65 of them, the robot's clock all.
+/// 55 s without a line, 165 lines: the sequence shows the loss of 65 of them, the robot's clock the loss of all.
 #[test]
 fn an_outage_has_the_same_figure_everywhere() {
     let folder = TempDir::new().unwrap();

@@ -1,4 +1,4 @@
-//! The recordings in `captures/` still decode as when they were made.
+//! The recordings in `captures/` still decode as they did when they were recorded.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -73,7 +73,7 @@ fn raw_captures_come_again_byte_for_byte() {
     assert_eq!(made, 3);
 }
 
-/// The README's recipes for the tools of 1998, on a capture with arbitrary bytes of a bad radio.
+/// The README's commands for the tools of 1998, on a capture with arbitrary bytes of a bad radio.
 #[cfg(unix)]
 #[test]
 fn the_recipes_work_on_a_noisy_capture() {

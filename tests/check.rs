@@ -1,4 +1,4 @@
-//! `groundwave check`: planted mistakes are named, and a correct robot has none.
+//! `groundwave check` reports planted mistakes, and none for a correct robot.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -11,6 +11,7 @@ use crate::check_send::FAULTS;
 use crate::common::c_robot::CSimulation;
 use crate::common::{CoSimulation, Robot, is_nightly, on_all_cores, owner, seeds};
 use crate::programs::{expect, scratch};
+use crate::streams::Rng;
 use groundwave::capture::diagnosis::kind;
 use groundwave::capture::diagnosis::{Diagnosis, Finding};
 use groundwave::conformance::rule;
@@ -42,16 +43,16 @@ const ORDER: &[u8] = b"AAAAABAAAAACAAAAATAAAAAPAAAAASAAAAAIAAAAAFAAAAAV";
 /// Lines of a stream.
 const LINES: usize = 300;
 
-/// A line before it is sent.
+/// A line that has not been sent.
 struct Draft {
-    /// Lines before it.
+    /// Number of lines before this line.
     n: usize,
     letter: u8,
     sequence: u8,
     ack: Ack,
-    /// The line up to the acknowledgement, sequence included.
+    /// The line up to the acknowledgement, including the sequence number.
     head: Vec<u8>,
-    /// The whole line, once it has its checksum.
+    /// The whole line with its checksum.
     bytes: Vec<u8>,
 }
 
@@ -99,7 +100,7 @@ impl Draft {
         self.head[column - 1..column - 1 + text.len()].copy_from_slice(text);
     }
 
-    /// Writes the acknowledgement, too.
+    /// Writes the acknowledgement; returns the bytes that the checksum covers.
     fn covered(&mut self) -> Vec<u8> {
         let digits = format!("{:02}", self.sequence);
         if self
@@ -127,15 +128,15 @@ fn right(covered: &[u8]) -> Vec<u8> {
     crc::characters(crc::update(DOWNLINK_INIT, covered)).to_vec()
 }
 
-/// Where the robot goes wrong.
+/// The place of a planted mistake.
 enum Plant {
-    /// The text at a column of the lines of a type, under a right checksum. Another length than the field's moves the rest.
+    /// The text at a column of the lines of a type, with a correct checksum. If its length differs from the field's, the rest moves.
     Field(u8, usize, &'static [u8], usize),
     /// The checksum.
     Checksum(fn(&[u8]) -> Vec<u8>),
     /// The finished bytes.
     Bytes(fn(Vec<u8>) -> Vec<u8>),
-    /// Sequence or acknowledgement, and fields that depend on the line's number.
+    /// Sequence number or acknowledgement, and fields that depend on the line's number.
     Draft(fn(&mut Draft)),
     /// The order of the lines.
     Order(&'static [u8]),
@@ -143,10 +144,10 @@ enum Plant {
 
 use Plant::{Bytes, Checksum, Field, Order};
 
-/// A mistake, where it is planted, and the type, column and code that must be named.
+/// A mistake, its place, and the type, column and code that must be reported.
 struct Row(&'static str, Plant, &'static str, usize, &'static str);
 
-/// A field of the usual length.
+/// A mistake in a field that keeps its length.
 const fn field(letter: u8, column: usize, text: &'static [u8]) -> Plant {
     Field(letter, column, text, text.len())
 }
@@ -375,6 +376,25 @@ fn a_correct_robot_has_no_mistake() {
     assert_eq!(findings(&stream(None)), []);
 }
 
+/// Lines that the radio loses without a trace make the sequence jump, and are no mistake of the robot.
+#[test]
+fn lines_lost_without_a_trace_are_no_mistake() {
+    for lost_pct in [20, 50, 70, 80] {
+        for seed in 0..20 {
+            let mut rng = Rng(seed);
+            let bytes = stream(None);
+            let mut diagnosis = Diagnosis::default();
+            for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+                if rng.below(100) >= lost_pct {
+                    diagnosis.take(line);
+                }
+                let found: Vec<_> = diagnosis.findings().iter().map(named).collect();
+                assert_eq!(found, [], "{lost_pct} % lost, seed {seed}");
+            }
+        }
+    }
+}
+
 /// Each mistake is the first one named, by type, column and likely cause, and most are the only one. docs/check.md has the table; to
 /// write it anew, set `GROUNDWAVE_WRITE`.
 #[test]
@@ -415,7 +435,7 @@ fn page_with(table: &str) -> String {
 # The mistakes that `groundwave check` finds
 
 `groundwave check FILE` reads a capture, `groundwave check LINK` listens to a robot. A finding names line and column, the content, the form expected, the likely
-cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are stable; `--json` prints them. Damage by the radio is no finding.
+cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are stable; `--json` prints them. Damage by the radio is not reported as a mistake.
 The dashboard logs a mistake as soon as it is certain; `info`, `verify` and `export` to tables tell it in one line.
 `groundwave check LINK --send` also tries the rules for frames and names each that the robot breaks.
 
@@ -476,9 +496,9 @@ fn notices(events: impl IntoIterator<Item = Event>) -> Vec<String> {
     mistakes.collect()
 }
 
-/// A correct robot that takes commands, over radios with bit errors, and at each moment of them.
+/// A correct robot executes commands over radios with bit errors; no mistake is reported at any time.
 #[test]
-fn a_radio_with_bit_errors_makes_no_mistake_of_a_correct_robot() {
+fn bit_errors_of_a_radio_are_not_mistakes_of_a_correct_robot() {
     let hours = if is_nightly() { 24.0 } else { 0.5 };
     for (channel, seed, hours) in [
         ("ber=1e-3", 5, hours),
@@ -552,9 +572,9 @@ fn listen<R: Robot>(mut co: CoSimulation<R>, hours: f64) -> u8 {
     diagnosis.level()
 }
 
-/// The mistake in a capture of a robot, wherever it is read; each kind is told once while it is received.
+/// The mistake in a capture of a robot, wherever it is read; each kind is reported once while it is received.
 #[test]
-fn a_mistake_is_told_wherever_lines_are_read() {
+fn a_mistake_is_reported_wherever_lines_are_read() {
     let folder = scratch("mistakes");
     let file = folder.join("own.txt");
     let path = file.to_str().unwrap();

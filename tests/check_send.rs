@@ -1,4 +1,4 @@
-//! `groundwave check --send`: a correct robot keeps every rule, and each planted fault is named. In virtual time.
+//! `groundwave check --send`: a correct robot keeps every rule, and each planted fault is reported. Runs in virtual time.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -14,13 +14,13 @@ use crate::common::{Patch, on_all_cores, seeds};
 const BAUD: u32 = 2400;
 const OWNER: u16 = 0x2A4;
 
-/// Longest time of the trials.
+/// Maximum duration of the trials.
 const LIMIT: Duration = Duration::from_mins(20);
 
 /// A robot under trial.
 trait Robot {
     fn now(&self) -> Duration;
-    /// Lets a moment pass; takes bytes of the uplink and returns those of the robot.
+    /// Advances by a time step; takes bytes of the uplink and returns those of the robot.
     fn step(&mut self, uplink: &mut VecDeque<u8>) -> Vec<u8>;
     fn reset(&mut self);
 }
@@ -41,7 +41,7 @@ impl Robot for Simulation {
     }
 }
 
-/// Runs the trials to their end; resets the robot when they ask for it.
+/// Runs the trials to their end; resets the robot when they request a reset.
 fn tried(robot: &mut impl Robot) -> Trials {
     let mut trials = Trials::new(OWNER, BAUD);
     let mut uplink = VecDeque::new();
@@ -111,7 +111,7 @@ fn the_simulated_robot_keeps_every_rule_over_any_radio() {
     });
 }
 
-/// A robot in C whose boot counter counts, or not.
+/// A robot in C, with or without a working boot counter.
 #[cfg(unix)]
 struct InC {
     robot: CRobot,
@@ -168,7 +168,7 @@ fn a_correct_c_robot_keeps_every_rule_at_every_level_and_duplex() {
     }
 }
 
-/// A fault, as a change of the C library, and the rule that must be named.
+/// A fault, as a change of the C library, and the rule that must be reported as broken.
 #[rustfmt::skip]
 pub const FAULTS: &[(&str, u8, Patch, &str)] = &[
     ("STOP without effect", 2, ("case 'X':\n        if (gw->owner != 0) {", "case 'X':\n        break;\n        if (gw->owner != 0) {"), "stop"),

@@ -25,7 +25,7 @@ fn a_damaged_file_is_kept_under_a_name_that_is_free() {
     assert_eq!(fs::read(&kept).unwrap(), bad);
 }
 
-/// Our reader stops at the end mark, as others do; `verify` and `recover` do not.
+/// Our reader stops at the end mark, as other readers do; `verify` and `recover` do not.
 #[test]
 fn bytes_after_the_end_mark_are_cut_off_and_kept() {
     let folder = TempDir::new().unwrap();

@@ -1,4 +1,4 @@
-//! Commands over many seeds: a confirmed command has arrived, is held by the robot, and is carried out.
+//! Commands over many seeds: a confirmed command has arrived, is kept by the robot, and is executed.
 
 use std::collections::HashSet;
 

@@ -13,9 +13,9 @@ use groundwave::capture::interrupted::find_interrupted;
 use groundwave::capture::recover::{Outcome, recover};
 use groundwave::capture::{Existing, RawWriter, Recorder, Session};
 
-/// A limit on the size of files acts like a full disk and needs no privileges.
+/// A limit on the size of files simulates a full disk without privileges.
 #[test]
-fn a_full_disk_is_told_and_the_robot_is_watched_on() {
+fn a_full_disk_is_reported_and_the_robot_is_still_watched() {
     let folder = scratch("full");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "50"]);
     let path = folder.join("run.mcap");
@@ -153,9 +153,9 @@ fn a_disk_that_is_full_stops_a_recovery_and_changes_nothing() {
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
 }
 
-/// All recordings that cannot be recovered are reported in one line, which says how to end the reports.
+/// All recordings that cannot be recovered are reported in one line, which explains how to stop the reports.
 #[test]
-fn unrecoverable_file_is_told_once() {
+fn unrecoverable_file_is_reported_once() {
     let folder = scratch("hopeless");
     for name in ["a.mcap", "b.mcap", "c.mcap"] {
         recorder(&folder.join(name)).abandon();
@@ -207,7 +207,7 @@ fn record(path: &Path) {
 }
 
 #[test]
-fn recover_says_what_it_did_to_people_and_to_programs() {
+fn recover_reports_its_work_as_text_and_as_json() {
     let folder = scratch("says");
     let path = folder.join("run.mcap");
     record(&path);
@@ -232,7 +232,7 @@ fn recover_says_what_it_did_to_people_and_to_programs() {
 }
 
 /// Records into a folder until the folder is removed.
-fn recording_that_is_removed(name: &str) -> (i32, String) {
+fn removed_recording(name: &str) -> (i32, String) {
     let folder = scratch(&format!("removed-{name}"));
     let mut child = Command::new(GROUNDWAVE)
         .args(["record", "-", "-o"])
@@ -265,9 +265,12 @@ fn recording_that_is_removed(name: &str) -> (i32, String) {
 #[test]
 fn a_recording_whose_folder_was_removed_has_failed() {
     for name in ["a.txt", "a.mcap"] {
-        let (code, err) = recording_that_is_removed(name);
+        let (code, err) = removed_recording(name);
         assert_eq!(code, 1, "{name}: {err}");
-        assert!(err.contains("the file is gone; it was removed"), "{err}");
+        assert!(
+            err.contains("the file no longer exists; it was removed"),
+            "{err}"
+        );
         assert!(err.contains("its content is lost"), "{err}");
         assert!(!err.contains("recorded"), "{err}");
     }
@@ -296,7 +299,7 @@ fn recorder(path: &Path) -> Recorder {
 }
 
 #[test]
-fn files_that_are_taken_away_are_told_within_seconds() {
+fn removed_files_are_reported_within_seconds() {
     const SOON: Duration = Duration::from_secs(10);
     let folder = scratch("taken");
     let path = |name: &str| folder.join(name);

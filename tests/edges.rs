@@ -27,7 +27,7 @@ pub fn path_in(folder: &Path, name: &str) -> String {
     folder.join(name).to_str().unwrap().to_owned()
 }
 
-/// A robot whose pseudo-terminal keeps its name over a restart.
+/// A robot whose pseudo-terminal keeps its name after a restart.
 struct Plug {
     link: String,
     eeprom: String,
@@ -156,7 +156,7 @@ fn bytes_without_a_line_are_classified() {
     watch.wait_for("lines", is_heard("lines"));
 }
 
-/// Half duplex is detected by the robot's lines, or set by option or configuration.
+/// Half duplex is detected from the robot's lines, or set by option or configuration.
 #[test]
 fn half_duplex_radio_is_detected_or_configured() {
     let folder = scratch("half-duplex");

@@ -21,7 +21,7 @@ use crate::common::is_nightly;
 
 const HOUR_MS: u64 = 3_600_000;
 
-/// Set for the child process.
+/// Environment variable that is set for the child process.
 const ALONE: &str = "GROUNDWAVE_TEST_ALONE";
 
 /// Channels in turn, with their durations in seconds.
@@ -176,7 +176,7 @@ impl Day {
         }
     }
 
-    /// Length of the printed state of station and model.
+    /// Length in bytes of the printed state of station and model.
     fn size(&self) -> usize {
         format!("{:?}{:?}{:?}", self.station, self.model, self.radio).len()
     }
@@ -211,7 +211,7 @@ fn nothing_grows_over_a_day_of_outages() {
     assert!(output.status.success(), "{}", said.concat());
 }
 
-/// The child process of the test above: a whole day at night, ten hours in the gate.
+/// The child process of the test above: a whole day in `cargo xtask nightly`, otherwise ten hours.
 #[test]
 fn a_day_of_outages() {
     if std::env::var_os(ALONE).is_none() {

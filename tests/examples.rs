@@ -1,5 +1,5 @@
-//! Every example of the documents works: indented command lines are run in their order, against a simulated robot, a sample
-//! recording and a folder of its own; commands within sentences are parsed.
+//! Every example in the documents works: indented command lines are run in order, with a simulated robot, a sample
+//! recording and a separate folder; commands in sentences are only parsed.
 #![cfg(unix)]
 
 use std::fs;
@@ -45,7 +45,7 @@ fn examples_of_the_other_documents_work() {
     }
 }
 
-/// The sketch of the page is the one that `protocol/c/test/check.py` compiles.
+/// The sketch in the document is the one that `protocol/c/test/check.py` compiles.
 #[test]
 fn the_sketch_of_your_robot_is_the_librarys() {
     let page = include_str!("../docs/your-robot.md");
@@ -54,21 +54,21 @@ fn the_sketch_of_your_robot_is_the_librarys() {
     assert!(page.contains(&format!("```cpp\n{code}```")));
 }
 
-/// How an example is tried.
+/// The way in which an example is tested.
 enum Trial {
-    /// It succeeds.
+    /// The command must succeed.
     Run,
-    /// It shows a dashboard.
+    /// The command must show a dashboard.
     Dashboard,
-    /// It serves a robot until it is ended.
+    /// The command serves a robot until the test ends it.
     Serve,
-    /// It takes a person, or minutes: its words are right.
+    /// The command needs a person or takes minutes, so its words are only parsed.
     Parse,
-    /// Another program, which need not be installed or does not end.
+    /// A command of another program, which may not be installed or may not end.
     Foreign,
 }
 
-/// How a command line is tried; a line that nobody has thought of fails the test.
+/// The way in which a command line is tested; an unexpected line fails the test.
 fn trial(line: &str) -> Trial {
     let mut words = line.split_whitespace();
     match (words.next().unwrap(), words.next()) {
@@ -93,7 +93,7 @@ fn trial(line: &str) -> Trial {
     }
 }
 
-/// Tries all examples of a document; returns the number of its command lines.
+/// Tests all examples in a document; returns the number of its command lines.
 fn try_all(text: &str) -> usize {
     for command in within_sentences(text) {
         assert_parses(&command);
@@ -156,7 +156,7 @@ fn within_sentences(text: &str) -> Vec<String> {
         .collect()
 }
 
-/// Checks verbs, options and values; a sentence may leave out arguments.
+/// Checks verbs, options and values; a sentence may omit arguments.
 fn assert_parses(command: &str) {
     let parsed = Cli::try_parse_from(command.split_whitespace());
     let kind = parsed.map_err(|error| error.kind());
@@ -169,7 +169,7 @@ fn assert_parses(command: &str) {
     );
 }
 
-/// A folder with the files that the examples name, and the programs that go on behind them.
+/// A folder with the files that the examples name, and the programs that continue in the background.
 struct Desk {
     folder: PathBuf,
     configuration: String,
@@ -209,7 +209,7 @@ impl Desk {
         }
     }
 
-    /// Keeps a script or a configuration under the name that the examples use.
+    /// Writes a script or a configuration to the file that the examples name.
     fn write(&mut self, text: &str) {
         if text.starts_with('[') {
             text.clone_into(&mut self.configuration);
@@ -309,7 +309,7 @@ impl Desk {
             self.share_at(Path::new(socket.split_whitespace().next().unwrap()));
         }
         if command.starts_with("groundwave record") || command.contains("--tee") {
-            // In a folder of its own: nothing is overwritten.
+            // In a separate folder: nothing is overwritten.
             let folder = format!("recorded-{}", self.robots.len());
             fs::create_dir(self.folder.join(&folder)).unwrap();
             command = format!("cd {folder}; {command}");

@@ -1,4 +1,4 @@
-//! The robot's failsafe triggers only when the station is gone: the real station and the robot's real program, or
+//! The robot's failsafe triggers only when the station has ended: the real station and the robot's real program, or
 //! the robot in C, in virtual time.
 
 #[cfg(unix)]
@@ -14,7 +14,7 @@ use sr04_sim::Simulation;
 
 const SILENCE_S: u16 = 10;
 
-/// Time without commands, with a station present.
+/// Time without commands, with a station present, seconds.
 const QUIET_S: u64 = 300;
 
 /// Sets the failsafe, then mode prowl; the seed selects the radio.
@@ -64,7 +64,7 @@ fn stay_quiet<R: Robot>(few: u64) {
 }
 
 #[test]
-fn a_ground_that_has_gone_sends_the_robot_home_in_time() {
+fn a_silent_ground_sends_the_robot_home_in_time() {
     let mut silences = go_silent::<Simulation>(20);
     #[cfg(unix)]
     silences.extend(go_silent::<CSimulation>(8));

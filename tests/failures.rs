@@ -1,4 +1,4 @@
-//! Failures around the program: full disks, closed streams, odd files.
+//! Failures outside the program: full disks, closed streams, unusual files.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -24,9 +24,9 @@ fn code(line: &str) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(both).unwrap())
 }
 
-/// A limit of 8 kB on files stands for a full disk.
+/// A limit of 8 kB on files simulates a full disk.
 #[test]
-fn a_full_disk_is_no_success() {
+fn a_full_disk_is_not_a_success() {
     let folder = scratch("full");
     for (n, verb) in ["record - -o", "watch - --headless --tee"]
         .iter()
@@ -50,9 +50,9 @@ fn a_full_disk_is_no_success() {
     assert!(told.contains("make room"), "{told}");
 }
 
-/// The disk of the simulator's outputs is full: the robot goes on, and the exit code tells.
+/// The disk for the simulator's outputs is full: the robot continues, and the exit code reports the error.
 #[test]
-fn a_simulation_with_an_incomplete_file_is_no_success() {
+fn a_simulation_with_an_incomplete_file_is_not_a_success() {
     for output in ["trace", "wav"] {
         let line = format!("$G sim --duration 11s --time-factor 100 --{output} /dev/full --force");
         let (code, told) = code(&line);
@@ -99,7 +99,7 @@ fn too_few_open_files_are_reported() {
 }
 
 #[test]
-fn a_headless_watch_says_at_once_that_recording_has_failed() {
+fn a_headless_watch_reports_a_failed_recording_at_once() {
     let sim = Sim::start(&[]);
     let line = format!(
         "timeout 20 $G watch {} --headless --tee /dev/full --force | grep -m 1 notice",
@@ -181,7 +181,7 @@ fn a_closed_or_full_standard_error_keeps_the_exit_code() {
     }
 }
 
-/// A refusal keeps its exit code when the reader of standard error is gone.
+/// A refusal keeps its exit code when the reader of standard error has ended.
 #[test]
 fn a_reader_of_standard_error_that_goes_away_keeps_the_exit_code() {
     let folder = scratch("closed-pipe");

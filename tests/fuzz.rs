@@ -1,5 +1,5 @@
 //! Fuzzing of input: route and parameter files, configurations, commands, the shared socket and its clients, answers of a station,
-//! lines of any robot, worlds, captures and their labels. Keys and scripts are fuzzed beside their code.
+//! lines of any robot, worlds, captures and their labels. The tests of keys and scripts are beside their code.
 //! `docs/fuzzing.md` describes longer runs.
 
 use std::io::Cursor;
@@ -29,7 +29,7 @@ const ITERATIONS: usize = 5000;
 
 const WORLD: &str = include_str!("../firmware/sim/worlds/corridor.toml");
 
-/// A route is equal after writing and reading; an invalid one gets an error with the file's name.
+/// A route that is written and read again is equal; an invalid one gets an error with the file's name.
 #[test]
 fn fuzz_route() {
     bolero::check!()
@@ -66,7 +66,7 @@ fn fuzz_configuration() {
         );
 }
 
-/// A command is equal after writing and reading.
+/// A command that is written and read again is equal.
 #[test]
 fn fuzz_command() {
     bolero::check!()
@@ -102,7 +102,7 @@ fn fuzz_socket() {
         });
 }
 
-/// A station may answer anything: an answer is written so that it reads the same, and so is its status if the program knows it.
+/// A station may answer anything: an answer that is written and read again is equal, and so is a known status in it.
 #[test]
 fn fuzz_answer() {
     const ANSWER: &str = r#"{"id":1,"status":"refused","code":"bad-value","text":"no","frames":2,"heard":{"bytes":9,"lines":1}}"#;
@@ -124,7 +124,7 @@ fn fuzz_answer() {
         });
 }
 
-/// A world is read or refused with the place of the mistake; one that is read can be drawn.
+/// A world is read, or refused with the place of the mistake; a world that is read can be drawn.
 #[test]
 fn fuzz_world() {
     bolero::check!()
@@ -144,7 +144,7 @@ fn fuzz_world() {
         });
 }
 
-/// Lines of any robot are the same however their bytes are split, and in bounded memory.
+/// The lines of any robot do not depend on how their bytes are split, and use bounded memory.
 #[test]
 fn fuzz_own_lines() {
     const LINES: &str = "temp:21.5,volt:11.9\r\n>x:3:1.5\u{a7}m\n\n\nt,x\n1,2\n{\"a\":{\"b\":[1,2]}}\n$GPGGA,1,2*76\r\nready\n";
@@ -209,8 +209,8 @@ fn fuzz_parameter_file() {
         });
 }
 
-/// Clients may send any lines in any order: no more commands than they gave reach the station, and each client that is closed is
-/// not heard again. A call of a live tool starts or is answered.
+/// Clients may send any lines in any order: no more commands than they sent reach the station, and each client that is closed is
+/// not received again. A call of a live tool starts or gets an answer.
 #[test]
 fn fuzz_clients() {
     const LINES: [&[u8]; 6] = [
@@ -285,7 +285,7 @@ fn edited(sample: &str, bytes: &[u8]) -> Vec<u8> {
     text
 }
 
-/// The lines found in chunks of `chunk` bytes, up to the first that is too long, after which the client is cut off.
+/// The lines found in chunks of `chunk` bytes, up to the first that is too long, after which the client is disconnected.
 fn lines(bytes: &[u8], chunk: usize) -> Vec<Option<Vec<u8>>> {
     let mut lines = Lines::default();
     let mut found = Vec::new();
@@ -306,7 +306,7 @@ fn lines(bytes: &[u8], chunk: usize) -> Vec<Option<Vec<u8>>> {
     found
 }
 
-/// A sample recording, changed: the first byte chooses how.
+/// A changed sample recording; the first byte selects the kind of change.
 fn recording(bytes: &[u8]) -> Vec<u8> {
     let Some((kind, rest)) = bytes.split_first() else {
         return mcap::MAGIC.to_vec();
@@ -327,8 +327,8 @@ fn recording(bytes: &[u8]) -> Vec<u8> {
     recording
 }
 
-/// Any recording is read to an end, with no more parts than it has bytes, from its beginning and by its index; both give the
-/// same bytes. Checking it and cutting it end, too.
+/// Reading any recording ends, from its beginning and by its index, with no more parts than the file has bytes; both give the
+/// same bytes. Checking and cutting the recording also end.
 #[test]
 fn fuzz_recording() {
     bolero::check!()
@@ -367,7 +367,7 @@ fn fuzz_raw_text() {
         });
 }
 
-/// A label that is read is written so that it reads the same; one that is not has an error in words.
+/// A label that is read, written and read again is equal; an unreadable label gets an error message.
 #[test]
 fn fuzz_label() {
     bolero::check!()

@@ -1,4 +1,4 @@
-//! Hostile captures: every command that reads captures ends within limits of memory and CPU time, with an exit code of its own.
+//! Hostile captures: every command that reads captures ends within limits of memory and CPU time, with its own exit code.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -7,6 +7,7 @@ use std::process::{Command, Output, Stdio};
 
 use groundwave::capture::messages::{RawBytes, StationEvent};
 use groundwave::capture::topics::Topic;
+use groundwave::event::{LinkEvent, Moment};
 use mcap::MAGIC;
 use mcap::records::op;
 use prost::Message as _;
@@ -18,7 +19,7 @@ use crate::pty::OnTerminal;
 /// Memory that a command may allocate, KiB: 64 MiB of data and some stacks.
 const MEMORY_KIB: u32 = 72 << 10;
 
-/// CPU time that a command may take, s. Not a measurement: a loop over a claimed length takes hours.
+/// CPU time that a command may take, s. The value is only a bound: a loop over a claimed length takes hours.
 const CPU_S: u32 = 60;
 
 /// Sets the limits, then becomes the program; `exec` keeps the process id.
@@ -41,7 +42,7 @@ fn run(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Every command that reads captures, on a capture alone in its folder.
+/// Checks every command that reads captures, with a capture alone in its folder.
 fn assert_bounded(capture: &Path, what: &str) {
     let folder = capture.parent().unwrap();
     let (capture, folder) = (capture.to_str().unwrap(), folder.to_str().unwrap());
@@ -105,7 +106,7 @@ fn assert_bounded(capture: &Path, what: &str) {
     }
 }
 
-/// Bytes after their length of 32 bits.
+/// Bytes preceded by their length as 32 bits.
 fn sized(bytes: &[u8]) -> Vec<u8> {
     [&(bytes.len() as u32).to_le_bytes(), bytes].concat()
 }
@@ -114,7 +115,7 @@ fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
     claiming(opcode, body.len() as u64, body)
 }
 
-/// A record that claims another length.
+/// A record that claims a wrong length.
 fn claiming(opcode: u8, length: u64, body: &[u8]) -> Vec<u8> {
     [&[opcode], &length.to_le_bytes()[..], body].concat()
 }
@@ -159,7 +160,7 @@ fn received(stream_offset: u64, data: Vec<u8>) -> Vec<u8> {
     message(Topic::RawRx, 1, &raw.encode_to_vec())
 }
 
-/// A chunk of these records that claims a length once unpacked.
+/// A chunk of these records that claims an unpacked length.
 fn chunk(records: &[u8], claimed: u64, crc: u32) -> Vec<u8> {
     let packed = zstd::bulk::compress(records, 3).unwrap();
     let fields = [
@@ -185,7 +186,7 @@ fn beginning() -> Vec<u8> {
         op::HEADER,
         &[sized(b""), sized(b"groundwave")].concat(),
     ));
-    for topic in [Topic::RawRx, Topic::Station] {
+    for topic in [Topic::RawRx, Topic::RawTx, Topic::Station] {
         let id = topic.channel_id();
         bytes.extend(schema(id, &topic.schema().name));
         bytes.extend(channel(id, id, topic.name()));
@@ -198,7 +199,7 @@ fn recording(records: &[Vec<u8>]) -> Vec<u8> {
     [beginning(), records.concat()].concat()
 }
 
-/// Hostile captures, `factor` times as large at night.
+/// Hostile captures; `factor` multiplies their size.
 fn hostile(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
     [claiming_much(factor), repeating_much(factor)].concat()
 }
@@ -300,6 +301,7 @@ fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
             }),
         ),
         ("200,000 channels", many_channels(20_000 * factor)),
+        ("times and offsets of any value", wild_numbers(&lines)),
         (
             "a table of many pairs",
             recording(&[record(
@@ -324,14 +326,14 @@ fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// A record at an end whose first string claims 4 GB.
+/// A record at the end of a file whose first string claims a length of 4 GB.
 fn claiming_string(opcode: u8, before: &[u8]) -> Vec<u8> {
     let body = [&u32::MAX.to_le_bytes()[..], b"text"].concat();
     let before = if before.is_empty() { MAGIC } else { before };
     [before, &record(opcode, &body), &received(0, vec![b'x'; 80])].concat()
 }
 
-/// `head`s of records one after the other, each of which claims the whole rest of the file.
+/// Consecutive heads of records, each of which claims the whole rest of the file.
 fn nested(bytes: usize, head: impl Fn(usize) -> Vec<u8>) -> Vec<u8> {
     let mut all = beginning();
     let length = head(bytes).len();
@@ -359,7 +361,38 @@ fn pairs(bytes: usize) -> Vec<u8> {
     (0..(bytes / 12) as u32).flat_map(pair).collect()
 }
 
-/// Each line after a time.
+/// Intact lines at times that go back and forth, and at offsets up to the largest.
+fn wild_numbers(lines: &[u8]) -> Vec<u8> {
+    let mut rng = Rng(1);
+    let mut any = || match rng.below(4) {
+        0 => u64::MAX - rng.below(200),
+        1 => rng.below(1 << 40),
+        _ => 1_800_000_000_000_000_000 + rng.below(1 << 40),
+    };
+    let messages = lines.chunks(80).map(|line| {
+        let raw = |offset| RawBytes {
+            stream_offset: offset,
+            data: line.to_vec(),
+        };
+        let lost = LinkEvent::Lost {
+            reason: "it is gone".into(),
+        };
+        let events = [
+            StationEvent::from(&lost),
+            StationEvent::suspended(Moment::MAX),
+        ];
+        let events = events.map(|event| message(Topic::Station, any(), &event.encode_to_vec()));
+        [
+            message(Topic::RawRx, any(), &raw(any()).encode_to_vec()),
+            message(Topic::RawTx, any(), &raw(any()).encode_to_vec()),
+            events.concat(),
+        ]
+        .concat()
+    });
+    recording(&messages.collect::<Vec<_>>())
+}
+
+/// The lines, each with a timestamp before it.
 fn stamped(lines: &[u8]) -> Vec<u8> {
     let lines = lines.split_inclusive(|byte| *byte == b'\n').zip(0..60);
     lines
@@ -419,7 +452,7 @@ fn commands_bear_random_damage() {
     });
 }
 
-/// Keys that go through a long part without a line do not keep a replay from a signal.
+/// While keys skip a long part without a line, a replay still reacts to a signal.
 #[test]
 fn a_replay_without_lines_obeys_keys_and_signals() {
     let folder = scratch("no-lines");

@@ -1,4 +1,4 @@
-//! Text and files from outside that mean harm: no text controls the terminal or forges a line, no file stops a command.
+//! Hostile text and files: no text controls the terminal or forges a line, no file blocks a command.
 #![cfg(unix)]
 
 use std::ffi::OsStr;
@@ -19,13 +19,14 @@ use serde_json::Value;
 
 use crate::programs::{GROUNDWAVE, scratch};
 
-/// A new title, a cleared screen by C0 and C1, a changed direction, and a line of its own.
+/// A new title, a cleared screen by C0 and C1, a changed direction, and a separate line.
 const HOSTILE: &str =
     "\u{1b}]0;x\u{7}\u{1b}[2J\u{9b}2J\r\u{7f}\u{202e}\u{2066}\u{61c}\u{200f}\u{2028}\nFORGED";
 
+const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");
 const CLEAN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
 
-/// The world of a straight corridor, the shortest that comes with the program.
+/// The world of a straight corridor, the smallest built-in world.
 const WORLD: &str = include_str!("../firmware/sim/worlds/corridor.toml");
 
 fn run_in(folder: &Path, arguments: &[&str]) -> Output {
@@ -38,7 +39,7 @@ fn run_in(folder: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Checks that what a command prints is safe, and that JSON is JSON; returns it.
+/// Checks that the output of a command is safe text and, with `--json`, valid JSON; returns the output.
 fn safe(folder: &Path, arguments: &[&str]) -> String {
     let Output { stdout, stderr, .. } = run_in(folder, arguments);
     let [out, err] = [stdout, stderr].map(|text| String::from_utf8(text).unwrap());
@@ -118,7 +119,7 @@ fn text_of_a_capture_reaches_the_terminal_without_controls() {
     fs::write(folder.join(file_of(Path::new(name))), HOSTILE).unwrap();
     safe(&folder, &["label", name]);
     safe(&folder, &["runs"]);
-    // An MCAP that is cut off, and text that is no capture.
+    // An MCAP that is cut off, and text that is not a capture.
     let whole = fs::read(folder.join(name)).unwrap();
     fs::write(folder.join(name), &whole[..whole.len() / 2]).unwrap();
     for verb in ["info", "runs", "verify", "recover", "songs"] {
@@ -288,7 +289,7 @@ fn no_answer_of_a_station_reaches_the_terminal_as_a_control() {
                 .unwrap();
                 lines.next().unwrap().unwrap();
                 writeln!(socket, "{answer}").unwrap();
-                // Until the client has gone.
+                // Until the client has closed the connection.
                 let _ = lines.next();
             });
             let said = safe(
@@ -327,6 +328,7 @@ fn a_named_pipe_stops_no_command() {
         (&["runs", "x.mcap"], "it is a named pipe"),
         (&["compare", "x.mcap", "a.txt"], "it is a named pipe"),
         (&["verify", "x.mcap"], "it is a named pipe"),
+        (&["verify", SAMPLE, "--raw", "x.txt"], "it is a named pipe"),
         (&["recover", "x.mcap"], "it is a named pipe"),
         (&["recover", "."], "no interrupted recordings"),
         (
@@ -385,6 +387,41 @@ fn a_text_file_has_a_limit() {
         let output = run_in(&folder, arguments);
         let err = String::from_utf8(output.stderr).unwrap();
         assert!(err.contains("longer than 4 MiB"), "{arguments:?}: {err}");
+        assert!(!output.status.success(), "{arguments:?}: {err}");
+    }
+    // A label comes with a capture of somebody else's.
+    fs::write(folder.join("a.txt.run.toml"), &long[..300 << 10]).unwrap();
+    for verb in ["label", "info", "runs"] {
+        let output = run_in(&folder, &[verb, "a.txt"]);
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert!(err.contains("longer than 256 KiB"), "{verb}: {err}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// A mistake in a line of a megabyte is told in a line of a thousand characters.
+#[test]
+fn a_message_has_a_limit() {
+    let folder = scratch("long-messages");
+    fs::copy(CLEAN, folder.join("a.txt")).unwrap();
+    fs::write(folder.join("long"), "[".repeat(1 << 20)).unwrap();
+    fs::write(folder.join("tables"), "[x]\n".repeat(1 << 17)).unwrap();
+    fs::write(folder.join("a.txt.run.toml"), "[".repeat(200 << 10)).unwrap();
+    for arguments in [
+        &["send", "sim", "route", "long"][..],
+        &["send", "sim", "-f", "long"],
+        &["send", "--dry-run", "param", "load", "long"],
+        &["config", "check", "long"],
+        &["config", "check", "tables"],
+        &["--config", "long", "ports"],
+        &["world", "long"],
+        &["label", "a.txt"],
+        &["info", "a.txt"],
+    ] {
+        let output = run_in(&folder, arguments);
+        let err = String::from_utf8(output.stderr).unwrap();
+        let is_short = err.lines().all(|line| line.chars().count() < 1100);
+        assert!(is_short && err.lines().count() < 110, "{arguments:?}");
         assert!(!output.status.success(), "{arguments:?}: {err}");
     }
     fs::remove_dir_all(folder).unwrap();

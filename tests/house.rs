@@ -1,4 +1,4 @@
-//! The demo's house: the robot prowls it without getting stuck, and the demo's own seed bumps early.
+//! The demo's house: the robot prowls without getting stuck, and with the demo's seed it soon bumps into an obstacle.
 
 use crate::common::{on_all_cores, seeds};
 use groundwave_protocol::status_codes::Layer;

@@ -1,4 +1,4 @@
-//! Verbs that read an interrupted recording: each reports that it is incomplete, and how to finish it.
+//! Verbs that read an interrupted recording: each reports that the recording is incomplete and how to finish it.
 #![cfg(unix)]
 
 use crate::streams;

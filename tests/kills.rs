@@ -1,6 +1,6 @@
-//! The program is killed while it records: all bytes read are in the file, and in the recovered recording.
+//! The program is killed while it records: all bytes that it read are in the file and in the recovered recording.
 //!
-//! By default a few kills at full speed; `GROUNDWAVE_KILLS=200 cargo test --test kills -- --nocapture` runs 200 kills
+//! By default, the tests kill the program a few times at full speed; `GROUNDWAVE_KILLS=200 cargo test --test kills -- --nocapture` runs 200 kills
 //! each at 3 and at 200 lines per second, in parallel, and prints the results.
 #![cfg(unix)]
 
@@ -32,7 +32,7 @@ struct Kill {
 }
 
 /// Records a stream at a number of lines per second, or at full speed, and kills the program after `lines`.
-fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) -> Kill {
+fn kill_after(folder: &Path, seed: u64, lines: usize, lines_per_s: Option<u32>) -> Kill {
     // A separate folder, because a new recording recovers interrupted ones in the same folder.
     let folder = folder.join(seed.to_string());
     fs::create_dir_all(&folder).unwrap();
@@ -55,12 +55,12 @@ fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) ->
         assert!(Instant::now() < deadline, "it never began to record");
         thread::yield_now();
     }
-    let mut radio = packets_s.map(Radio::new);
-    for packet in stream.chunks(80) {
+    let mut radio = lines_per_s.map(Radio::new);
+    for line in stream.chunks(80) {
         if let Some(radio) = &mut radio {
             radio.tick();
         }
-        writer.write_all(packet).unwrap();
+        writer.write_all(line).unwrap();
     }
     if let Some(radio) = &radio {
         // At any moment between two lines; a program killed during a read has not received its bytes.
@@ -73,7 +73,7 @@ fn kill_after(folder: &Path, seed: u64, lines: usize, packets_s: Option<u32>) ->
     check(&path, &stream[..read])
 }
 
-/// The clock of a radio.
+/// A radio that sends lines at a fixed rate.
 struct Radio {
     period: Duration,
     runtime: tokio::runtime::Runtime,
@@ -81,12 +81,12 @@ struct Radio {
 }
 
 impl Radio {
-    fn new(packets_s: u32) -> Self {
+    fn new(lines_per_s: u32) -> Self {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_time()
             .build()
             .unwrap();
-        let period = Duration::from_secs(1) / packets_s;
+        let period = Duration::from_secs(1) / lines_per_s;
         let interval = runtime.block_on(async { tokio::time::interval(period) });
         Self {
             period,
@@ -141,7 +141,7 @@ fn check(path: &Path, read: &[u8]) -> Kill {
     }
 }
 
-/// The received bytes that the `mcap` crate reads alone.
+/// The received bytes, read by the `mcap` crate alone.
 fn received_by_others(path: &Path) -> Vec<u8> {
     let bytes = fs::read(path).unwrap();
     let options = mcap::read::Options::IgnoreEndMagic;
@@ -181,12 +181,12 @@ fn a_kill_at_any_moment_costs_nothing_that_was_read() {
         }
         return;
     };
-    for packets_s in [3, 200] {
-        let all = at_a_rate(&folder, kills, packets_s);
+    for lines_per_s in [3, 200] {
+        let all = at_a_rate(&folder, kills, lines_per_s);
         let sum = |of: fn(&Kill) -> usize| all.iter().map(of).sum::<usize>();
         let with_loss = all.iter().filter(|kill| kill.lost > 0).count();
         println!(
-            "{} kills at {packets_s} packets/s: {} bytes read, {} not in the file ({with_loss} kills)",
+            "{} kills at {lines_per_s} lines/s: {} bytes read, {} not in the file ({with_loss} kills)",
             all.len(),
             sum(|kill| kill.read),
             sum(|kill| kill.lost),
@@ -194,9 +194,9 @@ fn a_kill_at_any_moment_costs_nothing_that_was_read() {
     }
 }
 
-/// Forty in parallel, because they mostly wait for their radio.
-fn at_a_rate(folder: &Path, kills: u64, packets_s: u32) -> Vec<Kill> {
-    let folder = folder.join(packets_s.to_string());
+/// Runs forty kills in parallel, because each mostly waits for its radio.
+fn at_a_rate(folder: &Path, kills: u64, lines_per_s: u32) -> Vec<Kill> {
+    let folder = folder.join(lines_per_s.to_string());
     fs::create_dir_all(&folder).unwrap();
     let mut done = Vec::new();
     for first in (0..kills).step_by(40) {
@@ -205,8 +205,8 @@ fn at_a_rate(folder: &Path, kills: u64, packets_s: u32) -> Vec<Kill> {
             let running: Vec<_> = seeds
                 .map(|seed| {
                     let folder = &folder;
-                    let lines = 1 + Rng(seed).below(13 * packets_s as usize);
-                    scope.spawn(move || kill_after(folder, seed, lines, Some(packets_s)))
+                    let lines = 1 + Rng(seed).below(13 * lines_per_s as usize);
+                    scope.spawn(move || kill_after(folder, seed, lines, Some(lines_per_s)))
                 })
                 .collect();
             for thread in running {

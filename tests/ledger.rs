@@ -1,4 +1,4 @@
-//! The command ledger on the screen, compared with the simulated robot: the claim of a row is true of the robot at
+//! The command ledger on the screen, compared with the simulated robot: each row's claim about the robot is true at
 //! every moment at which the row may change.
 
 use crate::common::{CoSimulation, Rng, on_all_cores, seeds};
@@ -24,10 +24,10 @@ struct Watched {
     model: Model,
     taken: usize,
     terminal: Terminal<TestBackend>,
-    /// Maximum of the driven waypoints claimed by a row.
+    /// Maximum number of driven waypoints claimed by a row.
     driven_claimed: u16,
     active_claimed: bool,
-    /// The lists sent, in order, with their lengths, by which the screen tells them apart, and digests.
+    /// The lists sent, in order, with their lengths, by which the screen distinguishes them, and their digests.
     lists: Vec<(CommandId, usize, u32)>,
 }
 
@@ -61,7 +61,7 @@ impl Watched {
         id
     }
 
-    /// Whether the screen may claim that this list is the robot's: it is, or its successor's confirmation is under way.
+    /// Whether the screen may claim that the robot has this list: the robot has it, or the next list is not yet confirmed.
     fn may_be_active(&self, claimed: usize) -> bool {
         let held = self.co.simulation.robot().lists().active_digest();
         let lists = || self.lists.iter();

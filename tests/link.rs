@@ -1,4 +1,4 @@
-//! Commands over bad channels: the robot holds the old list or the new one, executes each command once, and every claim
+//! Commands over bad channels: the robot has either the old list or the new one, executes each command once, and every claim
 //! is true. The real station and the robot's real program, or the robot in C, in virtual time; failures print the seed.
 
 #[cfg(unix)]
@@ -17,7 +17,7 @@ const SEEDS: u64 = 50;
 #[cfg(unix)]
 const SEEDS_IN_C: u64 = 5;
 
-/// Commands per seed, besides those at its end.
+/// Number of commands per seed, besides those at the end.
 const ORDERS: usize = 4;
 
 /// Radio and the duplex that each end is configured for.
@@ -183,7 +183,7 @@ fn buffered_modules() {
     });
 }
 
-/// STOP before the first line, on a half-duplex radio.
+/// A STOP before the first line waits for its turn on a half-duplex radio.
 #[test]
 fn a_cold_stop_takes_its_turn() {
     cold_stop::<Simulation>(SEEDS);
@@ -210,7 +210,7 @@ fn stop<R: Robot>(trial: &mut Trial<R>, time_ms: u64) {
     assert_eq!(trial.stopped(), Some(&confirmed), "{}", trial.co.context());
 }
 
-/// The radio is configured on one end only: a station for modems whose robot does not take turns, and the other way round.
+/// The radio is configured on one end only: a station for modems whose robot does not take turns, and vice versa.
 #[test]
 fn a_radio_known_to_one_end() {
     known_to_one_end::<Simulation>(SEEDS);

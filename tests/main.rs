@@ -1,4 +1,4 @@
-//! Whole-system tests: one binary, one module a subject.
+//! Whole-system tests in one binary, with one module for each subject.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 mod adversary;

@@ -1,4 +1,4 @@
-//! Outages and other robots: the same figures wherever they are told.
+//! Outages and other robots: the same figures wherever they are reported.
 #![cfg(unix)]
 
 use std::fs;
@@ -20,14 +20,14 @@ use prost::Message as _;
 use serde_json::Value;
 use sr04_sim::{Simulation, SimulationConfig, World};
 
-/// The lines of a sample, three a second.
+/// The lines of a sample capture, three per second.
 fn sample() -> Vec<Vec<u8>> {
     let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
     let bytes = fs::read(sample).unwrap();
     bytes.chunks_exact(80).map(<[u8]>::to_vec).collect()
 }
 
-/// The first object that a JSON output has with a key.
+/// The first object with a key in a JSON output.
 fn object(output: &str, key: &str) -> Value {
     let values = serde_json::Deserializer::from_str(output).into_iter::<Value>();
     let found = values
@@ -40,7 +40,7 @@ fn object(output: &str, key: &str) -> Value {
     found.unwrap_or_else(|| panic!("no `{key}` in {output}"))
 }
 
-/// Whole hundreds are not in the sequence of the lines: 200 of 359 are lost.
+/// The sequence numbers do not count whole hundreds of lost lines: 200 of 359 are lost.
 #[test]
 fn an_outage_has_the_same_figures_everywhere() {
     let folder = scratch("outage");
@@ -117,7 +117,7 @@ fn an_outage_has_the_same_figures_everywhere() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// Lines that a robot sends in five minutes, three a second, and its second at each.
+/// The lines that a robot sends in five minutes, three per second, each with the robot's time in seconds.
 struct Robot {
     boots: u16,
     booted_s: f64,
@@ -162,7 +162,7 @@ impl Robot {
 }
 
 /// The events and bytes of a session: 55 s of silence, 165 lines; unplugged for 5 s, 15 lines; suspended for 10 s, 30 lines; and
-/// a robot that boots anew.
+/// a robot that restarts.
 fn eventful() -> Vec<(Duration, Result<[u8; 80], Event>)> {
     let mut robot = Robot {
         boots: 4,
@@ -205,7 +205,7 @@ fn eventful() -> Vec<(Duration, Result<[u8; 80], Event>)> {
     session
 }
 
-/// Records the session; returns the outages that a station tells meanwhile, and its figures at the end.
+/// Records the session; returns the outages that a station reports meanwhile, and its figures at the end.
 fn record_eventful(path: &Path) -> [Value; 2] {
     let mut recorder = Recorder::start(path, Existing::Refuse, &session()).unwrap();
     let mut station = Station::new(Config::new(1), false);
@@ -241,7 +241,7 @@ fn record_eventful(path: &Path) -> [Value; 2] {
     ]
 }
 
-/// One recording with every kind of outage: the same loss and the same outages wherever they are told.
+/// One recording with every kind of outage: the same loss and the same outages wherever they are reported.
 #[test]
 fn a_session_has_the_same_loss_and_outages_everywhere() {
     const LOST: u64 = 165 + 15 + 30;
@@ -343,7 +343,7 @@ fn are_exported(outages: &[Value], recording: &str) {
     }
 }
 
-/// Another robot is named within five seconds; its lines are kept apart and make no loss.
+/// Another robot is named within five seconds; its lines are counted separately and do not count as loss.
 #[test]
 fn two_robots_on_one_channel() {
     let world = World::built_in("open-room").unwrap();
@@ -389,9 +389,9 @@ fn two_robots_on_one_channel() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// A suspended laptop: the outage has its own cause. Another station is the clock.
+/// A suspended laptop: the outage has its own cause. Another station serves as the clock.
 #[test]
-fn a_suspended_station_tells_its_outage() {
+fn a_suspended_station_reports_its_outage() {
     let sim = Sim::start(&[]);
     let mut watch = Telling::start(&["watch", &sim.path, "--headless"]);
     let mut clock = Telling::start(&["watch", "sim", "--headless"]);

@@ -1,4 +1,4 @@
-//! Output files: never in place of the input, and whole or absent.
+//! Output files never replace the input, and are either whole or absent.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -28,6 +28,24 @@ fn capture_is_not_overwritten_by_its_own_result() {
         }
     }
     assert!(fs::read(folder.join("a.txt")).unwrap() == fs::read(CLEAN).unwrap());
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn raw_bytes_are_not_appended_to_a_recording() {
+    let folder = scratch("append-to-mcap");
+    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");
+    // Its name does not tell.
+    let path = folder.join("a.txt").display().to_string();
+    fs::copy(sample, &path).unwrap();
+    for arguments in [
+        &["watch", "-", "--headless", "--append", "--tee", &path][..],
+        &["record", "-", "--append", "-o", &path],
+    ] {
+        let (_, err) = expect(2, arguments);
+        assert!(err.contains("only raw text can be appended to"), "{err}");
+    }
+    assert!(fs::read(&path).unwrap() == fs::read(sample).unwrap());
     fs::remove_dir_all(folder).unwrap();
 }
 

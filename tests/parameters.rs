@@ -1,4 +1,4 @@
-//! Parameters end to end: set, reported, saved, restored by a reset; over seeds and by the command line.
+//! Parameters end to end: set, reported, saved, restored by a reset; with many seeds and from the command line.
 
 use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::programs;

@@ -1,4 +1,4 @@
-//! The program as people run it: processes, pseudo-terminals, signals and exit codes.
+//! The program as users run it: processes, pseudo-terminals, signals and exit codes.
 #![cfg(unix)]
 
 use std::fs;
@@ -75,7 +75,7 @@ fn wait_opens_a_port_as_soon_as_it_is_there() {
 }
 
 #[test]
-fn wait_ends_with_its_limit_and_at_once_for_what_is_no_port() {
+fn wait_ends_with_its_limit_and_at_once_for_a_file_that_is_not_a_port() {
     for verb in ["record", "check", "watch"] {
         let headless = if verb == "watch" {
             &["--headless"][..]
@@ -196,7 +196,7 @@ fn a_robot_that_goes_and_comes_back_needs_no_key() {
     assert_eq!(watch.wait(), 0);
 }
 
-/// The boot counter in every line repeats after eight boots, so a killed simulator must keep its count.
+/// The boot counter in every line repeats after eight boots, so a killed simulator must save its count.
 #[test]
 fn a_robot_behind_a_steady_name_counts_its_boots() {
     let folder = scratch("boots");
@@ -208,7 +208,7 @@ fn a_robot_behind_a_steady_name_counts_its_boots() {
     assert_eq!(remembered, "boots=3\n");
 }
 
-/// Nothing is ever written to this pipe; a read would block for ever.
+/// Nothing is ever written to this pipe; a read would block forever.
 #[test]
 fn a_route_from_a_pipe_that_is_silent_stops_nothing() {
     let folder = scratch("silent");
@@ -333,7 +333,7 @@ fn recordings_hold_every_byte_and_refuse_to_be_overwritten() {
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_error() {
+fn a_reader_that_stops_early_is_not_an_error() {
     let folder = scratch("pipe");
     let raw = folder.join("raw.txt");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "100"]);
@@ -387,7 +387,7 @@ fn headless_watch_speaks_json() {
     watch.wait().unwrap();
 }
 
-/// A hook that neither reads nor ends, and starts ever more processes, holds up neither the lines nor the end.
+/// A hook that neither reads nor ends, and keeps starting processes, delays neither the lines nor the end.
 #[cfg(unix)]
 #[test]
 fn an_endless_alarm_hook_does_not_delay_the_link() {
@@ -416,7 +416,7 @@ fn an_endless_alarm_hook_does_not_delay_the_link() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// The command gets each event of an alarm, and its failure is told.
+/// The command gets each event of an alarm, and its failure is reported.
 #[cfg(unix)]
 #[test]
 fn the_alarm_hook_gets_each_event() {
@@ -441,7 +441,7 @@ fn the_alarm_hook_gets_each_event() {
 }
 
 #[test]
-fn headless_watch_tells_alarms() {
+fn headless_watch_reports_alarms() {
     let config = scratch("headless-alarms").join("config.toml");
     fs::write(
         &config,
@@ -475,7 +475,7 @@ fn a_capture_plays_in_the_dashboard_to_its_end() {
     }
 }
 
-/// The station reads its link on, and a signal ends it.
+/// The station continues to read its link, and a signal ends it.
 #[test]
 fn an_unread_standard_output_stalls_only_the_printing() {
     let folder = scratch("unread");
@@ -505,7 +505,7 @@ fn an_unread_standard_output_stalls_only_the_printing() {
     assert_eq!(watch.0.wait().unwrap().code(), Some(0));
 }
 
-/// A pipe that nobody reads holds up the end; an interrupt ends the wait.
+/// A pipe without a reader delays the end; an interrupt ends the wait.
 #[test]
 fn a_second_interrupt_does_not_wait_for_a_recording() {
     let folder = scratch("second-signal");
@@ -579,7 +579,7 @@ fn a_suspended_dashboard_comes_back() {
     assert_eq!(watch.wait(), 0);
 }
 
-/// A closed ssh session: the terminal is gone, and the recording is finished.
+/// A closed ssh session: the terminal no longer exists, and the recording is finished.
 #[test]
 fn a_closed_terminal_finishes_the_recording() {
     let folder = scratch("closed");
@@ -597,7 +597,7 @@ fn a_closed_terminal_finishes_the_recording() {
     expect(0, &["info", capture.to_str().unwrap()]);
 }
 
-/// A recording of the demo holds the configuration, like that of a robot.
+/// A recording of the demo contains the configuration, like a robot's recording.
 #[test]
 fn a_demo_is_recorded_as_it_is_configured() {
     let folder = scratch("demo-configured");

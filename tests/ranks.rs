@@ -140,7 +140,7 @@ const RULES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// The modules of the vocabulary, which depend on no part.
+/// The modules shared by all parts, which depend on none.
 const VOCABULARY: &[&str] = &[
     "crate::capture",
     "crate::commands",
@@ -165,7 +165,7 @@ const SIMULATING: &[&str] = &[
 /// Modules that may read a clock.
 const CLOCK_READERS: &[&str] = &["src/io", "src/runtime", "src/commands"];
 
-/// The commands write to standard output here: text is made safe to show, and bytes stay as they are.
+/// Modules that write to standard output: they make text safe to show, and write bytes unchanged.
 const WRITERS: &[&str] = &["src/commands/mod.rs", "src/commands/output.rs"];
 
 #[test]
@@ -180,7 +180,7 @@ fn text_is_written_where_it_is_made_safe() {
 }
 
 #[test]
-fn nobody_reaches_above_their_rank() {
+fn no_module_imports_a_higher_rank() {
     let mut broken = Vec::new();
     for (place, forbidden) in RULES {
         for file in rust_files(&root().join(place)) {
@@ -206,7 +206,7 @@ fn only_the_verbs_that_simulate_know_the_simulator() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Only the names of parameters come from the robot's program.
+/// The station takes only the names of parameters from the robot's program.
 #[test]
 fn the_robots_program_is_known_for_its_names_only() {
     let names = root().join("src/request/parameters.rs");
@@ -248,7 +248,7 @@ fn the_system_is_touched_at_the_edges_only() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Places where a path, or its last parts, is imported or used.
+/// Places where a path or its last parts are imported or used.
 fn found(file: &Path, word: &str) -> Vec<String> {
     let module = module_of(file);
     let code = code_lines(file);

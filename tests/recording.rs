@@ -1,4 +1,4 @@
-//! A recorder under way: its parts, its history, and a removed folder.
+//! A running recorder: its parts, its history, and a removed folder.
 
 use crate::streams;
 use std::fs::{self, File};
@@ -49,7 +49,7 @@ fn days_are_recorded_in_parts_that_are_whole_by_themselves() {
     assert_eq!(all, stream);
 }
 
-/// The lines in each part of a recording of one line at each of these times, milliseconds.
+/// Number of lines in each part of a recording with one line at each of these times, milliseconds.
 fn lines_by_part(rotation: &str, times_ms: impl IntoIterator<Item = u64>) -> Vec<usize> {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.mcap");
@@ -116,7 +116,7 @@ fn remembered_bytes_come_first_with_their_times() {
 /// A removed folder is reported, and the open file stays open.
 #[cfg(unix)]
 #[test]
-fn a_folder_that_is_removed_is_told_of_in_the_end() {
+fn a_removed_folder_is_reported_at_the_end() {
     let folder = TempDir::new().unwrap();
     let inner = folder.path().join("gone");
     fs::create_dir(&inner).unwrap();
@@ -133,7 +133,7 @@ fn a_folder_that_is_removed_is_told_of_in_the_end() {
 
 #[cfg(unix)]
 #[test]
-fn a_folder_that_may_not_be_written_is_told_of_at_once() {
+fn a_read_only_folder_is_reported_at_once() {
     use std::os::unix::fs::PermissionsExt;
     let folder = TempDir::new().unwrap();
     let closed = folder.path().join("closed");

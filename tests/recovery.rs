@@ -1,4 +1,4 @@
-//! Recovery of killed, cut and damaged recordings: received bytes are saved, and losses are reported.
+//! Recovery of killed, cut and damaged recordings: received bytes are kept, and losses are reported.
 
 use crate::streams;
 use std::fs;
@@ -12,8 +12,10 @@ use crate::streams::Rng;
 use groundwave::capture::interrupted::{find_interrupted, set_aside};
 use groundwave::capture::messages::{RawBytes, StationEvent};
 use groundwave::capture::recover::{Outcome, Recovery, recover};
+use groundwave::capture::topics::Topic;
 use groundwave::capture::{CaptureError, Existing, Recorder};
 use groundwave::event::{Level, NoticeCode};
+use mcap::records::op;
 use prost::Message as _;
 use tempfile::TempDir;
 
@@ -193,7 +195,7 @@ fn a_flipped_bit_of_an_unfinished_recording_costs_one_message() {
     }
 }
 
-/// Several damaged places cost only the parts that they hit; station events are kept too.
+/// Several damaged places cost only the parts in which they are; station events are kept, too.
 #[test]
 fn everything_between_damaged_places_is_saved() {
     let folder = TempDir::new().unwrap();
@@ -227,7 +229,53 @@ fn everything_between_damaged_places_is_saved() {
     }
 }
 
-/// A file of another program may have such a name.
+/// A report has the totals of all losses and a list of the first ones.
+#[test]
+fn a_report_of_many_losses_is_short() {
+    const STEPS: u64 = 3000;
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("steps.mcap");
+    let mut bytes = fs::read(killed(folder.path(), &streams::clean(3))).unwrap();
+    // Each message lacks ten bytes before it, and a record without a body follows.
+    for n in 0..STEPS {
+        let raw = RawBytes {
+            stream_offset: 10_000 + n * 11,
+            data: vec![b'x'],
+        };
+        let header = [
+            &Topic::RawRx.channel_id().to_le_bytes()[..],
+            &(n as u32).to_le_bytes(),
+            &(u64::MAX - STEPS + n).to_le_bytes(),
+            &(u64::MAX - STEPS + n).to_le_bytes(),
+        ];
+        let message = [header.concat(), raw.encode_to_vec()].concat();
+        for (opcode, body) in [(op::MESSAGE, &message[..]), (op::SCHEMA, &[])] {
+            bytes.push(opcode);
+            bytes.extend((body.len() as u64).to_le_bytes());
+            bytes.extend(body);
+        }
+    }
+    fs::write(&path, bytes).unwrap();
+    let recovery = recover(&path).unwrap();
+    assert_eq!(
+        (recovery.rx_missing.len(), recovery.damage.len()),
+        (1000, 1000)
+    );
+    assert_eq!(recovery.unlisted, 2 * STEPS - 2000);
+    assert_eq!(recovery.rx_bytes, 240 + STEPS);
+    assert_eq!(recovery.rx_bytes_missing, 10_000 - 240 + (STEPS - 1) * 10);
+    let mut text = Vec::new();
+    recovery.write_text(&mut text).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert!(
+        text.contains("4000 more parts were lost or skipped"),
+        "{}",
+        text.len()
+    );
+    assert!(text.lines().count() < 2010, "{}", text.lines().count());
+}
+
+/// Another program's file may have the name of an interrupted recording.
 #[test]
 fn files_of_others_with_such_names_are_left_alone() {
     let folder = TempDir::new().unwrap();
@@ -242,7 +290,7 @@ fn files_of_others_with_such_names_are_left_alone() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// A flipped bit costs a recovered recording no more than one under way.
+/// A flipped bit costs a recovered recording no more than a recording in progress.
 #[test]
 fn a_flipped_bit_of_a_recovered_recording_costs_little() {
     let folder = TempDir::new().unwrap();

@@ -155,6 +155,54 @@ fn label_is_kept_beside_the_capture_and_listed() {
     );
 }
 
+#[cfg(unix)]
+#[test]
+fn marks_of_a_label_are_in_the_picture_and_in_the_replay() {
+    let folder = folder();
+    for words in [
+        &["--name", "new wheels"][..],
+        &["--note", "the glass door", "--at", "0:30"],
+    ] {
+        let label = [&["label", "b.mcap"], words].concat();
+        told(&groundwave(folder.path(), &label));
+    }
+    let export = ["export", "b.mcap", "--to", "svg", "-o", "b.svg"];
+    told(&groundwave(folder.path(), &export));
+    let picture = fs::read_to_string(folder.path().join("b.svg")).unwrap();
+    for words in ["new wheels", "the glass door"] {
+        let words = format!("aria-label=\"{words}\"");
+        assert!(picture.contains(&words), "{words} is not in\n{picture}");
+    }
+    let path = folder.path().join("b.mcap");
+    let arguments = ["replay", path.to_str().unwrap()];
+    let mut replay = OnTerminal::start(env!("CARGO_BIN_EXE_groundwave"), &arguments, 120, 40);
+    replay.wait_for("the capture", |screen| screen.contains("REPLAY"));
+    replay.type_keys("nm");
+    replay.wait_for("the mark", |screen| screen.contains("mark: the glass door"));
+    replay.type_keys("a");
+    replay.wait_for("that it is removed", |screen| {
+        screen.contains("note removed: the glass door")
+    });
+    let label = folder.path().join("b.mcap.run.toml");
+    assert!(
+        !fs::read_to_string(&label)
+            .unwrap()
+            .contains("the glass door")
+    );
+    replay.type_keys("q");
+    assert_eq!(replay.wait(), 0);
+    // A broken label leaves out the marks alone.
+    fs::write(&label, "nam = 1\n").unwrap();
+    let export = ["export", "b.mcap", "--to", "png", "-o", "b.png"];
+    let output = groundwave(folder.path(), &export);
+    assert_eq!(output.status.code(), Some(0));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains("b.mcap.run.toml is not a valid label"),
+        "{said}"
+    );
+}
+
 #[test]
 fn label_needs_a_capture_and_a_broken_label_is_not_replaced() {
     let folder = folder();

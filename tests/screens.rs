@@ -117,7 +117,7 @@ fn a_noisy_radio_at_120x40() {
     assert!(share("loss ").is_some_and(|loss_pct| loss_pct < 20.0));
 }
 
-/// A quarter of an hour after the last line.
+/// The screen a quarter of an hour after the last line.
 #[test]
 fn a_silent_radio_at_120x40() {
     let screen = screen("living-room-bursts.txt", Duration::from_secs(1000), 120, 40);

@@ -52,7 +52,7 @@ fn with_input(arguments: &[&str], input: &str) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// The frame of a test vector, by its name.
+/// The frame of the test vector with this name.
 fn vector(about: &str) -> String {
     let vectors = concat!(
         include_str!("../protocol/vectors/frames.jsonl"),
@@ -206,7 +206,7 @@ fn failed_script_names_the_line_and_the_commands_not_sent() {
         "{out}"
     );
     assert!(
-        err.contains("evening.txt:4: the robot refused `mode forage`")
+        err.contains("evening.txt:4: the robot refused `mode dock`")
             && err.contains("the 3 commands after it were not sent"),
         "{err}"
     );
@@ -225,8 +225,8 @@ fn failed_script_names_the_line_and_the_commands_not_sent() {
     let expected = [
         ("mode reactive", 2, "queued"),
         ("mode reactive", 2, "confirmed"),
-        ("mode forage", 4, "queued"),
-        ("mode forage", 4, "refused"),
+        ("mode dock", 4, "queued"),
+        ("mode dock", 4, "refused"),
     ];
     assert_eq!(
         ends,
@@ -236,7 +236,7 @@ fn failed_script_names_the_line_and_the_commands_not_sent() {
             .collect::<Vec<_>>()
     );
     assert!(
-        steps.contains(&("mode forage".to_owned(), 4, "sent".to_owned())),
+        steps.contains(&("mode dock".to_owned(), 4, "sent".to_owned())),
         "{out}"
     );
 }
@@ -309,7 +309,7 @@ fn script_over_a_shared_link_stops_at_the_first_failure() {
     let last = json_lines(&out).pop().unwrap();
     assert_eq!(
         (&last["status"], &last["command"], &last["line"]),
-        (&"refused".into(), &"mode forage".into(), &2.into())
+        (&"refused".into(), &"mode dock".into(), &2.into())
     );
     assert!(
         err.contains("evening.txt:2: ") && err.contains("`mode prowl` was not sent"),
@@ -317,7 +317,7 @@ fn script_over_a_shared_link_stops_at_the_first_failure() {
     );
 }
 
-/// A script waits for a drive to end and checks what it finds, over its own link and through a station that shares one.
+/// A script waits for a drive to end and checks the result, over its own link and through a station that shares its link.
 #[test]
 fn scripts_wait_and_check() {
     let folder = scratch("waits");

@@ -131,7 +131,7 @@ fn exit_codes_over_a_shared_link_are_those_of_an_own_link() {
     assert!(out.starts_with("mode reactive: confirmed after"), "{out}");
     let (_, err) = expect(5, &["send", "--via", &socket, "dock"]);
     assert!(
-        err.contains("refused `mode forage`: it has no sensor for the dock's beacon"),
+        err.contains("refused `mode dock`: it has no sensor for the dock's beacon"),
         "{err}"
     );
     expect(2, &["send", "--via", &socket, "fly"]);
@@ -171,16 +171,20 @@ fn shared_link_passes_raw_bytes() {
     assert!(lines.any(|line| line.unwrap().trim_end().len() == 78));
 }
 
-/// The program with a folder of its own for sockets and tokens.
+/// The program with a separate folder for sockets and tokens.
 fn program_in(folder: &Path, arguments: &[&str]) -> Command {
     let mut program = Command::new(GROUNDWAVE);
     program.args(arguments).env("XDG_RUNTIME_DIR", folder);
     program
 }
 
-/// A station that shares on a port of its own choice, and its address.
+/// A station that shares on a free port, and its address.
 fn station_on_a_port(link: &str, folder: &Path) -> (Telling, String) {
-    let watch = ["watch", link, "--headless", "--share", "0"];
+    station_at("0", link, folder)
+}
+
+fn station_at(share: &str, link: &str, folder: &Path) -> (Telling, String) {
+    let watch = ["watch", link, "--headless", "--share", share];
     let mut station = Telling::spawn(program_in(folder, &watch));
     let told = station.wait_for("where", |value| value["code"] == "shared");
     let address = told["text"].as_str().unwrap().strip_prefix("shared on ");
@@ -262,7 +266,26 @@ fn a_port_is_for_its_owner_alone() {
     assert!(lines.any(|line| line.unwrap().trim_end().len() == 78));
 }
 
-/// Connections of strangers do not use up those of the owner.
+/// Two stations of one user on the same port of two addresses have a token each.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_port_of_another_address_has_a_token_of_its_own() {
+    let folder = scratch("same-port");
+    let sims = [Sim::start(&[]), Sim::start(&[])];
+    let (_first, address) = station_on_a_port(&sims[0].path, &folder);
+    let other = address.replace("127.0.0.1", "127.0.0.2");
+    let (second, shared) = station_at(&other, &sims[1].path, &folder);
+    assert_eq!(shared, other);
+    let stop = |address: &str| {
+        let mut send = program_in(&folder, &["send", "--via", address, "stop"]);
+        send.output().unwrap().status.code()
+    };
+    assert_eq!((stop(&address), stop(&other)), (Some(0), Some(0)));
+    drop(second);
+    assert_eq!(stop(&address), Some(0), "the other one has ended");
+}
+
+/// Connections of other users do not use up those of the owner.
 #[test]
 fn strangers_do_not_keep_the_owner_out() {
     let folder = scratch("strangers");
@@ -402,7 +425,7 @@ fn replaced_reader_is_reported() {
     }
 }
 
-/// Sixteen programs that said hello and nothing more locked STOP out.
+/// Sixteen programs that connected and then sent nothing must not block STOP.
 #[test]
 fn idle_clients_do_not_block_stop() {
     let folder = scratch("idle");
@@ -424,7 +447,7 @@ fn idle_clients_do_not_block_stop() {
     assert_eq!(last_line(&mut idle[0])["code"], "gave-way");
 }
 
-/// Readers do not use up the connections for commands.
+/// Clients that only read do not use up the connections for commands.
 #[test]
 fn idle_readers_do_not_block_stop() {
     let folder = scratch("readers");
@@ -711,7 +734,7 @@ fn second_dashboard_commands_over_a_socket() {
     command_from_a_second_dashboard(&path_in(&folder, "s"), "unix:");
 }
 
-/// A share opened as a plain link: a client, or a clear word; never frames into it.
+/// A shared link opened as a plain link becomes a client or gets a clear error; no frames are sent into it.
 #[test]
 fn a_share_is_recognized_by_every_verb() {
     let folder = scratch("recognized");

@@ -191,7 +191,7 @@ fn capture_without_a_song_is_reported() {
     assert!(err.contains("no line found in 0 bytes"), "{err}");
 }
 
-/// The robot finishes its route of one waypoint at once and sings; a signal ends the program.
+/// The robot finishes its route of one waypoint at once and plays a song; a signal ends the program.
 #[test]
 fn terminated_simulator_leaves_a_whole_sound_file() {
     let folder = scratch("sim-wav");

@@ -1,4 +1,4 @@
-//! Link statistics: of a handmade recording, of a station in the simulated world, and of the program.
+//! Link statistics of a handmade recording, of a station in the simulated world, and of the program.
 #![cfg(unix)]
 
 use std::fs;
@@ -36,7 +36,7 @@ fn line(sequence: u8) -> [u8; 80] {
 /// Ten seconds with 15 lines at the beginning and 15 at the end, one of them damaged; one command sent twice, and 4
 /// bytes of knocks.
 #[test]
-fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
+fn a_handmade_recording_has_the_figures_computed_by_hand() {
     let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();
     let mut offsets = [0, 0];
     let mut write = |topic, at_s: u64, data: Vec<u8>| {
@@ -137,7 +137,7 @@ fn a_recording_made_by_hand_comes_to_what_a_pencil_says() {
 
 /// A run appended to another: no line counts as lost between them.
 #[test]
-fn appended_runs_are_restarts_and_no_loss() {
+fn appended_runs_are_restarts_and_not_losses() {
     let run = fs::read("captures/house-clean.txt").unwrap();
     let whole = run.len() - run.len() % 80;
     let runs = run[..whole].repeat(3);
@@ -208,7 +208,7 @@ fn a_bad_channel_shows_in_every_figure() {
     );
 }
 
-/// Damaged lines are not lost: they are told by kind and type. A radio that breaks every line B loses nothing.
+/// Damaged lines are not lost: they are counted by kind and type. A radio that damages every line B loses nothing.
 #[test]
 fn a_bad_line_b_among_good_lines_a_is_damaged_and_not_lost() {
     let run = fs::read("captures/house-clean.txt").unwrap();
@@ -230,7 +230,7 @@ fn a_bad_line_b_among_good_lines_a_is_damaged_and_not_lost() {
     assert_eq!(info["damaged"]["B"], count, "{info}");
 }
 
-/// Also in a recording: the airtime is of the port's rate.
+/// The airtime in a recording is a share of the port's rate, too.
 #[test]
 fn airtime_of_a_recording_is_of_its_rate() {
     for (baud, expected_pct) in [(1200, 50.0), (9600, 6.25), (115_200, 0.520_8)] {
@@ -255,7 +255,7 @@ fn airtime_of_a_recording_is_of_its_rate() {
 }
 
 #[test]
-fn headless_tells_the_figures_at_its_end() {
+fn headless_reports_the_figures_at_its_end() {
     let shell =
         format!("cat captures/house-noisy.txt | {GROUNDWAVE} watch - --headless | tail -n 2");
     let output = Command::new("sh")
@@ -287,7 +287,7 @@ fn headless_tells_the_figures_at_its_end() {
 }
 
 #[test]
-fn a_clock_that_could_not_have_carried_the_bytes_tells_no_airtime() {
+fn an_impossible_clock_gives_no_airtime() {
     // 100 lines in 10 s, as from a simulator that runs three times as fast.
     let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();
     for n in 0..100_u8 {

@@ -144,7 +144,7 @@ fn a_paste_that_is_no_route_shows_its_error() {
     leave(watch);
 }
 
-/// Over a slow connection, the letters of an arrow's sequence are no keys; `D` would dock the robot.
+/// Over a slow connection, the letters of an arrow key's sequence are not keys; `D` would dock the robot.
 #[test]
 fn esc_and_an_arrow_in_one_burst_send_nothing() {
     let sim = Sim::start(&[]);
@@ -160,7 +160,7 @@ fn esc_and_an_arrow_in_one_burst_send_nothing() {
         text.contains("mode prowl: confirmed")
     });
     let text = watch.text();
-    for word in ["forage", "wander", "photo", "clear"] {
+    for word in ["dock", "wander", "photo", "clear"] {
         let asked = format!("{word}: ");
         assert!(!text.contains(&asked), "`{asked}` in\n{text}");
     }
@@ -202,7 +202,7 @@ fn a_wrong_file_name_is_corrected_in_the_prompt() {
     leave(watch);
 }
 
-/// Terminals with and without key-up reports: both drive and both stop.
+/// Hand driving starts and stops on terminals with and without key-up reports.
 #[test]
 fn hand_driving_survives_a_terminal_without_key_up() {
     let (up, up_released) = ("\x1b[A", "\x1b[1;1:3A");
@@ -296,12 +296,12 @@ fn a_mark_of_a_live_session_comes_back_in_the_replay_of_its_recording() {
     replay.type_keys("nm");
     replay.type_keys("a");
     replay.wait_for("that it stood at the mark", |text| {
-        text.contains("the mark at ") && !has_mark(text)
+        text.contains("note removed: lamp fell") && !has_mark(text)
     });
     leave(replay);
 }
 
-/// Old terminals and C locales: ASCII only and no colours.
+/// Old terminals and C locales get only ASCII and no colours.
 #[test]
 fn a_plain_terminal_gets_ascii_without_colors() {
     let sim = Sim::start(&[]);
@@ -336,7 +336,7 @@ fn a_plain_terminal_gets_ascii_without_colors() {
     leave(watch);
 }
 
-/// `map = "pixels"`: the lines of the map are a picture behind its marks where the terminal names itself, and braille elsewhere.
+/// `map = "pixels"`: the lines of the map are a picture on terminals that report their name, and braille characters on others.
 #[test]
 fn the_map_is_a_picture_for_terminals_that_show_pictures() {
     let folder = scratch("pixels");
@@ -368,7 +368,7 @@ fn the_map_is_a_picture_for_terminals_that_show_pictures() {
     }
 }
 
-/// The demo names one key at a time. After the tour was ended, it is not shown again.
+/// The tour of the demo explains one key at a time. After the operator has ended the tour, it is not shown again.
 #[test]
 fn the_demo_gives_its_tour_until_it_is_ended() {
     let state = scratch("tour");
@@ -413,7 +413,7 @@ fn the_demo_gives_its_tour_until_it_is_ended() {
     leave(third);
 }
 
-/// A state folder that cannot be written keeps the tour and is no error.
+/// A state folder that cannot be written keeps the tour and is not an error.
 #[test]
 fn the_tour_needs_no_state_folder() {
     let state = scratch("tour-unwritable");
@@ -470,7 +470,7 @@ fn a_line_of_the_log_is_found_and_copied() {
 
 const REDRAW: &str = "\x0c";
 
-/// A stalled ssh with more frames than a terminal can hold: shared links go on, STOP reaches the robot, the recording is
+/// A stalled ssh with more frames than a terminal can buffer: shared links continue, STOP reaches the robot, the recording is
 /// complete, and the terminal gets the newest state afterwards.
 #[test]
 fn a_stalled_terminal_delays_only_drawing() {
@@ -494,7 +494,7 @@ fn a_stalled_terminal_delays_only_drawing() {
     watch.wait_for("what is so by now", |text| {
         text.contains("NOBODY holds the motors: stopped")
     });
-    // The frame under way and the newest one, without the forty between.
+    // The current frame and the newest one, without the forty between.
     assert!(watch.taken - before < 40_000, "{}", watch.taken - before);
     leave(watch);
     let (recorded, _) = expect(0, &["export", "-o", "-", capture, "--to", "jsonl"]);

@@ -155,7 +155,7 @@ fn converted_capture_keeps_the_timestamps_of_the_text() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// All commands have the same figures of a capture.
+/// All commands report the same figures for a capture.
 #[test]
 fn all_commands_have_the_same_figures() {
     for name in ["house-clean.txt", "house-noisy.txt", "demo-commands.mcap"] {

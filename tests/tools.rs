@@ -243,7 +243,7 @@ fn the_length_of_a_record_may_be_wrong() {
 }
 
 #[test]
-fn tables_say_what_the_lines_say() {
+fn tables_contain_the_values_of_the_lines() {
     let folder = scratch("tables");
     let raw = folder.join("a.txt");
     fs::write(&raw, streams::noisy(300, 7)).unwrap();
@@ -274,8 +274,40 @@ fn tables_say_what_the_lines_say() {
     }
     assert!(count > 200);
     let mut direct = Vec::new();
-    decode(&mut Capture::open(&raw).unwrap(), Format::Csv, &mut direct).unwrap();
+    decode(
+        &mut Capture::open(&raw).unwrap(),
+        &[],
+        Format::Csv,
+        &mut direct,
+    )
+    .unwrap();
     assert_eq!(csv.as_bytes(), direct);
+}
+
+/// Notes of the label are records at their moments; those about the whole run come first.
+#[test]
+fn tables_carry_the_notes_of_the_label() {
+    let folder = scratch("noted");
+    let raw = folder.join("evening.txt");
+    fs::write(&raw, streams::lines(60)).unwrap();
+    let name = raw.to_str().unwrap();
+    for (note, at) in [("lamp, \"left\"", "0:05"), ("late", "1:00:00")] {
+        expect(0, &["label", name, "--note", note, "--at", at]);
+    }
+    expect(0, &["label", name, "--note", "new wheels"]);
+    let (jsonl, _) = expect(0, &["export", name, "--to", "jsonl", "-o", "-"]);
+    let object = |line| serde_json::from_str::<serde_json::Value>(line).unwrap();
+    let records: Vec<_> = jsonl.lines().map(object).collect();
+    let places = ["new wheels", "lamp, \"left\"", "late"].map(|text| {
+        let is_it = |it: &serde_json::Value| it["event"] == "note" && it["text"] == text;
+        records.iter().position(is_it).unwrap()
+    });
+    assert_eq!((places[0], places[2]), (0, records.len() - 1));
+    let at_s = |index: usize| records[index]["at_s"].as_f64().unwrap();
+    assert!(at_s(places[1] - 1) < 5.0 && at_s(places[1] + 1) >= 5.0);
+    let (csv, _) = expect(0, &["export", name, "--to", "csv", "-o", "-"]);
+    let row = csv.lines().find(|row| row.starts_with("5.000,,")).unwrap();
+    assert_eq!(cells(row).last().unwrap(), "lamp, \"left\"");
 }
 
 /// The cells of a CSV row by RFC 4180.
@@ -359,7 +391,7 @@ fn size(svg: &str) -> (u32, u32) {
     (width.parse().unwrap(), height.parse().unwrap())
 }
 
-/// A picture names the gaps that `info` counts, and has a dashed line only with some.
+/// A picture names the number of gaps that `info` counts, and has a dashed line only if there are gaps.
 #[test]
 fn pictures_and_info_have_the_same_gaps() {
     for name in [
@@ -410,7 +442,7 @@ fn a_capture_without_a_position_makes_no_picture() {
 }
 
 #[test]
-fn exit_codes_say_how_good_a_capture_is() {
+fn exit_codes_report_the_state_of_a_capture() {
     let folder = scratch("exit-codes");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let raw = streams::clean(8000);

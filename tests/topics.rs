@@ -47,7 +47,7 @@ fn keep(kept: &mut Vec<Kept>) -> impl FnMut(TopicMessage<'_>) -> Result<(), ()> 
     }
 }
 
-/// All messages derived from a stream in reads of `sizes`, each at the time at which its line ends.
+/// All messages derived from a stream in reads of `sizes` bytes, each at the time at which its line ends.
 fn derive(stream: &[u8], sizes: &[usize]) -> Vec<Kept> {
     let mut deriver = Deriver::new();
     let mut kept = Vec::new();
@@ -149,7 +149,7 @@ fn a_lone_line_feed_keeps_its_time() {
     );
 }
 
-/// Messages have the canonical protobuf form, like those of derived encoders: fields in the order of their tags,
+/// Messages have the canonical protobuf form, like those of generated encoders: fields in the order of their tags,
 /// defaults omitted.
 #[test]
 fn messages_are_as_derived_encoders_write_them() {
@@ -172,7 +172,7 @@ fn messages_are_as_derived_encoders_write_them() {
             [(523, 4), (0, 1)].map(|(hz, ticks)| Note { hz, ticks }),
         )),
         Body::Text(TextLine::new("")),
-        // The reboot before these is an outage, whose lines the next line C tells.
+        // The reboot before these is an outage, whose lines the next line C counts.
         Body::Counters(CountersLine {
             robot_id: 7,
             uptime_s: 1,
@@ -314,9 +314,9 @@ fn the_robots_own_time_is_the_publish_time() {
     }
 }
 
-/// 3.5 inches per line for an hour.
+/// The robot drives 3.5 inches per line for an hour.
 #[test]
-fn the_path_is_bounded_and_told_now_and_then() {
+fn the_path_is_bounded_and_sent_from_time_to_time() {
     let kept = derive(&streams::lines(10_000), &[80]);
     let paths = decoded::<PosesInFrame>(&kept, Topic::Path);
     assert!((100..1000).contains(&paths.len()), "{}", paths.len());
@@ -396,7 +396,7 @@ fn every_topic_has_a_schema_that_others_can_use() {
 }
 
 #[test]
-fn a_part_begins_anew_and_knows_the_robot() {
+fn a_part_starts_again_with_the_state_of_the_robot() {
     let mut deriver = Deriver::new();
     let mut kept = Vec::new();
     let stream = streams::lines(60);

@@ -26,7 +26,7 @@ fn unchunked(recording: &[u8]) -> Vec<u8> {
     output.into_inner()
 }
 
-/// The records of the data section without indexes; `change` replaces each chunk.
+/// The records of the data section without indexes; `change` returns the replacement of each chunk.
 fn changed(recording: &[u8], mut change: impl FnMut(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let mut output = mcap::MAGIC.to_vec();
     let mut at = output.len();
@@ -46,7 +46,7 @@ fn changed(recording: &[u8], mut change: impl FnMut(&[u8]) -> Vec<u8>) -> Vec<u8
 /// Offset of the compression in a chunk: after two times, the size and the checksum.
 const COMPRESSION_AT: usize = 9 + 8 + 8 + 8 + 4;
 
-/// Every second chunk is replaced by its records.
+/// The recording with every second chunk replaced by its records.
 fn mixed(recording: &[u8]) -> Vec<u8> {
     let mut chunks = 0;
     changed(recording, |chunk| {
@@ -59,7 +59,7 @@ fn mixed(recording: &[u8]) -> Vec<u8> {
     })
 }
 
-/// Every chunk declares LZ4 compression.
+/// The recording with LZ4 compression declared in every chunk.
 fn lz4(recording: &[u8]) -> Vec<u8> {
     changed(recording, |chunk| {
         let length = chunk.len() as u64 - 9 - 1;
@@ -208,7 +208,7 @@ fn channels_of_a_damaged_chunk_are_taken_from_the_summary() {
     assert!(stream.ends_with(&concatenated(&path)));
 }
 
-/// Messages whose channel nothing declares any more are skipped and counted.
+/// Messages on channels that are no longer declared are skipped and counted.
 #[test]
 fn messages_without_a_channel_are_reported() {
     let folder = TempDir::new().unwrap();
@@ -248,7 +248,7 @@ fn channels_of_another_version_need_not_be_readable() {
     assert!(stream.ends_with(&concatenated(&path)));
 }
 
-/// A file without its first bytes.
+/// A file without its first bytes is read as a recording of ours.
 #[test]
 fn a_file_without_its_beginning_is_taken_for_ours() {
     let folder = TempDir::new().unwrap();

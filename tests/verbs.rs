@@ -1,4 +1,4 @@
-//! Commands on captures as processes: several files, pipes, and results that are whole or absent.
+//! Commands on captures as processes: several files, pipes, and results that are either whole or absent.
 
 use crate::streams;
 use std::fs;

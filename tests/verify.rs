@@ -1,4 +1,4 @@
-//! Findings of `verify`: messages that differ from those that the bytes give, and lost lines.
+//! Findings of `verify`: messages that differ from those derived from the bytes, and lost lines.
 
 use crate::streams;
 use std::fs;
@@ -78,9 +78,9 @@ fn disagreement_with_the_bytes_is_found_on_every_topic() {
     }
 }
 
-/// Messages of another version may differ from those derived today; that is no fault.
+/// Messages of another version may differ from those derived today; the difference is not a fault.
 #[test]
-fn difference_of_another_version_is_no_fault() {
+fn difference_of_another_version_is_not_a_fault() {
     let mcap = converted(&streams::clean(300));
     for (library, is_good) in [
         (

@@ -39,7 +39,7 @@ fn main() {
     }
 }
 
-/// Seconds until a list is confirmed: mean and 95th percentile.
+/// Time until a list is confirmed, seconds: mean and 95th percentile.
 fn lists(selection: &Selection) {
     println!(
         "Lists, {} seeds a cell: mean (95 % within), seconds",
@@ -98,7 +98,7 @@ fn mavlink_row(selection: &Selection, duplex: Duplex, count: usize) {
     }
 }
 
-/// Seconds until a single command is confirmed.
+/// Time until a single command is confirmed, seconds.
 fn commands(selection: &Selection) {
     println!(
         "One command, session open, {} seeds a cell: seconds",

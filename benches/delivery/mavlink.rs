@@ -1,9 +1,9 @@
 //! MAVLink's mission upload over the same radio, for comparison.
 //!
-//! After the developer guide at mavlink.io, *Packet Serialization* and *Mission Protocol*:
+//! Follows the developer guide at mavlink.io, *Packet Serialization* and *Mission Protocol*:
 //!
 //! - MAVLink 2 frames: ten bytes of header, the payload without the zeros at its end, two bytes of CRC-16 (MCRF4XX,
-//!   seeded with the message's `CRC_EXTRA` at its end). The receiver waits for the start byte and trusts the length
+//!   seeded with the message's `CRC_EXTRA` at its end). The receiver waits for the start byte and relies on the length
 //!   after it.
 //! - `MISSION_COUNT`, then for each waypoint in turn `MISSION_REQUEST_INT` from the vehicle and
 //!   `MISSION_ITEM_INT` from the ground, then `MISSION_ACK`. Items out of sequence are dropped.
@@ -14,9 +14,9 @@
 //! sends mission messages before waiting telemetry, and repeats a lost `MISSION_ACK` when the last item is repeated.
 //! After an item out of sequence it waits for its timer, as PX4 does; a request at once, as in the guide, would double
 //! all further items after a doubled one, until the wire is full. The receiver searches the bytes kept because of a
-//! wrong length for another start byte. The vehicle does not ask again while bytes arrive, and the ground does not
+//! wrong length for another start byte. The vehicle does not repeat a request while bytes arrive, and the ground does not
 //! queue a message that is still being sent. There are no heartbeats and no signatures. The telemetry, if any, is that
-//! of our robot: 80 bytes three times a second if there is room; a line is never cut off.
+//! of our robot: 80 bytes three times per second if there is room; a line is never cut off.
 
 use std::collections::VecDeque;
 
@@ -31,10 +31,10 @@ const CRC_BYTES: usize = 2;
 const ITEM_TIMEOUT_MS: u64 = 250;
 const DEFAULT_TIMEOUT_MS: u64 = 1500;
 
-/// Time after which an upload is given up.
+/// Time after which an upload is abandoned, milliseconds.
 const LIMIT_MS: u64 = 4 * 3600 * 1000;
 
-/// Pause after the latest byte before the vehicle asks again.
+/// Pause after the latest byte before the vehicle repeats its request, milliseconds.
 const QUIET_MS: u64 = 10;
 
 const LINE_BYTES: usize = 80;
@@ -136,7 +136,7 @@ fn crc16(bytes: &[u8], extra: u8) -> u16 {
     })
 }
 
-/// Waits for a start byte and trusts the length after it; if the frame is wrong, searches the kept bytes for the next
+/// Waits for a start byte and relies on the length after it; if the frame is wrong, searches the kept bytes for the next
 /// start byte.
 #[derive(Default)]
 struct Parser(VecDeque<u8>);

@@ -11,10 +11,10 @@ use sr04_sim::{SimulationConfig, World};
 use crate::common::{CoSimulation, owner};
 use crate::selection::Duplex;
 
-/// Limit of a run, seconds; every task ends before, confirmed or not.
+/// Limit of a run, seconds; every task ends earlier, confirmed or not.
 const LIMIT_S: u64 = 600;
 
-/// Robot and station with an open session over this channel, after all traffic has ended.
+/// A robot and a station with an open session over this channel, after all traffic has ended.
 fn at_rest(duplex: Duplex, spec: &str, seed: u64) -> CoSimulation {
     let mut co = switched_on(duplex, seed);
     co.deliver(Request::Mode(Mode::Reactive));
@@ -53,14 +53,14 @@ pub fn list_s(duplex: Duplex, spec: &str, seed: u64, count: usize) -> Option<f64
     confirmation_s(&mut co, Request::Route(route(seed, count)))
 }
 
-/// Time until a single command is confirmed, seconds; it is given at any moment.
+/// Time until a single command is confirmed, seconds; the command is given at a random time.
 pub fn command_s(duplex: Duplex, spec: &str, seed: u64) -> Option<f64> {
     let mut co = at_rest(duplex, spec, seed);
     wait(&mut co, seed);
     confirmation_s(&mut co, Request::Mode(Mode::Prowl))
 }
 
-/// Seconds until confirmation for a station that starts beside a running robot: of `count` waypoints, or of one command.
+/// Time until a station that starts beside a running robot has the confirmation of `count` waypoints or of one command, seconds.
 pub fn cold_s(duplex: Duplex, spec: &str, seed: u64, count: Option<usize>) -> Option<f64> {
     let mut co = switched_on(duplex, seed);
     co.simulation.run_for_ms(3000 + phase_ms(seed));
@@ -80,7 +80,7 @@ fn confirmation_s(co: &mut CoSimulation, request: Request) -> Option<f64> {
         .then(|| (co.simulation.now_ms() - begun_ms) as f64 / 1000.0)
 }
 
-/// Speed below which the wheels stand still.
+/// Speed below which the wheels count as standing still, in/s.
 const STANDING_IN_S: f64 = 0.05;
 
 /// An effect of a STOP, and whether it has occurred.
@@ -132,7 +132,7 @@ pub fn stop_ms(duplex: Duplex, phase_ms: u64) -> [u64; 5] {
     first_ms.map(|ms| ms.expect("run_until has seen them all"))
 }
 
-/// Time from STOP, at any moment without traffic, to its effect on the robot and to its confirmation, seconds.
+/// Time from STOP, at a random time without traffic, to its effect on the robot and to its confirmation, seconds.
 pub fn stop_s(duplex: Duplex, spec: &str, seed: u64) -> (Option<f64>, Option<f64>) {
     let mut co = at_rest(duplex, spec, seed);
     wait(&mut co, seed);
@@ -150,7 +150,7 @@ pub fn stop_s(duplex: Duplex, spec: &str, seed: u64) -> (Option<f64>, Option<f64
     (effect_s, is_confirmed.then(|| since_s(&co)))
 }
 
-/// A moment within a second; it depends on the seed.
+/// A time within a second, from the seed, in milliseconds.
 fn phase_ms(seed: u64) -> u64 {
     seed * 617 % 1000
 }
@@ -161,7 +161,7 @@ fn wait(co: &mut CoSimulation, seed: u64) {
     }
 }
 
-/// Waypoints all over the plane; they depend on the seed.
+/// Random waypoints over the whole plane, from the seed.
 pub fn route(seed: u64, count: usize) -> Vec<Waypoint> {
     let mut state = seed;
     let mut part = || {

@@ -6,9 +6,9 @@ use sr04_sim::ChannelSpec;
 
 /// Times of all seeds.
 pub struct Times {
-    /// Seconds, shortest first.
+    /// The times in seconds, shortest first.
     sorted_s: Vec<f64>,
-    /// Seeds that ended without confirmation.
+    /// Number of seeds that ended without confirmation.
     failed: usize,
 }
 
@@ -81,7 +81,7 @@ pub fn row(cells: impl IntoIterator<Item = String>) {
     println!("| {} |", cells.join(" | "));
 }
 
-/// Data bits per second: eight of the ten bits of a byte.
+/// Number of data bits per second: eight of the ten bits of a byte.
 const DATA_BITS_PER_S: f64 = 1920.0;
 
 /// Information of a waypoint: two whole numbers from -9999 to 9999, bits.

@@ -14,7 +14,7 @@ const BUFFER_BYTES: u64 = 1024 * 1024;
 /// interrupted recovery kept is not kept twice.
 ///
 /// # Errors
-/// When the file cannot be kept.
+/// If the file cannot be renamed.
 pub(super) fn keep(path: &Path) -> Result<PathBuf, CaptureError> {
     let failed = |error| CaptureError::Recovering {
         path: path.to_owned(),

@@ -11,9 +11,9 @@ const COUNT_MODULUS: u16 = 10_000;
 /// lines A, which miss short contacts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bumps {
-    /// Contacts until the latest line C.
+    /// Number of contacts until the latest line C.
     counted: u32,
-    /// Contacts in lines A since.
+    /// Number of contacts in lines A since that line C.
     seen: u32,
     is_touching: bool,
     /// Uptime, boots and bumps of the latest line C.
@@ -56,7 +56,7 @@ mod tests {
     use groundwave_protocol::telemetry::{FirmwareVersion, HOLDERS};
 
     #[test]
-    fn a_boot_begins_the_count_anew_also_where_boots_are_not_counted() {
+    fn a_boot_restarts_the_count_even_if_boots_are_not_counted() {
         let mut bumps = Bumps::default();
         for (uptime_s, boots, count) in [(10, 1, 5), (20, 1, 9), (2, 1, 0), (9, 1, 1), (3, 2, 0)] {
             bumps.take_counters(&CountersLine {

@@ -15,9 +15,9 @@ pub struct Chunk<'a> {
     pub bytes: &'a [u8],
     /// Whether bytes are missing before these.
     pub is_after_missing: bool,
-    /// When the link was lost before these, if it was.
+    /// Time at which the link was lost before these bytes, if it was.
     pub unplugged_at: Option<Duration>,
-    /// When the station was suspended before these, if it was.
+    /// Time at which the station was suspended before these bytes, if it was.
     pub suspended_at: Option<Duration>,
     /// Metadata of an MCAP read so far.
     pub session: Option<&'a BTreeMap<String, String>>,
@@ -30,7 +30,7 @@ impl Chunk<'_> {
         self.is_after_missing || self.unplugged_at.is_some()
     }
 
-    /// Tells a decoder the time of these bytes, and the gap before them.
+    /// Sets the time of these bytes in a decoder, and the gap before them.
     pub const fn tell(&self, decoder: &mut Decoder) {
         set_time(decoder, self.at);
         if self.is_after_missing {
@@ -41,7 +41,7 @@ impl Chunk<'_> {
     }
 }
 
-/// Tells a decoder the time of the bytes that follow.
+/// Sets the time of the next bytes in a decoder.
 pub(crate) const fn set_time(decoder: &mut Decoder, at: Duration) {
     decoder.set_time(at.as_millis() as u64);
 }

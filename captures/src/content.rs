@@ -1,7 +1,7 @@
 //! Classifies bytes without an intact line.
 //!
 //! Consecutive lines share most of their text. Sampled at a wrong rate, they still share most of the garbage, while
-//! noise does not repeat. The share of four-byte runs that occurred before therefore tells a wrong rate from noise, for
+//! noise does not repeat. The share of repeated four-byte sequences therefore distinguishes a wrong rate from noise, for
 //! all rates and all receivers. Printable bytes mean the right rate and a bad channel. If the radio is slower than the
 //! port, no bit differs from both of its neighbours.
 
@@ -14,31 +14,31 @@ use crate::event::{LineRate, Reception};
 /// Minimum number of bytes for a judgement.
 pub const BYTES_MIN: usize = 128;
 
-/// Length of a run, bytes. In noise, a run of four repeats by chance at one place in a million.
+/// Length of the byte sequences that are compared, bytes. In noise, one in a million such sequences repeats by chance.
 const RUN: usize = 4;
 
-/// Minimum share of repeated runs for bytes with structure. Measured: structure has 1.4 % and more between 300 and
+/// Minimum share of repeated sequences for bytes with structure. Measured: structure has 1.4 % and more between 300 and
 /// 19200 baud; noise up to 0.7 %, unless it changes more slowly than the baud rate. The ignored test
 /// `looks_of_everything` prints all these figures.
 const REPEATS_MIN: f64 = 0.01;
 
 /// Minimum share of printable bytes for the right rate. Measured: wrong rates have up to 52 %, noise up to 41 %,
-/// damaged lines 33 % to 100 %. The least comes from a receiver that takes a broken stop bit for a start bit and loses
+/// damaged lines 33 % to 100 %. The minimum comes from a receiver that takes a broken stop bit for a start bit and loses
 /// synchronization.
 const PRINTABLE_MIN: f64 = 0.6;
 
-/// Maximum share of bytes with a lone bit for a radio that is slower than the port. Measured: 0 % if it is slower, 53 %
+/// Maximum share of bytes with a bit that differs from both neighbours, for a radio that is slower than the port. Measured: 0 % if it is slower, 53 %
 /// and more if it is faster.
 const ALONE_MAX: f64 = 0.1;
 
-/// Features of bytes, each as a share of their number.
+/// Shares of the bytes that have a feature, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Looks {
-    /// Printable bytes and line ends.
+    /// Share of printable bytes and line ends.
     pub printable: f64,
-    /// Bytes that begin a repeated run.
+    /// Share of bytes that begin a repeated sequence.
     pub repeats: f64,
-    /// Bytes with a lone bit.
+    /// Share of bytes with a bit that differs from both neighbours.
     pub alone: f64,
 }
 
@@ -74,7 +74,7 @@ pub fn judge(bytes: &[u8]) -> Option<Reception> {
     })
 }
 
-/// Number of repeated runs.
+/// Number of repeated sequences.
 fn repeats(bytes: &[u8]) -> usize {
     let mut runs: Vec<&[u8]> = bytes.windows(RUN).collect();
     runs.sort_unstable();
@@ -92,7 +92,7 @@ const fn has_bit_alone(byte: u8) -> bool {
 /// Number of bytes that [`judge`] is calibrated for.
 const JUDGED: usize = 1024;
 
-/// What the beginning of a file without an intact line holds, for people.
+/// Describes the beginning of a file without an intact line, as text for display.
 #[must_use]
 pub fn words(bytes: &[u8]) -> &'static str {
     if bytes.is_empty() {
@@ -113,7 +113,7 @@ pub fn words(bytes: &[u8]) -> &'static str {
         2 * written.clone().filter(|line| is(line)).count() > written.count()
     };
     if most(is_nmea) {
-        return "it holds NMEA sentences, as of a satellite receiver";
+        return "it holds NMEA sentences, as from a satellite receiver";
     }
     if most(is_shaped) {
         return "its lines look like a robot's, but every checksum is wrong: the text was changed, or another program wrote it";
@@ -123,12 +123,12 @@ pub fn words(bytes: &[u8]) -> &'static str {
         Some(Reception::WrongRate(_)) => {
             "its bytes look like those of a radio at another baud rate"
         }
-        None if Looks::of(bytes).printable < PRINTABLE_MIN => "it is too short to tell its kind",
+        None if Looks::of(bytes).printable < PRINTABLE_MIN => "it is too short to classify",
         _ => "it holds other text",
     }
 }
 
-/// `$GPGGA,...*47`.
+/// Whether a line is an NMEA sentence: `$GPGGA,...*47`.
 fn is_nmea(line: &[u8]) -> bool {
     matches!(line, [b'$' | b'!', b'A'..=b'Z', ..]) && line.contains(&b',')
 }

@@ -22,9 +22,9 @@ pub enum ConvertError {
 /// The result of a conversion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Converted {
-    /// Bytes of the radio.
+    /// Number of bytes from the radio.
     pub bytes: u64,
-    /// Intact lines among them, and lines of the robot's own with values.
+    /// Number of intact lines, and lines of the robot's own with values.
     pub lines: u64,
 }
 
@@ -33,7 +33,7 @@ pub struct Converted {
 /// restored.
 ///
 /// # Errors
-/// When reading or writing fails.
+/// If reading or writing fails.
 pub fn convert_raw(
     source: impl Read,
     start_ns: Option<u64>,
@@ -61,7 +61,7 @@ pub fn convert_raw(
             .map_err(ConvertError::Write)?;
     }
     let bytes = writer.deriver().rx_bytes();
-    // Bytes after the last line feed are no line.
+    // Bytes after the last line feed do not form a line.
     let counters = *writer.deriver().counters();
     let own_lines = writer.deriver().own_lines();
     writer.finish().map_err(ConvertError::Write)?;

@@ -19,12 +19,12 @@ use super::text::TextReader;
 use super::topics::{RAW_RX, RAW_TX};
 use super::when::When;
 
-/// A time range without its end.
+/// A time range; its end is excluded.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Window {
-    /// `None`: from the beginning.
+    /// Start of the range; `None` for the beginning of the capture.
     pub from: Option<When>,
-    /// `None`: to the end.
+    /// End of the range; `None` for the end of the capture.
     pub to: Option<When>,
 }
 
@@ -45,7 +45,7 @@ pub enum CutError {
 /// Result of a cut.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Bytes received.
+    /// Number of bytes received.
     pub bytes: u64,
     /// Observations; none in a raw capture.
     pub observations: u64,
@@ -58,7 +58,7 @@ pub struct Part {
 /// Cuts a raw capture; lines are copied unchanged.
 ///
 /// # Errors
-/// When a wall-clock time is given and no line has a date, and when reading or writing fails.
+/// If a wall-clock time is given and no line has a date, and when reading or writing fails.
 pub fn cut_raw(
     source: impl Read,
     window: Window,
@@ -96,7 +96,7 @@ pub fn cut_raw(
 /// and `/raw/tx` start at offset 0; the table `cut` holds their original offsets.
 ///
 /// # Errors
-/// When reading or writing fails.
+/// If reading or writing fails.
 pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result<Part, CutError> {
     let mut observations = Observations::new(source);
     let mut cutter = Cutter {
@@ -149,7 +149,7 @@ pub fn cut_mcap(source: impl Read, window: Window, output: impl Write) -> Result
 struct Cutter<W: Write> {
     writer: SessionWriter<W>,
     window: Window,
-    /// Time of the first observation.
+    /// Time of the first observation, nanoseconds.
     start_ns: Option<u64>,
     /// Received bytes of an unfinished line, with their times.
     pending: VecDeque<(u64, RawBytes)>,
@@ -161,7 +161,7 @@ struct Cutter<W: Write> {
 }
 
 impl Part {
-    /// Whether the range contains nothing of the capture.
+    /// Whether no part of the capture is in the range.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.bytes == 0 && self.observations == 0
@@ -209,7 +209,7 @@ impl<W: Write> Cutter<W> {
         Ok(())
     }
 
-    /// Writes the pending bytes, whose line ended at `end_ns`.
+    /// Writes the pending bytes; their line ended at `end_ns`.
     fn give_pending(&mut self, end_ns: u64) -> io::Result<()> {
         self.pending_bytes = 0;
         for (at_ns, raw) in std::mem::take(&mut self.pending) {

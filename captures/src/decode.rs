@@ -1,7 +1,7 @@
 //! Captures as JSON lines and as CSV.
 //!
 //! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. Commands,
-//! marks, outages and lines of the robot's own are records with the fields of `EventRecord`, of which `event` names the kind. A field that a record does not
+//! marks, notes, alarms, outages and lines of the robot's own are records with the fields of `EventRecord`, of which `event` names the kind. A field that a record does not
 //! have is left out in JSON and empty in CSV.
 
 mod events;
@@ -17,6 +17,7 @@ use super::diagnosis::{Diagnosis, Finding};
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
 use super::own_lines::{DescribedFields, Line, each_line, recognizer};
+use super::runs::label::Note;
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
 
@@ -35,18 +36,19 @@ pub enum DecodeError {
     /// The capture cannot be read.
     #[error(transparent)]
     Capture(#[from] CaptureError),
-    /// The output cannot be written. A broken pipe means that the reader has seen enough.
+    /// The output cannot be written. A broken pipe means that the reader has closed it.
     #[error("cannot write: {0}")]
     Output(#[from] io::Error),
 }
 
-/// Writes each intact line, command, mark, outage and line of the robot's own of a capture. `output` should be buffered
-/// unless it is a terminal.
+/// Writes each intact line, command, mark, alarm, outage and line of the robot's own of a capture, and the notes of its label at their
+/// moments; notes about the whole run come first. `output` should be buffered unless it is a terminal.
 ///
 /// # Errors
-/// When reading the capture or writing the output fails.
+/// If reading the capture or writing the output fails.
 pub fn decode(
     capture: &mut Capture,
+    notes: &[Note],
     format: Format,
     output: &mut impl Write,
 ) -> Result<Decoded, DecodeError> {
@@ -59,6 +61,7 @@ pub fn decode(
         output,
         record: Vec::new(),
         diagnosis: Diagnosis::default(),
+        notes: Notes::of(notes),
     };
     let result = records.write_all(capture, &mut decoder);
     let mistakes = records.diagnosis.findings();
@@ -71,14 +74,14 @@ pub fn decode(
     })
 }
 
-/// What a capture held.
+/// Counts and mistakes of a decoded capture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Decoded {
-    /// Bytes received.
+    /// Number of bytes received.
     pub bytes: u64,
-    /// Intact lines, and lines of the robot's own with values.
+    /// Number of intact lines, and lines of the robot's own with values.
     pub lines: u64,
-    /// Mistakes in the lines that the robot sent.
+    /// Mistakes in the robot's lines.
     pub mistakes: Vec<Finding>,
 }
 
@@ -88,6 +91,28 @@ struct Records<'a, W> {
     output: &'a mut W,
     record: Vec<u8>,
     diagnosis: Diagnosis,
+    notes: Notes<'a>,
+}
+
+/// The notes that are to be written, by their moments, the first one last.
+struct Notes<'a>(Vec<(Duration, &'a Note)>);
+
+impl<'a> Notes<'a> {
+    fn of(notes: &'a [Note]) -> Self {
+        let at = |note: &Note| Duration::try_from_secs_f64(note.at_s.unwrap_or(0.0));
+        let mut notes: Vec<_> = notes
+            .iter()
+            .map(|note| (at(note).unwrap_or_default(), note))
+            .collect();
+        notes.sort_by_key(|(at, _)| *at);
+        notes.reverse();
+        Self(notes)
+    }
+
+    /// The next note, if its moment has come.
+    fn next(&mut self, now: Duration) -> Option<(Duration, &'a Note)> {
+        self.0.pop_if(|(at, _)| *at <= now)
+    }
 }
 
 impl<W: Write> Records<'_, W> {
@@ -111,6 +136,7 @@ impl<W: Write> Records<'_, W> {
                 break;
             };
             now = at;
+            self.write_notes(now)?;
             match piece {
                 Piece::Received(bytes) => {
                     let own = own.get_or_insert_with(|| recognizer(table.as_ref()));
@@ -160,7 +186,16 @@ impl<W: Write> Records<'_, W> {
         for outage in &outages.into_outages(now)[written..] {
             self.write_event(now, &EventRecord::of_outage(outage))?;
         }
+        self.write_notes(Duration::MAX)?;
         Ok(own_lines)
+    }
+
+    /// Writes the notes whose moment has come.
+    fn write_notes(&mut self, now: Duration) -> io::Result<()> {
+        while let Some((at, note)) = self.notes.next(now) {
+            self.write_event(at, &EventRecord::of_note(note))?;
+        }
+        Ok(())
     }
 
     fn write_line(&mut self, at: Duration, received: &Received) -> io::Result<()> {

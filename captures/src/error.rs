@@ -7,24 +7,24 @@ use std::path::{Path, PathBuf};
 use super::repair::Problem;
 use crate::hint::{self, shell_word};
 
-/// What to do when the file to be written exists.
+/// Treatment of an existing file with the name of the file to be written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
-    /// Keep it and fail.
+    /// Keep the file and fail.
     #[default]
     Refuse,
-    /// Append to it; raw captures only.
+    /// Append to the file; raw captures only.
     Append,
-    /// Replace it.
+    /// Replace the file.
     Overwrite,
 }
 
-/// Fate of a file that was removed or renamed while it was written.
+/// Fate of a file while it was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// No name leads to it.
+    /// The file has no name any more.
     Removed,
-    /// It has another name.
+    /// The file has another name.
     Moved,
 }
 
@@ -146,14 +146,14 @@ pub enum CaptureError {
         error: io::Error,
     },
     /// The file was removed or renamed while it was written.
-    #[error("recording to {}: the file is gone; {fate}", path.display())]
+    #[error("recording to {}: the file no longer exists; {fate}", path.display())]
     Gone {
         /// The file.
         path: PathBuf,
-        /// Fate of its content.
+        /// Whether the file was removed or renamed.
         fate: Fate,
     },
-    /// The disk does not write.
+    /// The disk has stopped writing.
     #[error("recording to {}: the disk has written nothing for 30 s; a power cut would lose everything since", .0.display())]
     Stalled(PathBuf),
     /// The file cannot be opened.
@@ -179,7 +179,7 @@ pub enum CaptureError {
         .0.display(), shell_word(.0)
     )]
     NotConfirmed(PathBuf),
-    /// The recording is under way or was interrupted.
+    /// The recording is in progress or was interrupted.
     #[error("{}", unfinished_words(path, *is_in_use))]
     Unfinished {
         /// The file.
@@ -195,7 +195,7 @@ pub enum CaptureError {
         /// The damaged parts.
         problem: String,
     },
-    /// The MCAP file is no recording of Groundwave.
+    /// The MCAP file is not a Groundwave recording.
     #[error("{} holds no {} channel of groundwave.RawBytes: not a Groundwave recording", .0.display(), super::topics::RAW_RX)]
     NoRawBytes(PathBuf),
 }

@@ -52,13 +52,13 @@ macro_rules! coded {
 }
 
 coded! {
-    /// How much a notice matters.
+    /// Severity of a notice.
     Level {
         /// Information.
         Info = "info",
-        /// Needs a look.
+        /// The operator should check it.
         Warning = "warning",
-        /// Needs an action.
+        /// The operator must act.
         Alarm = "alarm",
     }
 }
@@ -72,7 +72,7 @@ coded! {
         SessionEnded = "session-ended",
         /// Hint about a radio that delivers no intact line, or the end of that state.
         Radio = "radio",
-        /// The device accepts no bytes.
+        /// The device does not accept bytes.
         NotTaken = "not-taken",
         /// The other end closed connections without a byte.
         EmptyConnections = "empty-connections",
@@ -96,7 +96,7 @@ coded! {
         Label = "label",
         /// Answer to a key or a prompt.
         Operator = "operator",
-        /// Another robot speaks on the channel.
+        /// Another robot sends on the channel.
         OtherRobot = "other-robot",
         /// A mistake in the robot's lines.
         RobotMistake = "robot-mistake",
@@ -120,60 +120,60 @@ coded! {
     OutageCause {
         /// The link was lost.
         Unplugged = "unplugged",
-        /// The link was open and next to nothing arrived.
+        /// The link was open, but almost no bytes arrived.
         Silent = "silent",
-        /// Bytes arrived and no line was intact.
+        /// Bytes arrived, but no line was intact.
         Damaged = "damaged",
         /// This station was suspended.
         Suspended = "suspended",
         /// The robot rebooted.
         Rebooted = "rebooted",
-        /// Only the robot's clock shows it: the capture's times do not.
+        /// Lines are missing by the robot's clock, although the capture's times show no gap.
         Gap = "gap",
     }
 }
 
 coded! {
-    /// What happened to an alarm.
+    /// A new status of an alarm.
     AlarmStatus {
-        /// Its cause has lasted long enough.
+        /// The cause has lasted long enough.
         Begun = "begun",
-        /// Its cause is over.
+        /// The cause is over.
         Ended = "ended",
-        /// The operator has seen it.
+        /// The operator acknowledged the alarm.
         Acknowledged = "acknowledged",
-        /// The operator does not want to hear of it for a time.
+        /// The operator shelved the alarm for a time.
         Shelved = "shelved",
-        /// That time is over, or the operator ended it.
+        /// The shelving ended, by time or by the operator.
         Unshelved = "unshelved",
     }
 }
 
-/// Something that happened to an alarm.
+/// A change of an alarm's status.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlarmEvent {
     /// Stable code of the alarm.
     pub code: String,
-    /// Its name, for people.
+    /// Name of the alarm, for display.
     pub name: String,
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
-    /// What happened.
+    /// The new status.
     pub status: AlarmStatus,
-    /// Time from the beginning of its cause to this event; zero if it is not active.
+    /// Time from the beginning of the cause to this event; zero if the alarm is not active.
     pub ago: Moment,
-    /// The latest figure.
+    /// Latest measured value.
     pub value: Option<f64>,
-    /// The limit of that figure.
+    /// Limit of the value.
     pub limit: Option<f64>,
-    /// Unit of both.
+    /// Unit of value and limit.
     pub unit: String,
-    /// Time for which it is shelved.
+    /// Time for which the alarm is shelved.
     pub shelved_for: Option<Moment>,
 }
 
 impl AlarmEvent {
-    /// The event for other programs; figure, limit and time only if it has them.
+    /// The event as JSON for other programs; absent values are left out.
     #[must_use]
     pub fn to_json(&self) -> Value {
         let mut value = json!({
@@ -194,7 +194,7 @@ impl AlarmEvent {
     }
 }
 
-/// `battery low: begun, 11.5 V (limit 11.6 V)`.
+/// Writes text such as `battery low: begun, 11.5 V (limit 11.6 V)`.
 impl fmt::Display for AlarmEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.name, self.status.code())?;
@@ -218,9 +218,9 @@ impl fmt::Display for AlarmEvent {
 pub struct Notice {
     /// Subject.
     pub code: NoticeCode,
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
-    /// One line for people.
+    /// Text in one line, for display.
     pub text: String,
 }
 
@@ -238,7 +238,7 @@ impl Notice {
 
 /// Time since the station started.
 pub type Moment = Duration;
-/// A command of this session, numbered from 1.
+/// Number of a command in this session, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CommandId(pub u32);
 
@@ -252,9 +252,9 @@ pub enum LinkEvent {
         /// Whether commands can be sent.
         can_send: bool,
     },
-    /// Lost; the station keeps trying.
+    /// Lost; the station keeps trying to connect.
     Lost {
-        /// Reason, for people.
+        /// Reason, for display.
         reason: String,
     },
     /// Ended: end of a file or of standard input.
@@ -272,12 +272,12 @@ pub enum Reception {
     Noise,
     /// Text without an intact line.
     Damaged,
-    /// Bytes with structure that are no text: the port's baud rate is not the radio's.
+    /// Bytes with structure that are not text: the port's baud rate differs from the radio's.
     WrongRate(LineRate),
 }
 
 impl Reception {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 6] = [
         Self::Lines,
         Self::Nothing,
@@ -307,25 +307,25 @@ impl Reception {
     }
 }
 
-/// How the radio's baud rate differs from the port's.
+/// Relation of the radio's baud rate to the port's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineRate {
-    /// The radio's is lower.
+    /// The radio's rate is lower.
     Slower,
-    /// The radio's is higher.
+    /// The radio's rate is higher.
     Faster,
 }
 
 /// A label of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Remark {
-    /// Its name.
+    /// Name.
     Name(String),
     /// A note.
     Note(String),
-    /// The run does not count; with the reason.
+    /// The run is void, for a reason.
     Void(String),
-    /// The run counts again.
+    /// The run is valid again.
     Counts,
 }
 
@@ -346,7 +346,7 @@ impl fmt::Display for Remark {
 pub struct Mark {
     /// Time since the marked moment.
     pub ago: Moment,
-    /// Whether the mark was set; else it was cleared.
+    /// Whether the mark was set; `false` if it was cleared.
     pub is_set: bool,
 }
 
@@ -364,9 +364,9 @@ pub enum Landmark {
     Line,
     /// An alarm.
     Alarm,
-    /// The bumper touched something.
+    /// The bumper touched an obstacle.
     Bump,
-    /// Another layer controls the motors (hand steering aside), or the mode changed.
+    /// Another layer took control of the motors (not hand steering), or the mode changed.
     Behaviour,
     /// A command was queued or ended; in a capture without events, the robot acknowledged another command.
     Command,
@@ -384,7 +384,7 @@ impl Landmark {
             Self::Bump => "bumps",
             Self::Behaviour => "behaviour changes",
             Self::Command => "commands",
-            Self::Marker => "markers",
+            Self::Marker => "marks",
         }
     }
 }

@@ -19,7 +19,7 @@ pub(crate) const FINISHING: &str = "finishing";
 /// Extension of a damaged file that is kept beside its replacement.
 pub(crate) const DAMAGED: &str = "damaged";
 
-/// Extension of a recording for the moment in which Windows replaces it.
+/// Extension of a recording while Windows replaces it.
 pub(crate) const REPLACED: &str = "replaced";
 
 /// A file that this program has locked.
@@ -29,7 +29,7 @@ impl Lock {
     /// Locks a file; `None` when another program records or recovers it, or has just replaced it.
     ///
     /// # Errors
-    /// When the file cannot be opened.
+    /// If the file cannot be opened.
     pub(crate) fn take(path: &Path) -> io::Result<Option<Self>> {
         let file = open(path)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
@@ -53,7 +53,7 @@ pub(crate) fn release(file: &File) {
     let _ = file.unlock();
 }
 
-/// Locks a file that is being written. It waits for another program that checks the lock, which takes a moment only.
+/// Locks a file that is being written. Waits briefly for another program that checks the lock.
 pub(crate) fn claim(file: &File) {
     // On a file system without locks, recording continues unprotected.
     let _ = file.lock();
@@ -62,7 +62,7 @@ pub(crate) fn claim(file: &File) {
 /// Opens a file for reading. Refuses a named pipe, because opening one waits for a program that writes into it.
 ///
 /// # Errors
-/// The operating system's.
+/// The operating system's error.
 pub fn open(path: &Path) -> io::Result<File> {
     // The pipes that a shell passes, as `<(...)`, are open already.
     let is_open = path.starts_with("/dev") || path.starts_with("/proc");
@@ -74,7 +74,7 @@ pub fn open(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// Whether the path leads to a named pipe.
+/// Whether the path is a named pipe.
 #[cfg(unix)]
 #[must_use]
 pub fn is_named_pipe(path: &Path) -> bool {
@@ -82,7 +82,7 @@ pub fn is_named_pipe(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|about| about.file_type().is_fifo())
 }
 
-/// Whether the path leads to a named pipe.
+/// Whether the path is a named pipe.
 #[cfg(not(unix))]
 #[must_use]
 pub const fn is_named_pipe(_: &Path) -> bool {
@@ -93,7 +93,7 @@ pub const fn is_named_pipe(_: &Path) -> bool {
 /// for the reader.
 ///
 /// # Errors
-/// The operating system's.
+/// The operating system's error.
 pub fn open_to_write(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(unix)]
     if is_named_pipe(path) {
@@ -101,7 +101,7 @@ pub fn open_to_write(options: &mut OpenOptions, path: &Path) -> io::Result<File>
         use rustix::io::Errno;
         use std::os::unix::fs::OpenOptionsExt as _;
 
-        /// How long the reader may take to open the pipe, and the period of looks for it.
+        /// Maximum time for the reader to open the pipe, and the period of the checks.
         const PATIENCE: Duration = Duration::from_secs(1);
         const PERIOD: Duration = Duration::from_millis(50);
 
@@ -152,7 +152,7 @@ pub(crate) fn create_error(path: &Path, error: io::Error, can_append: bool) -> C
     }
 }
 
-/// Whether both paths lead to one regular file, also by links. `-` is standard input.
+/// Whether both paths lead to one regular file, directly or by links. `-` is standard input.
 #[must_use]
 pub fn is_same(one: &Path, other: &Path) -> bool {
     let about = |path: &Path| {
@@ -171,7 +171,7 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
         && (cfg!(unix) || fs::canonicalize(one).ok() == fs::canonicalize(other).ok())
 }
 
-/// Maximum links in a row that are followed.
+/// Maximum number of links followed for one path.
 const LINKS_MAX: usize = 40;
 
 /// The absolute path of a file that need not exist, without links.
@@ -216,7 +216,7 @@ pub fn is_own_name(path: &Path) -> bool {
 /// Refuses a name that is reserved for recovery.
 ///
 /// # Errors
-/// When it is one.
+/// If the name is reserved.
 pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
     if is_own_name(path) {
         return Err(CaptureError::OwnName(path.to_owned()));
@@ -224,7 +224,7 @@ pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
     Ok(())
 }
 
-/// The first unused part number from `from` on, and its file name.
+/// The first unused part number, starting at `from`, and its file name.
 #[must_use]
 pub fn free_part(path: &Path, from: u32) -> Option<(u32, PathBuf)> {
     (from..=VARIANTS_MAX)
@@ -240,10 +240,10 @@ pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     name.into()
 }
 
-/// Waits until the content is on the disk. Pipes and devices have none.
+/// Waits until the content is on the disk. Returns at once for pipes and devices.
 ///
 /// # Errors
-/// The operating system's.
+/// The operating system's error.
 pub(crate) fn sync(file: &File) -> io::Result<()> {
     let Err(error) = file.sync_data() else {
         return Ok(());
@@ -282,14 +282,14 @@ mod tests {
         let first = Lock::take(&path).unwrap().unwrap();
         assert!(Lock::take(&path).unwrap().is_none());
         assert!(is_in_use(&path));
-        // As a program has that is being started.
+        // Simulates the copy that a starting program holds.
         let copy = first.0.try_clone().unwrap();
         drop(first);
         assert!(!is_in_use(&path));
         drop(copy);
     }
 
-    /// Opening a named pipe without a reader would wait for one.
+    /// Opening a named pipe blocks until a reader opens it.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_named_pipe_is_written_only_to_a_reader() {

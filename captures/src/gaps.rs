@@ -6,16 +6,17 @@ use std::collections::VecDeque;
 use groundwave_protocol::decoder::{Counters, Received};
 
 use crate::event::Moment;
+use crate::outages::Likelihood;
 
-/// Number of newest gaps that may still close: a late line or a restart shows that nothing was lost.
+/// Maximum number of gaps that may still close: a late line or a restart shows that no line was lost.
 const OPEN_MAX: usize = 16;
 
 /// A gap that may still close.
 #[derive(Clone, Copy, Debug)]
 struct Open {
-    /// Number of the line after it.
+    /// Number of the line after the gap.
     line: u64,
-    /// Lines lost; `None` if the link was interrupted.
+    /// Number of lines lost; `None` if the link was interrupted.
     lost: Option<u64>,
 }
 
@@ -27,19 +28,20 @@ pub(crate) struct Gaps {
     before: Counters,
     open: VecDeque<Open>,
     settled: u64,
-    /// When the latest line arrived.
+    /// Time at which the latest line arrived.
     at: Moment,
-    /// The longest pause since the latest line C, and the line after it; `None` for one that is a gap already.
-    longest: (Moment, Option<u64>),
+    /// The likeliest pause since the latest line C in which hundreds were lost, and the line after it; `None` for one that is a
+    /// gap already.
+    likeliest: Option<(Likelihood, Option<u64>)>,
 }
 
 impl Gaps {
-    /// Takes an interruption of the link. It is a gap if lines came before it and lines follow.
+    /// Takes an interruption of the link. It counts as a gap if lines came before and after it.
     pub(crate) const fn interrupt(&mut self) {
         self.is_interrupted = self.has_begun;
     }
 
-    /// Takes an intact line and the decoder's counts after it; returns the line after a gap that no longer closes.
+    /// Takes an intact line and the decoder's counts after it; returns the line after a gap that can no longer close.
     pub(crate) fn take_line(
         &mut self,
         at: Moment,
@@ -60,15 +62,16 @@ impl Gaps {
             self.open.push_back(Open { line: lines, lost });
         }
         let pause = at.saturating_sub(self.at);
-        if self.has_begun && pause >= self.longest.0 {
+        let likelihood = Likelihood::of(pause, lost.unwrap_or_default());
+        if self.has_begun && self.likeliest.is_none_or(|(it, _)| likelihood > it) {
             let is_gap = self.open.back().is_some_and(|gap| gap.line == lines);
-            self.longest = (pause, (!is_gap).then_some(lines));
+            self.likeliest = Some((likelihood, (!is_gap).then_some(lines)));
         }
         if received.uptime_s().is_some() {
             let hidden = counters.hidden.max > self.before.hidden.max;
-            let (_, silent) = std::mem::take(&mut self.longest);
-            // Whole hundreds of lines, which the sequence does not show, were lost in the longest pause.
-            if let Some(line) = silent.filter(|_| hidden) {
+            let place = self.likeliest.take().and_then(|(_, line)| line);
+            // Whole hundreds of lines, which the sequence does not show, were lost there.
+            if let Some(line) = place.filter(|_| hidden) {
                 let place = self.open.partition_point(|gap| gap.line < line);
                 self.open.insert(place, Open { line, lost: None });
             }
@@ -82,7 +85,7 @@ impl Gaps {
         None
     }
 
-    /// The line after the oldest gap that could have closed.
+    /// Removes the oldest open gap; returns the line after it.
     pub(crate) fn settle(&mut self) -> Option<u64> {
         let gap = self.open.pop_front()?;
         self.settled += 1;
@@ -94,7 +97,7 @@ impl Gaps {
         self.settled + self.open.len() as u64
     }
 
-    /// Lines counted as lost were not: one was late, or a restart explains all of one gap.
+    /// Closes gaps whose lines were not lost: a line was late, or a restart explains the whole gap.
     fn close(&mut self, found: u64, is_restart: bool) {
         let fits = |gap: &Open| {
             gap.lost
@@ -141,25 +144,36 @@ mod tests {
         lines.find(is_wanted).unwrap()
     }
 
-    /// Whole hundreds of lines were lost in the longest pause; the next line C tells it.
+    /// The gaps of a few lines, the fifth of which is a line C that tells of a hundred lines more. Each line has its second and
+    /// the lines lost in the sequence until then.
+    fn before_line_c(lines: [(u64, u64); 5]) -> Gaps {
+        let mut gaps = Gaps::default();
+        let mut counters = Counters::default();
+        for ((at_s, lost), letter) in lines.into_iter().zip("CAAAC".chars()) {
+            counters.lines += 1;
+            counters.lines_lost = lost;
+            if counters.lines == 5 {
+                (counters.hidden.min, counters.hidden.max) = (100, 100);
+            }
+            gaps.take_line(Moment::from_secs(at_s), &line(letter), &counters);
+        }
+        gaps
+    }
+
     #[test]
     fn hidden_lines_are_a_gap_in_the_longest_pause() {
         for lost in [0, 2] {
-            let mut gaps = Gaps::default();
-            let mut counters = Counters::default();
-            for (at_s, letter) in [(0, 'C'), (1, 'A'), (40, 'A'), (41, 'A'), (42, 'C')] {
-                counters.lines += 1;
-                if at_s == 40 {
-                    counters.lines_lost = lost;
-                }
-                if at_s == 42 {
-                    (counters.hidden.min, counters.hidden.max) = (100, 100);
-                }
-                gaps.take_line(Moment::from_secs(at_s), &line(letter), &counters);
-            }
+            let mut gaps = before_line_c([(0, 0), (1, 0), (40, lost), (41, lost), (42, lost)]);
             assert_eq!(gaps.count(), 1, "{lost} lines lost in the sequence");
             assert_eq!(gaps.settle(), Some(3), "the line after the pause");
         }
+    }
+
+    #[test]
+    fn hidden_lines_without_times_are_in_the_gap_of_the_sequence() {
+        let mut gaps = before_line_c([(0, 0), (1, 0), (2, 65), (3, 65), (4, 65)]);
+        assert_eq!(gaps.count(), 1);
+        assert_eq!(gaps.settle(), Some(3), "the line after the gap");
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub fn shell_word(path: &Path) -> String {
     }
 }
 
-/// What an error of the operating system says, in words for a person: the one place for them.
+/// Describes an error of the operating system in words; all messages use this text.
 #[must_use]
 pub fn words(error: &io::Error) -> String {
     if error.get_ref().is_some() {
@@ -40,7 +40,7 @@ pub fn words(error: &io::Error) -> String {
         io::ErrorKind::NotFound => "not found",
         io::ErrorKind::PermissionDenied => "permission denied",
         io::ErrorKind::AddrInUse => "another program uses the address",
-        io::ErrorKind::BrokenPipe => "the other end is gone",
+        io::ErrorKind::BrokenPipe => "the other end closed the connection",
         io::ErrorKind::ConnectionReset | io::ErrorKind::ConnectionAborted => {
             "the other end broke the connection"
         }
@@ -55,10 +55,10 @@ pub fn words(error: &io::Error) -> String {
     words.to_owned()
 }
 
-/// Numbers of too many open files on Unix: of the program, and of the system.
+/// Unix error numbers for too many open files, in the program and in the system.
 const NO_MORE_FILES: &[i32] = if cfg!(unix) { &[24, 23] } else { &[] };
 
-/// The system's own words, without the number behind them.
+/// The system's description of an error, without the error number.
 fn system_words(error: &io::Error) -> String {
     let text = error.to_string();
     match next_number(&text) {
@@ -67,7 +67,7 @@ fn system_words(error: &io::Error) -> String {
     }
 }
 
-/// The text without its capital, unless its first word is an abbreviation.
+/// The text with its first letter in lower case, unless the first word is an abbreviation.
 fn in_lower_case(text: &str) -> String {
     let mut letters = text.chars();
     match letters.next() {
@@ -78,7 +78,7 @@ fn in_lower_case(text: &str) -> String {
     }
 }
 
-/// A message of another library, with the system's errors in it as [`words`].
+/// A message of another library, with the system's errors in it replaced by [`words`].
 #[must_use]
 pub fn plain(message: &str) -> String {
     let mut text = String::new();
@@ -94,7 +94,7 @@ pub fn plain(message: &str) -> String {
     text + rest
 }
 
-/// The first "(os error N)": the text before it, its number, and the text behind it.
+/// Finds the first "(os error N)"; returns the text before it, the number and the text after it.
 fn next_number(text: &str) -> Option<(&str, i32, &str)> {
     let begin = " (os error ";
     text.match_indices(begin).find_map(|(at, _)| {
@@ -103,7 +103,7 @@ fn next_number(text: &str) -> Option<(&str, i32, &str)> {
     })
 }
 
-/// Why a file cannot be read, and what to do.
+/// Reason why a file cannot be read, with a hint.
 #[must_use]
 pub fn of_reading(error: &io::Error) -> String {
     match error.kind() {
@@ -119,7 +119,7 @@ pub fn of_reading(error: &io::Error) -> String {
     }
 }
 
-/// Why a file cannot be written, and what to do.
+/// Reason why a file cannot be written, with a hint.
 #[must_use]
 pub fn of_writing(error: &io::Error) -> String {
     let hint = match error.kind() {

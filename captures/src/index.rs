@@ -26,7 +26,7 @@ pub use crate::pieces::Piece;
 pub use mcap::SeekableRecording;
 pub use text::SeekableText;
 
-/// Where a piece begins in a capture.
+/// Position of a piece in a capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     position: PiecePosition,
@@ -50,26 +50,26 @@ pub trait SeekableReader {
     /// The next piece; `None` at the end.
     fn next_piece(&mut self) -> Option<Piece<'_>>;
 
-    /// Where the next piece begins.
+    /// Position of the next piece.
     fn place(&self) -> Place;
 
-    /// Continues at a place of this capture.
+    /// Continues reading at a position in this capture.
     fn seek(&mut self, place: Place);
 
-    /// A place shortly before the first piece at or after a moment.
+    /// A position shortly before the first piece at or after a moment.
     fn find(&mut self, at: Moment) -> Place;
 
     /// Estimates the time of line `number`, from 1, without reading the lines before; also returns the number of lines
     /// before that time. `None` if the capture allows no estimate.
     fn about_line(&mut self, number: u64) -> Option<(Moment, u64)>;
 
-    /// Whether there may be a landmark of a kind between two moments, both included. Only `false` is certain.
+    /// Whether a landmark of a kind may lie between two moments, both included.
     fn may_hold(&mut self, landmark: Landmark, from: Moment, until: Moment) -> bool;
 
     /// Duration of the capture; may be too long if the capture is damaged.
     fn length(&self) -> Moment;
 
-    /// Time since 1970 of its beginning, if known.
+    /// Start of the capture, as time since 1970, if known.
     fn unix(&self) -> Option<Moment>;
 
     /// The true state of a simulated robot's world, if the capture has it.
@@ -77,12 +77,12 @@ pub trait SeekableReader {
         None
     }
 
-    /// Baud rate of the radio, if the capture tells it.
+    /// Baud rate of the radio, if the capture contains it.
     fn baud(&self) -> Option<u32> {
         None
     }
 
-    /// Reads the lines of the robot's own, by the session's table.
+    /// Recognizer for the lines of the robot's own, from the session's table.
     fn own_lines(&self) -> Recognizer {
         Recognizer::default()
     }
@@ -96,13 +96,13 @@ pub trait Source: Send + Sync {
     /// Reads bytes at an offset; returns their number, 0 at the end.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system's error.
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> io::Result<usize>;
 
     /// Size in bytes.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system's error.
     fn size(&self) -> io::Result<u64>;
 }
 
@@ -137,7 +137,7 @@ impl Source for Vec<u8> {
 /// temporary file.
 ///
 /// # Errors
-/// When it cannot be opened, or is no capture.
+/// If the file cannot be opened, or is not a capture.
 pub fn open(path: &Path) -> Result<Box<dyn SeekableReader + Send>, CaptureError> {
     let open_error = |error| CaptureError::Open {
         path: path.to_owned(),
@@ -187,10 +187,10 @@ fn unlinked_file() -> io::Result<File> {
     }
 }
 
-/// Opens a capture in a source with random access; the name appears in error messages.
+/// Opens a capture from a source with random access; the name appears in error messages.
 ///
 /// # Errors
-/// When it cannot be read, or is no capture.
+/// If the source cannot be read, or is not a capture.
 pub fn read(
     source: Arc<dyn Source>,
     name: &Path,
@@ -211,7 +211,7 @@ pub fn read(
     })
 }
 
-/// Fills the buffer with bytes from an offset on; returns their number, less than the buffer's only at the end.
+/// Fills the buffer with bytes from an offset; returns their number, which is smaller than the buffer only at the end.
 fn read_at(source: &dyn Source, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < buffer.len() {

@@ -20,45 +20,45 @@ use survey::Survey;
 pub struct Info {
     /// Form of the capture.
     pub form: Form,
-    /// Difference of a raw text from the radio's bytes: timestamps, other line ends.
+    /// Differences of a raw text from the radio's bytes: timestamps, other line ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stored: Option<String>,
-    /// Start in UTC, from the metadata of an MCAP.
+    /// Start in UTC, from the metadata of a recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<String>,
-    /// Link it was recorded from, likewise.
+    /// Link of the session, from the metadata of a recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub link: Option<String>,
-    /// Program and version that recorded it, likewise.
+    /// Program and version that recorded the session, from the metadata of a recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub software: Option<String>,
     /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Reason why the run does not count; `None` if it counts.
+    /// Reason why the run is void; `None` if it is valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
     /// Time from the beginning to the last byte, seconds; for raw text without timestamps, the transmission time at the rate of the
     /// robot's clock, or at 2400 baud.
     pub duration_s: f64,
-    /// Bytes received.
+    /// Number of bytes received.
     pub bytes: u64,
-    /// Bytes outside intact lines.
+    /// Number of bytes outside intact lines.
     pub noise_bytes: u64,
-    /// Bytes at the end that may begin a line; part of `noise_bytes`.
+    /// Number of bytes at the end that may begin a line; part of `noise_bytes`.
     pub unfinished_bytes: u64,
-    /// Received bytes that are missing from the capture.
+    /// Number of received bytes that are missing from the capture.
     pub missing_bytes: u64,
     /// Intact lines.
     pub lines: LineCounts,
     /// Loss of lines.
     #[serde(flatten)]
     pub loss: Loss,
-    /// Places between two intact lines where lines were lost or damaged, or the link was interrupted.
+    /// Number of places between two intact lines where lines were lost or damaged, or the link was interrupted.
     pub gaps: u64,
     /// Damaged lines.
     pub damaged: Damaged,
-    /// Mistakes in the lines that the robot sent.
+    /// Mistakes in the robot's lines.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistakes: Vec<Finding>,
     /// Another robot on the channel.
@@ -66,16 +66,16 @@ pub struct Info {
     pub other: OtherRobot,
     /// Times without lines.
     pub outages: Vec<Outage>,
-    /// Bytes between intact lines, where there are any.
+    /// Bytes between intact lines, if there are any.
     pub resync: Option<Resync>,
-    /// Downlink airtime, per cent; `None` of raw text, and where the capture was not made in real time: from a pipe or
+    /// Downlink airtime, per cent; `None` for raw text, and for a capture not made in real time: from a pipe or
     /// a faster simulator.
     pub airtime_down_pct: Option<f64>,
-    /// Totals sent; `None` of raw text.
+    /// Totals sent; `None` for raw text.
     pub sent: Option<Sent>,
     /// Robot and firmware, as last reported.
     pub robot: Option<Robot>,
-    /// Restarts of the robot: changes of the boot counter or backward jumps of the uptime.
+    /// Number of restarts of the robot: changes of the boot counter or backward jumps of the uptime.
     pub restarts: u64,
     /// Distance between the reported positions, inches.
     pub distance_in: f64,
@@ -94,39 +94,39 @@ pub struct Info {
     pub problem: Option<String>,
 }
 
-/// Intact lines by type.
+/// Numbers of intact lines by type.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub struct LineCounts {
-    /// State.
+    /// Number of lines A, state.
     pub a: u64,
-    /// Status.
+    /// Number of lines B, status.
     pub b: u64,
-    /// Counters.
+    /// Number of lines C, counters.
     pub c: u64,
-    /// Text.
+    /// Number of lines T, text.
     pub t: u64,
-    /// Acknowledgement.
+    /// Number of lines K, acknowledgement.
     pub k: u64,
-    /// Parameter.
+    /// Number of lines P, parameter.
     #[serde(skip_serializing_if = "is_none")]
     pub p: u64,
-    /// Song.
+    /// Number of lines S, song.
     #[serde(skip_serializing_if = "is_none")]
     pub s: u64,
-    /// Abilities.
+    /// Number of lines I, abilities.
     #[serde(skip_serializing_if = "is_none")]
     pub i: u64,
-    /// A field of the robot's own.
+    /// Number of lines F, the robot's own fields.
     #[serde(skip_serializing_if = "is_none")]
     pub f: u64,
-    /// Values of the robot's own fields.
+    /// Number of lines V, values of the robot's own fields.
     #[serde(skip_serializing_if = "is_none")]
     pub v: u64,
 }
 
 impl LineCounts {
-    /// Intact lines of every type.
+    /// Number of intact lines of every type.
     #[must_use]
     pub const fn total(&self) -> u64 {
         let Self {
@@ -145,7 +145,7 @@ impl LineCounts {
     }
 }
 
-/// Whether to leave out a rare type of line.
+/// Whether a count is zero, so that JSON leaves out a rare line type.
 #[expect(
     clippy::trivially_copy_pass_by_ref,
     reason = "serde calls it with a reference"
@@ -157,11 +157,11 @@ const fn is_none(count: &u64) -> bool {
 /// Totals sent during the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Sent {
-    /// Bytes handed to the device.
+    /// Number of bytes handed to the device.
     pub bytes: u64,
     /// Frames: STOPs, session requests, commands and waypoints.
     pub frames: u64,
-    /// Repeated frames among them.
+    /// Number of repeated frames; part of `frames`.
     pub frames_again: u64,
     /// Uplink airtime, per cent; `None` when `airtime_down_pct` is.
     pub airtime_up_pct: Option<f64>,
@@ -170,9 +170,9 @@ pub struct Sent {
 /// The robot that sent the lines.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Robot {
-    /// 1 to 99.
+    /// Number of the robot, 1 to 99.
     pub id: u8,
-    /// Major and minor.
+    /// Firmware version: major and minor number.
     pub firmware_version: String,
 }
 
@@ -181,12 +181,12 @@ pub struct Robot {
 pub struct HolderShare {
     /// A layer or `prowl`.
     pub holder: &'static str,
-    /// Per cent.
+    /// Share, per cent.
     pub share_pct: f64,
 }
 
 impl Info {
-    /// Reads a whole capture, as far as it can be read.
+    /// Reads a capture to its end, or as far as it can be read.
     #[must_use]
     pub fn read(capture: &mut Capture) -> Self {
         let mut decoder = Decoder::default();

@@ -1,4 +1,4 @@
-//! Recordings without an end: recognized by their header, found in a folder, set aside.
+//! Unfinished recordings: recognizes them by their header, finds them in a folder, renames them.
 
 use std::fs;
 use std::io::Read as _;
@@ -12,16 +12,16 @@ use super::files::{self, Lock, is_in_use};
 use super::name::another;
 use super::record::{HEAD_BYTES, parse};
 
-/// Maximum names tried for a recording that is set aside.
+/// Maximum number of names tried for a renamed recording.
 const NAMES_MAX: u32 = 1_000_000;
 
 /// Library name in the header of an unfinished recording.
 pub(crate) const LIBRARY: &str = concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", unfinished");
 
-/// Limits the header that [`is_unfinished`] reads.
+/// Maximum length of the header that [`is_unfinished`] reads, bytes.
 const HEADER_BYTES_MAX: u64 = 256;
 
-/// Whether a file is an unfinished recording, by its header.
+/// Whether the header of a file marks an unfinished recording.
 pub(crate) fn is_unfinished(path: &Path) -> bool {
     let mut begin = Vec::new();
     files::open(path)
@@ -29,7 +29,7 @@ pub(crate) fn is_unfinished(path: &Path) -> bool {
         .is_ok_and(|_| library(&begin).is_some_and(|library| is_library(&library)))
 }
 
-/// Whether the library in a header is that of an unfinished recording, of any version.
+/// Whether the library name in a header marks an unfinished recording, of any version.
 pub(crate) fn is_library(library: &str) -> bool {
     library.starts_with("groundwave ") && library.ends_with(", unfinished")
 }
@@ -49,7 +49,7 @@ fn library(begin: &[u8]) -> Option<String> {
     }
 }
 
-/// The unfinished recordings in a folder that no program is writing, by name.
+/// The unfinished recordings in a folder that no program is writing, sorted by name.
 #[must_use]
 pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
     let folder = if folder.as_os_str().is_empty() {
@@ -75,7 +75,7 @@ pub fn find_interrupted(folder: &Path) -> Vec<PathBuf> {
 /// Renames an unfinished recording with this name, to free the name; returns its new name.
 ///
 /// # Errors
-/// When it is being written now, or cannot be renamed.
+/// If the recording is being written now, or cannot be renamed.
 pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     if !is_unfinished(path) {
         return Ok(None);
@@ -109,10 +109,10 @@ mod tests {
     use crate::unfinished::UnfinishedWriter;
     use std::fs::File;
 
-    /// Its name with `.interrupted` would be too long.
+    /// The recording's name with `.interrupted` would be too long.
     #[cfg(unix)]
     #[test]
-    fn an_interrupted_recording_that_cannot_be_renamed_is_told() {
+    fn an_interrupted_recording_that_cannot_be_renamed_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(format!("{}.mcap", "a".repeat(250)));
         let file = File::create(&path).unwrap();

@@ -1,6 +1,6 @@
 //! The layout for Foxglove and Lichtblick, attached to each recording.
 //!
-//! It shows the room from above, plots, states, the log, and the bytes beside each decoded line; for live connections also a
+//! The layout shows the room from above, plots, states, the log, and the bytes beside each decoded line; for live connections also a
 //! panel that sends commands.
 
 /// Name of the attachment.
@@ -17,7 +17,7 @@ mod tests {
     use serde_json::Value;
     use std::collections::BTreeSet;
 
-    /// Every string under these keys, and every key under `topics`.
+    /// Collects every string under these keys, and every key under `topics`.
     fn paths(value: &Value, found: &mut BTreeSet<String>) {
         match value {
             Value::Object(fields) => {

@@ -6,7 +6,7 @@
 //! [`recorder`] writes it.
 //!
 //! [`source`] reads either form from the beginning, for [`decode`] and [`info`]; [`index`] reads it from any position,
-//! for replay. A recording under way is an MCAP file without chunks that holds only the bytes and the station's events;
+//! for replay. A recording in progress is an MCAP file without chunks that holds only the bytes and the station's events;
 //! [`recover`] turns it into a finished recording.
 
 mod alarm_detector;

@@ -10,17 +10,17 @@ use super::record::parse;
 use super::repair::{Damage, Part, Position, RepairingReader};
 use super::topics::Topic;
 
-/// The longest accepted name of a topic or schema, bytes.
+/// Maximum accepted length of a topic or schema name, bytes.
 const NAME_BYTES_MAX: usize = 256;
 
 /// A topic of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Its name.
+    /// Name.
     pub topic: String,
-    /// The name of its messages' type; empty where it has no schema.
+    /// Type name of the messages; empty if the channel has no schema.
     pub schema: String,
-    /// The topic of ours with this name and schema.
+    /// Groundwave's topic with this name and schema, if there is one.
     pub ours: Option<Topic>,
 }
 
@@ -43,16 +43,16 @@ pub type Channels = BTreeMap<u16, Channel>;
 pub enum Entry<'a> {
     /// A message.
     Message {
-        /// Its topic.
+        /// Topic of the message.
         channel: &'a Channel,
-        /// Its times and number.
+        /// Times and number of the message.
         header: MessageHeader,
-        /// Its content, encoded.
+        /// Encoded content of the message.
         data: &'a [u8],
     },
     /// Any other record; records after [`op::DATA_END`] belong to the summary.
     Other {
-        /// Its kind.
+        /// Opcode of the record.
         opcode: u8,
         /// The record after its length.
         body: &'a [u8],
@@ -67,7 +67,7 @@ pub struct Entries<R> {
     schemas: BTreeMap<u16, String>,
     channels: Channels,
     is_damaged: bool,
-    /// Another program wrote the recording: its channels have other numbers than ours.
+    /// Whether another program wrote the recording, so that channel numbers differ from Groundwave's.
     is_foreign: bool,
 }
 
@@ -82,10 +82,10 @@ impl<R: Read> Entries<R> {
         Self::of(RepairingReader::new(source), channels)
     }
 
-    /// Reads on from a position, with the channels known there; `source` begins at its offset.
+    /// Continues reading at a position, with the channels known there; `source` begins at its offset.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub fn resume(source: R, position: Position, channels: Channels) -> io::Result<Self> {
         Ok(Self::of(
             RepairingReader::resume(source, position)?,
@@ -106,7 +106,7 @@ impl<R: Read> Entries<R> {
     /// The next entry; `None` at the end.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub fn next_entry(&mut self) -> io::Result<Option<Entry<'_>>> {
         let Some(part) = self.reader.next_part()? else {
             return Ok(None);
@@ -158,12 +158,12 @@ impl<R: Read> Entries<R> {
         Ok(Some(Entry::Other { opcode, body }))
     }
 
-    /// The channels met so far.
+    /// The channels found so far.
     pub const fn channels(&self) -> &Channels {
         &self.channels
     }
 
-    /// Where the next entry begins.
+    /// Position of the next entry.
     #[must_use]
     pub fn position(&self) -> Position {
         self.reader.position()
@@ -210,7 +210,7 @@ fn message(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
     Some((header, data))
 }
 
-/// Maximum damaged parts that are listed; further ones are only counted.
+/// Maximum number of damaged parts listed; more are only counted.
 const PARTS_NAMED: usize = 3;
 
 /// The damaged parts of a recording.

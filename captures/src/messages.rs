@@ -1,6 +1,6 @@
 //! Protobuf messages of a recording; their flat fields are also those of JSON lines and CSV.
 //!
-//! There is one message per line, whatever its type. Its fields are flat, so plotting tools reach every value by one
+//! Each line of any type is one message. Its fields are flat, so plotting tools reach every value by one
 //! short path. A field is present when the line contains it. `proto/groundwave.proto` declares the same messages for
 //! other languages; a test keeps the two equal.
 
@@ -14,7 +14,7 @@ pub use super::uplink_event::UplinkEvent;
 /// Bytes of a stream as they were read or sent.
 #[derive(Clone, PartialEq, Eq, prost::Message)]
 pub struct RawBytes {
-    /// Number of bytes before these in the stream. A jump means that bytes are missing from the capture.
+    /// Number of bytes in the stream before `data`. A jump means that bytes are missing from the capture.
     #[prost(uint64, tag = 1)]
     pub stream_offset: u64,
     /// The bytes.
@@ -28,16 +28,16 @@ pub struct OutageMessage {
     /// A code of [`OutageCause`](crate::event::OutageCause).
     #[prost(string, tag = 1)]
     pub code: String,
-    /// Its beginning, nanoseconds since 1970.
+    /// Beginning of the outage, nanoseconds since 1970.
     #[prost(uint64, tag = 2)]
     pub begin_ns: u64,
-    /// Its end, likewise; `None` if it has begun.
+    /// End of the outage, nanoseconds since 1970; `None` while it lasts.
     #[prost(uint64, optional, tag = 3)]
     pub end_ns: Option<u64>,
-    /// Lines lost in it, at least.
+    /// Minimum number of lines lost in the outage.
     #[prost(uint64, tag = 4)]
     pub lines_lost: u64,
-    /// Lines lost in it, at most.
+    /// Maximum number of lines lost in the outage.
     #[prost(uint64, tag = 5)]
     pub lines_lost_max: u64,
 }
@@ -72,7 +72,7 @@ pub struct Field {
     pub tag: u32,
     /// The protobuf type; `int32` for states.
     pub kind: &'static str,
-    /// Words for the states 0, 1, 2, ...; empty for numbers and text.
+    /// Names of the states 0, 1, 2, ...; empty for numbers and text.
     pub words: &'static [&'static str],
 }
 
@@ -119,7 +119,7 @@ impl ToValue for String {
 
 macro_rules! telemetry {
     ($($(#[$doc:meta])+ $tag:tt $name:ident: $kind:ident $(of $words:ident)?;)+) => {
-        /// The content of a line.
+        /// The content of a line from the robot.
         #[derive(Clone, PartialEq, prost::Message)]
         pub struct Telemetry {
             $($(#[$doc])+ #[prost($kind, optional, tag = $tag)] pub $name: Option<kind::$kind>,)+
@@ -233,7 +233,7 @@ telemetry! {
     4 ack_session: uint32;
     /// Sequence of the latest command that the robot took, low 3 bits.
     5 ack_sequence: uint32;
-    /// Outcome of that command.
+    /// Outcome of the latest command.
     6 ack_outcome: int32 of OUTCOMES;
     /// Nonce of the session's owner; absent while a list is being staged.
     7 ack_owner: uint32;
@@ -256,62 +256,62 @@ telemetry! {
     15 velocity_in_s: sint32;
     /// Requested difference between the wheels, left minus right, in/s.
     16 rotation_in_s: sint32;
-    /// Measured left wheel, in/s.
+    /// Measured speed of the left wheel, in/s.
     17 wheel_left_in_s: sint32;
-    /// Measured right wheel, in/s.
+    /// Measured speed of the right wheel, in/s.
     18 wheel_right_in_s: sint32;
-    /// Left sonar, inches; absent when no echo came back.
+    /// Distance of the left sonar, inches; absent without an echo.
     19 sonar_left_in: uint32;
-    /// Right sonar, inches; absent when no echo came back.
+    /// Distance of the right sonar, inches; absent without an echo.
     20 sonar_right_in: uint32;
     /// Left photocell, per cent of full scale, 0 very bright.
     21 photo_left_pct: uint32;
     /// Right photocell, per cent of full scale, 0 very bright.
     22 photo_right_pct: uint32;
-    /// Bumper switches.
+    /// State of the bumper switches.
     23 bump: int32 of BUMPS;
-    /// Infrared detectors.
+    /// State of the infrared detectors.
     24 infrared: int32 of INFRARED;
-    /// Floor edge sensors.
+    /// State of the floor edge sensors.
     25 cliff: int32 of CLIFFS;
-    /// Servo arm and motion detectors.
+    /// State of the servo arm and of the motion detectors.
     26 arm: int32 of ARMS;
-    /// Drive train and odometer.
+    /// State of drive train and odometer.
     27 drive: int32 of DRIVES;
-    /// Battery.
+    /// State of the battery.
     28 power: int32 of POWERS;
-    /// Receiver.
+    /// State of the robot's receiver.
     29 link: int32 of LINKS;
     /// Commanded mode.
     30 mode: int32 of MODES;
-    /// Layer 1.
+    /// State of layer 1, bumpers.
     31 layer_bumpers: int32 of LAYER_STATES;
-    /// Layer 2.
+    /// State of layer 2, rotation.
     32 layer_rotation: int32 of LAYER_STATES;
-    /// Layer 3.
+    /// State of layer 3, infrared.
     33 layer_infrared: int32 of LAYER_STATES;
-    /// Layer 4.
+    /// State of layer 4, sonar.
     34 layer_sonar: int32 of LAYER_STATES;
-    /// Layer 5.
+    /// State of layer 5, photo.
     35 layer_photo: int32 of LAYER_STATES;
-    /// Layer 6.
+    /// State of layer 6, motion.
     36 layer_motion: int32 of LAYER_STATES;
-    /// Layer 7.
+    /// State of layer 7, dead reckoning.
     37 layer_dead_reckoning: int32 of LAYER_STATES;
-    /// The layer that controls the motors; absent while prowl or User does.
+    /// Layer that controls the motors; absent while prowl or User controls them.
     38 holder: int32 of LAYERS;
 
-    /// Robot, 1 to 99.
+    /// Number of the robot, 1 to 99.
     39 robot_id: uint32;
-    /// Battery, volts.
+    /// Battery voltage, volts.
     40 battery_v: double;
     /// X of the point that the robot drives to, inches.
     41 target_x_in: sint32;
     /// Y of the point that the robot drives to, inches.
     42 target_y_in: sint32;
-    /// Waypoints of the active list reached.
+    /// Number of waypoints of the active list that have been reached.
     43 waypoints_driven: uint32;
-    /// Waypoints in the active list.
+    /// Number of waypoints in the active list.
     44 waypoints_count: uint32;
     /// Digest of the active list.
     45 list_digest: uint32;
@@ -336,23 +336,23 @@ telemetry! {
     54 firmware_major: uint32;
     /// Firmware version after the point.
     55 firmware_minor: uint32;
-    /// Ticks (20 Hz) won by layer 0 since boot, modulo 4096.
+    /// Number of ticks (20 Hz) since boot in which layer 0 controlled the motors, modulo 4096.
     56 ticks_won_user: uint32;
-    /// Ticks won by layer 1.
+    /// Number of ticks in which layer 1 controlled the motors.
     57 ticks_won_bumpers: uint32;
-    /// Ticks won by layer 2.
+    /// Number of ticks in which layer 2 controlled the motors.
     58 ticks_won_rotation: uint32;
-    /// Ticks won by layer 3.
+    /// Number of ticks in which layer 3 controlled the motors.
     59 ticks_won_infrared: uint32;
-    /// Ticks won by layer 4.
+    /// Number of ticks in which layer 4 controlled the motors.
     60 ticks_won_sonar: uint32;
-    /// Ticks won by layer 5.
+    /// Number of ticks in which layer 5 controlled the motors.
     61 ticks_won_photo: uint32;
-    /// Ticks won by layer 6.
+    /// Number of ticks in which layer 6 controlled the motors.
     62 ticks_won_motion: uint32;
-    /// Ticks won by layer 7.
+    /// Number of ticks in which layer 7 controlled the motors.
     63 ticks_won_dead_reckoning: uint32;
-    /// Ticks won by prowl.
+    /// Number of ticks in which prowl controlled the motors.
     64 ticks_won_prowl: uint32;
     /// Intact uplink frames since boot, modulo 1000.
     65 frames_heard: uint32;
@@ -387,20 +387,20 @@ telemetry! {
     78 parameter_most: sint32;
     /// Unit of the value.
     79 parameter_unit: string;
-    /// Notes of a song that begins: `Hz:seconds` each, separated by spaces; 0 Hz is a rest.
+    /// Notes of a song that begins, `Hz:seconds` each, separated by spaces; 0 Hz is a rest.
     80 song: string;
 
-    /// What the robot can do: level 1 to 5.
+    /// Level of the robot's abilities, 1 to 5.
     81 level: uint32;
-    /// Most waypoints of a list.
+    /// Maximum number of waypoints in a list.
     82 list_capacity: uint32;
-    /// Letters of its modes.
+    /// Letters of the robot's modes.
     83 modes_fitted: string;
-    /// Letters of the readings that it has: B battery, W wheels, S sonars, I `max_count`.
+    /// Letters of the readings that the robot has: B battery, W wheels, S sonars, I `max_count`.
     84 measured: string;
-    /// Bytes a second that it takes.
+    /// Maximum number of bytes per second that the robot accepts.
     85 rate_bytes_per_s: uint32;
-    /// Number of fields of its own; their values are on /values.
+    /// Number of the robot's own fields; their values are on /values.
     86 own_fields: uint32;
 }
 
@@ -413,7 +413,7 @@ mod tests {
     use groundwave_protocol::telemetry::{LineType, Outcome};
     use std::fmt::Debug;
 
-    /// `LeftCenter` as `left_center`.
+    /// Names of enum values in snake case: `LeftCenter` becomes `left_center`.
     fn words<T: Debug>(all: &[T]) -> Vec<String> {
         let word = |state: &T| {
             let mut word = String::new();

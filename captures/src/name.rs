@@ -5,7 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use jiff::Timestamp;
 
-/// Default name, `groundwave-20250314T092653Z.mcap`: sorts by time and is valid on every system.
+/// Default file name of a recording, `groundwave-20250314T092653Z.mcap`; sorts by time and is valid on every system.
 #[must_use]
 pub fn automatic(start: SystemTime) -> String {
     format!("groundwave-{}.mcap", utc(start).replace(['-', ':'], ""))
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn another_name_is_no_part() {
+    fn another_name_is_not_a_part() {
         let name = |path: &str, number| another(Path::new(path), number);
         assert_eq!(name("a/run.mcap", 1), Path::new("a/run.mcap"));
         assert_eq!(name("a/run.mcap", 2), Path::new("a/run.2.mcap"));

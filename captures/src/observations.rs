@@ -25,7 +25,7 @@ pub enum Observation {
 }
 
 impl RawBytes {
-    /// Bytes whose place in the stream is not known yet.
+    /// Received bytes whose offset in the stream is not known yet.
     #[must_use]
     pub fn unplaced(bytes: &[u8]) -> Self {
         Self {
@@ -34,8 +34,8 @@ impl RawBytes {
         }
     }
 
-    /// The bytes after the first `have` of the stream, and the number of bytes missing before them; `None` when all are
-    /// known.
+    /// The bytes after the first `have` bytes of the stream, and the number of bytes missing before them; `None` when all are
+    /// known already.
     pub(crate) fn after(&self, have: u64) -> Option<(u64, &[u8])> {
         let known = usize::try_from(have.saturating_sub(self.stream_offset)).ok()?;
         let bytes = self.data.get(known..).filter(|bytes| !bytes.is_empty())?;
@@ -75,7 +75,7 @@ impl<R: Read> Observations<R> {
         Self::with_channels(source, Channels::new())
     }
 
-    /// As [`Self::new`], with the channels found in an earlier pass.
+    /// Reads an MCAP from its beginning, with the channels found in an earlier pass.
     pub(crate) fn with_channels(source: R, channels: Channels) -> Self {
         Self {
             entries: Entries::of_channels(source, channels),
@@ -85,7 +85,7 @@ impl<R: Read> Observations<R> {
         }
     }
 
-    /// All channels; complete at the end.
+    /// All channels; complete only after the last observation.
     pub(crate) fn channels(&self) -> Channels {
         self.entries.channels().clone()
     }
@@ -93,7 +93,7 @@ impl<R: Read> Observations<R> {
     /// The next item; `None` at the end of the data section.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub(crate) fn next_item(&mut self) -> io::Result<Option<Item>> {
         while let Some(entry) = self.entries.next_entry()? {
             let item = match entry {

@@ -7,16 +7,16 @@ use groundwave_protocol::life::Life;
 use groundwave_protocol::status_codes::Drive;
 use groundwave_protocol::telemetry::{Body, SEQUENCE_MODULUS};
 
-/// Speed above which the odometer was reset instead, inches per second.
+/// Maximum speed of the robot, inches per second; a faster step is an odometer reset.
 const SPEED_MAX_IN_S: f64 = 24.0;
 
-/// Long lines per second at 2400 baud.
+/// Number of long lines per second at 2400 baud.
 const LINES_PER_S: f64 = 3.0;
 
-/// How a position follows the one before it.
+/// The robot's way from one position to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// It is the first.
+    /// The first position.
     First,
     /// The robot drove there.
     Driven,
@@ -41,12 +41,12 @@ pub(super) struct Odometer {
     last: Option<Fix>,
     /// Distance driven, inches.
     pub(super) distance_in: f64,
-    /// Resets after the first position.
+    /// Number of resets after the first position.
     pub(super) resets: u32,
 }
 
 impl Odometer {
-    /// Takes a line; returns the step to its position, inches, if it is a line A.
+    /// Takes a line; for a line A, returns the step to its position and the position, inches.
     pub(super) fn take(&mut self, at: Duration, received: &Received) -> Option<(Step, (f64, f64))> {
         self.has_rebooted |= self.life.take(received);
         let Received::Line(line, _) = received else {
@@ -79,9 +79,9 @@ impl Odometer {
 }
 
 impl Fix {
-    /// Whether a robot can drive here from the position before.
+    /// Whether the robot can have driven here from the position before.
     fn is_reachable_from(&self, last: &Self) -> bool {
-        // Raw text has no pauses, and a live link delivers lines in bunches.
+        // Raw text has no pauses, and a live link delivers several lines at once.
         let slots = (self.sequence + SEQUENCE_MODULUS - last.sequence) % SEQUENCE_MODULUS;
         let by_sequence_s = f64::from(slots) / LINES_PER_S;
         let passed_s = self.at.saturating_sub(last.at).as_secs_f64();

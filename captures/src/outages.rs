@@ -1,6 +1,6 @@
-//! Times without lines, recognized from the lines and the events of the link. Sans-IO: time is a parameter, memory is bounded.
+//! Outages (times without lines), recognized from the lines and the events of the link. Sans-IO: time is a parameter, memory is bounded.
 //!
-//! An outage has its final number of lost lines at the robot's next line C, which tells the hundreds that the sequence does not
+//! The number of lines lost in an outage is final at the robot's next line C, which gives the hundreds that the sequence does not
 //! show.
 
 use std::collections::VecDeque;
@@ -14,37 +14,40 @@ use crate::event::{Moment, OutageCause};
 use crate::messages::{OutageMessage, StationEvent};
 use crate::words::lost_words;
 
-/// Time without a line from which on it is an outage.
+/// Minimum duration of an outage.
 pub const OUTAGE_AFTER: Moment = Moment::from_secs(2);
+
+/// Time after an outage in which the end of a suspension may follow that explains it: the bytes that waited are read at once.
+const EXPLAINED_WITHIN: Moment = Moment::from_millis(250);
 
 /// Noise in an outage from which on the radio was not silent, bytes.
 const NOISE_BYTES: u64 = 160;
 
-/// Maximum outages between two lines C.
+/// Maximum number of outages kept between two lines C.
 const WAITING_MAX: usize = 64;
 
 /// A time without lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outage {
-    /// Its cause.
+    /// Cause.
     pub cause: OutageCause,
-    /// Its beginning: the line before it, or the loss of the link.
+    /// Beginning: the line before the outage, or the loss of the link.
     pub begin: Moment,
-    /// Its end, the next line; `None` as long as none came.
+    /// End: the next line; `None` while the outage lasts.
     pub end: Option<Moment>,
-    /// Lines lost in it, as far as known.
+    /// Lines lost in the outage, as far as known.
     pub lost: Lost,
 }
 
 impl Outage {
-    /// Duration; zero while it lasts.
+    /// Duration; zero while the outage lasts.
     #[must_use]
     pub fn duration(&self) -> Moment {
         self.end
             .map_or(Moment::ZERO, |end| end.saturating_sub(self.begin))
     }
 
-    /// The message in a recording whose moments count from `zero_ns` since 1970.
+    /// The outage as a message of a recording that begins at `zero_ns` since 1970.
     #[must_use]
     pub fn to_message(&self, zero_ns: u64) -> OutageMessage {
         let since_1970_ns =
@@ -59,15 +62,20 @@ impl Outage {
     }
 }
 
-/// `silent 55.0 s from 12.0 s: 165 lines lost`.
+/// `silent 55.0 s from 12.0 s: 165 lines lost`; `gap at 12.0 s: 165 lines lost`.
 impl fmt::Display for Outage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (cause, begin_s) = (self.cause.code(), self.begin.as_secs_f64());
         if self.end.is_none() {
             return write!(f, "{cause} from {begin_s:.1} s on");
         }
-        let lasted_s = self.duration().as_secs_f64();
-        write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
+        if self.cause == OutageCause::Gap {
+            // The capture has no times: the pause is not in it.
+            write!(f, "{cause} at {begin_s:.1} s")?;
+        } else {
+            let lasted_s = self.duration().as_secs_f64();
+            write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
+        }
         let plural = if self.lost.max == 1 { "" } else { "s" };
         let lost = lost_words(self.lost);
         match (self.cause, self.lost.max) {
@@ -95,17 +103,40 @@ impl Serialize for Outage {
 #[derive(Clone, Debug, Default)]
 pub struct Outages {
     latest: Option<Seen>,
-    /// When the link was lost, since the latest line.
+    /// Time at which the link was lost; `None` if that was before the latest line.
     unplugged_at: Option<Moment>,
-    /// When this station was suspended, since the latest line.
+    /// Time at which this station was suspended; `None` if that was before the latest line.
     suspended_at: Option<Moment>,
-    /// Whether the beginning of the present outage has been reported.
+    /// Whether the beginning of the current outage has been reported.
     has_begun: bool,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
-    /// The longest time between two lines since then.
-    longest: Option<(Moment, Moment)>,
+    /// Outages whose lines are known and that may still be explained.
+    settled: VecDeque<Outage>,
+    /// The likeliest place since then of hundreds of lost lines.
+    likeliest: Option<(Likelihood, Outage)>,
     found: VecDeque<Outage>,
+}
+
+/// How likely hundreds of lines, which only the robot's clock shows, were lost between two lines: in the longest outage; or without
+/// any, as in text without times, where the sequence shows the most lost lines; or in the longest pause.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Likelihood {
+    outage: Option<Moment>,
+    lost: u64,
+    pause: Moment,
+}
+
+impl Likelihood {
+    /// That of a pause in which the sequence shows `lost` lines.
+    pub(crate) fn of(pause: Moment, lost: u64) -> Self {
+        let outage = (pause >= OUTAGE_AFTER).then_some(pause);
+        Self {
+            outage,
+            lost,
+            pause,
+        }
+    }
 }
 
 /// What was known at a line.
@@ -137,12 +168,24 @@ impl Outages {
         }
     }
 
-    /// Takes the end of a suspension of this station, which began at `since`.
-    pub const fn handle_suspension(&mut self, since: Moment) {
-        self.suspended_at = Some(since);
+    /// Takes the end of a suspension of this station, which began at `since`. Lines that waited may have come already.
+    pub fn handle_suspension(&mut self, since: Moment) {
+        let ended = self.settled.iter_mut().chain(&mut self.waiting);
+        let is_silence =
+            |it: &&mut Outage| matches!(it.cause, OutageCause::Silent | OutageCause::Damaged);
+        let explained = ended
+            .filter(is_silence)
+            .find(|it| it.end.is_some_and(|end| end > since));
+        match explained {
+            Some(outage) => {
+                outage.cause = OutageCause::Suspended;
+                outage.begin = outage.begin.max(since);
+            }
+            None => self.suspended_at = Some(since),
+        }
     }
 
-    /// Takes a gap in the capture: lines in it were received.
+    /// Takes a gap in the capture; its lines were received, so they are not lost.
     pub fn handle_missing(&mut self) {
         self.give_up_settling();
         self.latest = None;
@@ -150,6 +193,7 @@ impl Outages {
 
     /// Takes a line and the decoder's totals right after it.
     pub fn handle_line(&mut self, now: Moment, received: &Received, counters: &Counters) {
+        self.report(now);
         let seen = Seen {
             at: now,
             shown_lost: counters.lost().min.saturating_sub(counters.hidden.min),
@@ -186,11 +230,11 @@ impl Outages {
         let (unplugged_at, suspended_at) = (self.unplugged_at.take(), self.suspended_at.take());
         self.has_begun = false;
         let pause = now.saturating_sub(latest.at);
-        // Lines that waited while this station was suspended are no outage.
+        // Lines that waited while this station was suspended do not count as an outage.
         let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
         let is_interrupted = unplugged_at.or(suspended_at).is_some();
+        let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
         if pause >= OUTAGE_AFTER || is_interrupted || has_restarted && !is_told {
-            let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
             let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
             let (cause, begin) = match (suspended_at, unplugged_at) {
                 (Some(at), _) => (OutageCause::Suspended, at),
@@ -201,8 +245,9 @@ impl Outages {
             };
             let outage = Outage {
                 cause,
-                begin: begin.clamp(latest.at, now),
-                end: Some(now),
+                // Times of a damaged capture may go back.
+                begin: begin.min(now).max(latest.at),
+                end: Some(now.max(latest.at)),
                 lost: Lost {
                     min: lost,
                     max: lost,
@@ -218,13 +263,23 @@ impl Outages {
                 self.waiting.push(rebooted);
             }
         }
-        let longest = self.longest.get_or_insert((latest.at, now));
-        if pause > longest.1.saturating_sub(longest.0) {
-            *longest = (latest.at, now);
+        let likelihood = Likelihood::of(pause, lost);
+        if self.likeliest.is_none_or(|(it, _)| likelihood > it) {
+            let gap = Outage {
+                cause: OutageCause::Gap,
+                begin: latest.at,
+                end: Some(now),
+                lost: Lost {
+                    min: lost,
+                    max: lost,
+                },
+            };
+            self.likeliest = Some((likelihood, gap));
         }
         self.add_hidden(hidden);
         if received.uptime_s().is_some() || self.waiting.len() >= WAITING_MAX {
             self.settle();
+            self.report(now);
         }
     }
 
@@ -232,40 +287,52 @@ impl Outages {
         self.waiting.iter_mut().max_by_key(|it| it.duration())
     }
 
-    /// Adds lines that only the robot's clock shows to the longest outage since the line C before.
+    /// Adds lost lines that only the robot's clock shows, to the longest outage since the previous line C.
     fn add_hidden(&mut self, hidden: Lost) {
         if hidden.max == 0 {
             return;
         }
         if let Some(outage) = self.longest_waiting() {
             outage.lost = outage.lost.and(hidden);
-        } else {
-            let (begin, end) = self.longest.unwrap_or_default();
-            self.waiting.push(Outage {
-                cause: OutageCause::Gap,
-                begin,
-                end: Some(end),
-                lost: hidden,
-            });
+        } else if let Some((_, gap)) = self.likeliest {
+            let lost = gap.lost.and(hidden);
+            self.waiting.push(Outage { lost, ..gap });
         }
     }
 
-    /// Reports the outages that have ended, before the robot's clock told how many lines were lost in them.
+    /// Reports the outages that have ended, although the robot's clock has not yet shown how many lines were lost.
     fn give_up_settling(&mut self) {
         let max = self.latest.map_or(0, |latest| latest.unsettled);
         self.add_hidden(Lost { min: 0, max });
         self.settle();
+        self.found.extend(self.settled.drain(..));
     }
 
-    /// Reports the outages that have ended, with what is known.
+    /// Takes what is known of the outages that have ended for final.
     fn settle(&mut self) {
-        self.found.extend(self.waiting.drain(..));
-        self.longest = None;
+        self.settled.extend(self.waiting.drain(..));
+        self.likeliest = None;
     }
 
-    /// Handles the passing of time: an outage begins.
+    /// Reports the outages whose lines are known and that nothing explains any more.
+    fn report(&mut self, now: Moment) {
+        while let Some(at) = self.report_at()
+            && at <= now
+        {
+            self.found.extend(self.settled.pop_front());
+        }
+    }
+
+    /// When the next outage whose lines are known is to be reported.
+    fn report_at(&self) -> Option<Moment> {
+        let outage = self.settled.front()?;
+        Some(outage.end? + EXPLAINED_WITHIN)
+    }
+
+    /// Handles the passing of time: may begin an outage.
     pub fn handle_timeout(&mut self, now: Moment) {
-        if let Some(at) = self.poll_timeout()
+        self.report(now);
+        if let Some(at) = self.begin_at()
             && at <= now
         {
             let since = self.latest.map_or(now, |latest| latest.at);
@@ -273,9 +340,17 @@ impl Outages {
         }
     }
 
-    /// When to call [`Self::handle_timeout`] at the latest.
+    /// Latest time for the next call of [`Self::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
+        [self.begin_at(), self.report_at()]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    /// When the present silence is an outage.
+    fn begin_at(&self) -> Option<Moment> {
         let latest = self.latest.filter(|_| !self.has_begun)?;
         Some(latest.at + OUTAGE_AFTER)
     }
@@ -292,20 +367,20 @@ impl Outages {
         }
     }
 
-    /// Takes the end: reports outages whose number of lost lines is not final. An outage that lasts is reported as begun.
+    /// Takes the end of the session: reports outages whose number of lost lines is not final. An outage that has not ended is reported as begun.
     pub fn finish(&mut self, now: Moment) {
         self.give_up_settling();
         self.handle_timeout(now);
         self.latest = None;
     }
 
-    /// The next outage: once it begins, where [`Self::handle_timeout`] is called or the link is lost, and again once it has ended.
+    /// The next outage: returned when it begins, if [`Self::handle_timeout`] is called or the link is lost, and when it has ended.
     pub fn poll(&mut self) -> Option<Outage> {
         self.found.pop_front()
     }
 }
 
-/// Keeps outages of a capture for a list.
+/// List of a capture's outages.
 #[derive(Clone, Debug, Default)]
 pub struct OutageList {
     outages: Outages,
@@ -313,7 +388,7 @@ pub struct OutageList {
     lasting: Option<Outage>,
 }
 
-/// Maximum outages that a list keeps: the first ones.
+/// Maximum number of outages in a list; the first ones are kept.
 const LISTED_MAX: usize = 10_000;
 
 impl OutageList {
@@ -329,7 +404,7 @@ impl OutageList {
         &self.ended
     }
 
-    /// Takes a gap in the capture: lines in it were received.
+    /// Takes a gap in the capture; its lines were received, so they are not lost.
     pub fn handle_missing(&mut self) {
         self.outages.handle_missing();
         self.collect();
@@ -364,7 +439,7 @@ impl OutageList {
         }
     }
 
-    /// The outages in the order of their ends; one that lasts at the end of the capture comes last.
+    /// The outages in the order of their ends; an outage that lasts at the end of the capture comes last.
     #[must_use]
     pub fn into_outages(mut self, end: Moment) -> Vec<Outage> {
         self.outages.finish(end);

@@ -1,4 +1,4 @@
-//! Lines of a robot's own: how a recording keeps their form, and their values as messages and records.
+//! Lines in a robot's own format: their form in a recording, and their values as messages and records.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ impl From<&[Sample]> for Values {
     }
 }
 
-/// The recognizer by the table of a session; one without a profile if the table has none that can be used.
+/// The recognizer with the profile from a session's table; without a profile if the table has no valid one.
 #[must_use]
 pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
     let profile = table.and_then(|table| serde_json::from_str(table.get(Session::LINES)?).ok());
@@ -46,20 +46,20 @@ pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
     configured.unwrap_or_default()
 }
 
-/// Fields that a robot describes in lines F, for the values of its lines V.
+/// Fields that a robot describes in lines F; lines V contain their values.
 #[derive(Clone, Debug, Default)]
 pub struct DescribedFields(Vec<Option<Described>>);
 
 #[derive(Clone, Debug)]
 struct Described {
     field: Arc<Field>,
-    /// The value in the line is divided by it: that gives the nearest number to the decimal one.
+    /// Divisor of the value in the line. Dividing gives the number nearest to the decimal one.
     divisor: f64,
 }
 
 impl DescribedFields {
-    /// Takes the content of a line; returns the values that it holds, as lines of the robot's own hold them. A value whose line F has
-    /// not come is left out.
+    /// Takes the content of a line F or V; returns the values in a line V as a line of the robot's own. A value whose line F has
+    /// not arrived is left out.
     pub fn take(&mut self, body: &Body) -> Option<OwnLine> {
         match body {
             Body::Field(field) => {
@@ -106,7 +106,7 @@ impl DescribedFields {
     }
 }
 
-/// A line of either kind.
+/// A line of Groundwave's form, or one of the robot's own.
 pub(super) enum Line {
     Wire(Box<Received>),
     Own(OwnLine),
@@ -115,7 +115,7 @@ pub(super) enum Line {
 /// Passes each line in received bytes, with the decoder's totals right after it, to `take`.
 ///
 /// # Errors
-/// Those of `take`.
+/// The errors of `take`.
 pub(super) fn each_line<E>(
     decoder: &mut Decoder,
     own: &mut Recognizer,
@@ -146,7 +146,7 @@ pub(super) fn each_line<E>(
     Ok(())
 }
 
-/// Whether received bytes hold an intact line, or one of the robot's own with values.
+/// Whether received bytes contain an intact line, or a line of the robot's own with values.
 pub fn has_line(decoder: &mut Decoder, own: &mut Recognizer, bytes: &[u8]) -> bool {
     let described = &mut DescribedFields::default();
     let found = each_line(decoder, own, described, bytes, |line, _| match line {
@@ -156,7 +156,7 @@ pub fn has_line(decoder: &mut Decoder, own: &mut Recognizer, bytes: &[u8]) -> bo
     found.is_err()
 }
 
-/// Number of intact lines of Groundwave's, of any robot.
+/// Number of intact Groundwave lines, of any robot.
 pub(super) const fn intact(counters: &Counters) -> u64 {
     counters.lines + counters.ack_lines
 }
@@ -164,17 +164,17 @@ pub(super) const fn intact(counters: &Counters) -> u64 {
 /// A field in the summary of a capture.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct FieldSummary {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its unit.
+    /// Unit, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Number of its values.
+    /// Number of values.
     pub values: u64,
-    /// Least number.
+    /// Smallest value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least: Option<f64>,
-    /// Greatest number.
+    /// Largest value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub greatest: Option<f64>,
 }
@@ -182,11 +182,11 @@ pub struct FieldSummary {
 /// Lines of the robot's own in a capture.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct OwnSummary {
-    /// Lines with values.
+    /// Number of lines with values.
     pub lines: u64,
-    /// Lines of text.
+    /// Number of lines of text.
     pub texts: u64,
-    /// Damaged lines.
+    /// Number of damaged lines.
     pub damaged: u64,
     /// Fields, in the order of their first values.
     pub fields: Vec<FieldSummary>,
@@ -229,7 +229,7 @@ impl OwnSummary {
         }
     }
 
-    /// Whether no line came.
+    /// Whether there was no line.
     pub(super) const fn is_empty(&self) -> bool {
         self.lines + self.texts + self.damaged == 0
     }

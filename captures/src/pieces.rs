@@ -16,19 +16,19 @@ use super::topics::{RAW_RX, Topic};
 /// Maximum plausible gap in the received bytes: 50 days of a 2400-baud radio.
 const GAP_BYTES_MAX: u64 = 1 << 30;
 
-/// The longest piece of received bytes: longer messages are given out in parts, so that a step through a capture stays short.
+/// Maximum length of a piece of received bytes; longer messages are returned in parts, to keep each step through a capture short.
 const PIECE_BYTES_MAX: usize = 256;
 
-/// Entries without a piece after which an empty one is given out, so that a step stays short.
+/// Maximum number of entries read for one piece; after that, an empty piece is returned, to keep each step short.
 const QUIET_ENTRIES_MAX: usize = 256;
 
-/// The longest believed event: a route of 255 waypoints takes half of it.
+/// Maximum accepted length of an event, bytes: twice that of a route of 255 waypoints.
 const EVENT_BYTES_MAX: usize = 8192;
 
 /// A part of a capture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Piece<'a> {
-    /// Bytes from the radio; none in a long part without any.
+    /// Bytes from the radio; empty in a long part without received bytes.
     Received(&'a [u8]),
     /// Bytes to the radio.
     Sent(&'a [u8]),
@@ -45,7 +45,7 @@ pub enum Piece<'a> {
 /// A piece that was read ahead.
 enum Ahead {
     Received(RawBytes),
-    /// The rest of the received bytes given out last.
+    /// The remaining received bytes of the current message.
     Rest,
     Nothing,
     Sent(RawBytes),
@@ -53,11 +53,11 @@ enum Ahead {
     Damaged(String),
 }
 
-/// Position from which reading the pieces can go on.
+/// Position at which reading the pieces can continue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PiecePosition {
     position: Position,
-    /// Received bytes before it; `None` where that is unknown.
+    /// Number of received bytes before the position; `None` if unknown.
     stream: Option<u64>,
 }
 
@@ -84,7 +84,7 @@ impl PiecePosition {
         self.position.offset
     }
 
-    /// After the last piece.
+    /// Position after the last piece.
     pub(crate) const END: Self = Self::of_record(u64::MAX);
 }
 
@@ -98,9 +98,9 @@ pub(crate) struct Pieces<R> {
     /// The next piece and its log time, nanoseconds.
     ahead: Option<(u64, Ahead)>,
     place: PiecePosition,
-    /// Bytes of `current` given out.
+    /// Number of bytes of `current` already returned.
     given: usize,
-    /// Where the stream goes on in the first bytes read: earlier ones were given out before.
+    /// Stream offset at which to continue in the first bytes read; earlier bytes were returned before.
     resumes_at: Option<u64>,
     /// Offset of the stream if the latest gap turns out to be a damaged offset.
     without_gap: Option<u64>,
@@ -119,7 +119,7 @@ impl<R: Read> Pieces<R> {
         Self::of(entries, PiecePosition::BEGINNING)
     }
 
-    /// Reads on from a place, with the channels known there; `source` begins at its offset.
+    /// Continues reading at a place, with the channels known there; `source` begins at its offset.
     pub(crate) fn resume(source: R, place: PiecePosition, channels: Channels) -> io::Result<Self> {
         let entries = Entries::resume(source, place.position, channels)?;
         Ok(Self::of(entries, place))
@@ -229,7 +229,7 @@ impl<R: Read> Pieces<R> {
         Ok(Some((at_ns, piece)))
     }
 
-    /// The next part of the received bytes. Before the last, reading goes on in the same record.
+    /// The next part of the received bytes. Until the last part, reading continues in the same record.
     fn next_part(&mut self, at_ns: u64) -> Piece<'_> {
         let from = self.given;
         self.given = self.current.data.len().min(from + PIECE_BYTES_MAX);
@@ -243,7 +243,7 @@ impl<R: Read> Pieces<R> {
         Piece::Received(&self.current.data[from..self.given])
     }
 
-    /// Bytes of the first record after a place that were given out before it.
+    /// Number of bytes of the first record after a position that were returned before.
     fn given_before(&mut self, raw: &RawBytes) -> usize {
         let given = self
             .resumes_at
@@ -253,7 +253,7 @@ impl<R: Read> Pieces<R> {
         given.filter(|given| *given < raw.data.len()).unwrap_or(0)
     }
 
-    /// Number of bytes missing before these; `None` if these are repeated or their offset is damaged.
+    /// Number of bytes missing before `raw`; `None` if `raw` is repeated or its offset is damaged.
     fn missing_before(&mut self, raw: &RawBytes) -> Option<u64> {
         let offset = raw.stream_offset;
         let Some(expected) = self.place.stream else {
@@ -271,12 +271,12 @@ impl<R: Read> Pieces<R> {
         Some(missing)
     }
 
-    /// Where the next piece begins.
+    /// Position of the next piece.
     pub(crate) const fn place(&self) -> PiecePosition {
         self.place
     }
 
-    /// Metadata of the session met so far: link, start, software.
+    /// Metadata of the session found so far: link, start, software.
     pub(crate) const fn session(&self) -> &BTreeMap<String, String> {
         &self.session
     }
@@ -291,7 +291,7 @@ impl<R: Read> Pieces<R> {
         self.last_ns
     }
 
-    /// The channels met so far.
+    /// The channels found so far.
     pub(crate) const fn channels(&self) -> &Channels {
         self.entries.channels()
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::CaptureError;
 use super::error::Fate;
 
-/// Checks that the path still leads to the open file. Pipes, devices and files that cannot be examined pass.
+/// Checks that the path still leads to the open file. Pipes, devices and files that cannot be examined are accepted.
 ///
 /// # Errors
 /// [`CaptureError::Gone`].

@@ -1,16 +1,18 @@
 //! Writes raw text: the radio's bytes alone.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Read as _, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use ::mcap::MAGIC;
 
 use super::event::Moment;
 use super::files::{create, create_error};
 use super::write_queue::{FileWorker, PATIENCE, WriteQueue};
 use super::{CaptureError, Existing, files, presence};
 
-/// Appends each read of the radio to a file, unbuffered and on a thread of its own, so that a stalled disk or pipe stalls
+/// Appends the bytes of each read to a file, unbuffered and on its own thread. A stalled disk or pipe stalls
 /// nothing else. Dropping it finishes the file.
 #[derive(Debug)]
 pub struct RawWriter {
@@ -22,9 +24,12 @@ impl RawWriter {
     /// Creates the file.
     ///
     /// # Errors
-    /// When it exists and may not be overwritten, or cannot be created.
+    /// If the file exists and may not be overwritten, or cannot be created.
     pub fn create(path: impl Into<PathBuf>, existing: Existing) -> Result<Self, CaptureError> {
         let path = path.into();
+        if existing == Existing::Append && is_mcap(&path) {
+            return Err(CaptureError::CannotAppend(path));
+        }
         let worker = Worker {
             file: create(&path, existing, true)?,
             path: path.clone(),
@@ -41,8 +46,8 @@ impl RawWriter {
     }
 
     /// Queues the bytes of one read; call it before parsing them. Waits 100 ms for a file that falls behind, and while 16 MiB
-    /// are queued; gives the file up when it accepts none of them for 5 s. After that and after an error nothing more is
-    /// written, so that the file stays an exact beginning of the stream; [`Self::problem`] and [`Self::finish`] return the
+    /// are queued; gives up the file when it accepts no byte for 5 s. After that and after an error nothing more is
+    /// written, to keep the file an exact prefix of the stream; [`Self::problem`] and [`Self::finish`] return the
     /// error.
     pub fn write(&self, bytes: &[u8]) {
         self.queue.push(bytes.to_vec(), bytes.len() as u64, None);
@@ -50,12 +55,12 @@ impl RawWriter {
     }
 
     /// Checks every eight seconds that the file still has its name and accepts bytes; [`Self::problem`] returns the result.
-    /// Call it about once a second. Writing goes on, because a renamed file keeps the bytes.
+    /// Call this about once a second. Writing continues, because a renamed file keeps the bytes.
     pub fn handle_timeout(&self, now: Moment) {
         self.queue.handle_timeout(now);
     }
 
-    /// Writes what is queued and syncs the file; returns the number of bytes written. Waits a few seconds at most for a file
+    /// Writes the queued bytes and syncs the file; returns the number of bytes written. Waits a few seconds at most for a file
     /// that makes no progress.
     ///
     /// # Errors
@@ -71,13 +76,13 @@ impl RawWriter {
         &self.path
     }
 
-    /// Bytes written.
+    /// Number of bytes written.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.queue.written()
     }
 
-    /// Reason why writing ended, the file is lost, or calls of [`Self::handle_timeout`] over 30 s found bytes waiting and none
+    /// Reason why writing ended or the file is lost; also set when calls of [`Self::handle_timeout`] over 30 s found bytes waiting but none
     /// written.
     #[must_use]
     pub fn problem(&self) -> Option<String> {
@@ -91,6 +96,14 @@ impl RawWriter {
     }
 }
 
+/// Whether the path is a file that begins like a recording.
+fn is_mcap(path: &Path) -> bool {
+    let mut head = [0; MAGIC.len()];
+    path.is_file()
+        && File::open(path)
+            .is_ok_and(|mut file| file.read_exact(&mut head).is_ok() && head == MAGIC)
+}
+
 impl Drop for RawWriter {
     fn drop(&mut self) {
         if !self.queue.is_ending() {
@@ -100,12 +113,12 @@ impl Drop for RawWriter {
     }
 }
 
-/// The file, on its thread.
+/// Writes the file, on its own thread.
 #[derive(Debug)]
 struct Worker {
     file: File,
     path: PathBuf,
-    /// Nothing was written yet.
+    /// Whether nothing was written yet.
     is_empty: bool,
 }
 
@@ -163,7 +176,7 @@ mod tests {
 
     /// A stalled pipe blocks no call, is reported, and its bytes are counted.
     #[test]
-    fn a_pipe_that_nobody_reads_stalls_nothing() {
+    fn a_pipe_without_a_reader_stalls_nothing() {
         let (mut reader, pipe) = io::pipe().unwrap();
         let path = format!("/proc/self/fd/{}", pipe.as_raw_fd());
         let raw = RawWriter::create(path, Existing::Append).unwrap();

@@ -1,25 +1,25 @@
-//! The shape of MCAP records: <https://mcap.dev/spec>.
+//! The layout of MCAP records: <https://mcap.dev/spec>.
 
 use ::mcap::parse_record;
 use ::mcap::records::{Record, op};
 use prost::encoding::{DecodeContext, decode_key, skip_field};
 
-/// Bytes of the opcode and the length before each record.
+/// Length of a record's head (opcode and length), bytes.
 pub(crate) const HEAD_BYTES: usize = 9;
 
 /// Opcode of the private record that holds the CRC-32 of the message record after it.
 pub(crate) const CHECKSUM: u8 = 0xC3;
 
-/// Bytes of the body of that record.
+/// Length of the body of a checksum record, bytes.
 pub(crate) const CHECKSUM_BYTES: usize = 4;
 
-/// The largest accepted record, and the largest accepted chunk once unpacked, bytes.
+/// Maximum length of an accepted record, and of an accepted chunk once unpacked, bytes.
 pub(crate) const RECORD_BYTES_MAX: usize = 8 << 20;
 
-/// The largest accepted map of strings, bytes: in memory it takes a dozen times as many.
+/// Maximum length of an accepted map of strings, bytes; in memory, a map takes twelve times as much.
 const MAP_BYTES_MAX: usize = 1 << 20;
 
-/// Bytes of a message record before its data.
+/// Length of a message record before its data, bytes.
 pub(crate) const MESSAGE_HEADER_BYTES: usize = 22;
 
 /// A field of a record.
@@ -68,7 +68,7 @@ const fn fields(opcode: u8) -> &'static [Field] {
     }
 }
 
-/// Bytes of the body after its fields; `None` where a field is longer than the body.
+/// Number of bytes in the body after its fields; `None` if a field is longer than the body.
 pub(crate) fn bytes_after_fields(opcode: u8, body: &[u8]) -> Option<usize> {
     fn sized<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
         let (length, rest) = bytes.split_first_chunk()?;
@@ -98,14 +98,14 @@ pub(crate) fn bytes_after_fields(opcode: u8, body: &[u8]) -> Option<usize> {
     Some(rest.len())
 }
 
-/// The record with this body. Lengths in it are checked first, because [`parse_record`] reserves memory for them.
+/// Parses a record from its body. Lengths in the body are checked first, because [`parse_record`] reserves memory for them.
 #[expect(clippy::disallowed_methods, reason = "the lengths are checked")]
 pub(crate) fn parse(opcode: u8, body: &[u8]) -> Option<Record<'_>> {
     bytes_after_fields(opcode, body)?;
     parse_record(opcode, body).ok()
 }
 
-/// Whether the fields fill the body in a way that confirms the length in its head.
+/// Whether the fields fill the body, which confirms the length in the head.
 pub(crate) fn confirms_length(opcode: u8, body: &[u8]) -> bool {
     if opcode == op::MESSAGE {
         return body.get(MESSAGE_HEADER_BYTES..).is_some_and(is_protobuf);
@@ -117,7 +117,7 @@ pub(crate) fn confirms_length(opcode: u8, body: &[u8]) -> bool {
     has_lengths && bytes_after_fields(opcode, body) == Some(0)
 }
 
-/// Whether whole protobuf fields fill the bytes.
+/// Whether the bytes consist of whole protobuf fields.
 fn is_protobuf(mut bytes: &[u8]) -> bool {
     let is_empty = bytes.is_empty();
     while !bytes.is_empty() {

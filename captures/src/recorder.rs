@@ -1,4 +1,4 @@
-//! Records a session: a thread writes each message at once, another one syncs and finishes.
+//! Records a session: one thread writes each message at once, another syncs and finishes.
 
 mod part;
 mod writer;
@@ -26,18 +26,18 @@ use super::{CaptureError, Existing};
 use part::Part;
 use writer::{Entry, PartWriter};
 
-/// A recording under way.
+/// A recording in progress.
 ///
-/// Calls never wait for the disk and do not fail; [`Self::problem`] reports errors. A reader calls [`Pace::wait`] after
+/// Calls never wait for the disk and do not fail; [`Self::problem`] reports errors. The reader calls [`Pace::wait`] after
 /// each read, so that a killed program loses nothing that it passed on, while the disk accepts it.
 /// [`Self::finish`] makes the finished recording; so does dropping the recorder.
 pub struct Recorder {
     queue: WriteQueue<Entry>,
     shared: Arc<Shared>,
     alarms: AlarmDetector,
-    /// Since when a sync was requested that has not begun.
+    /// Time at which a sync was requested that has not begun.
     stalled_since: Option<Moment>,
-    /// A sync has not begun for [`STALL_PERIOD`].
+    /// Whether a requested sync has not begun for [`STALL_PERIOD`].
     is_stalled: bool,
     /// Time of the newest message, nanoseconds since 1970.
     last_ns: u64,
@@ -48,8 +48,8 @@ pub struct Recorder {
 pub struct Pace(write_queue::Pace<Entry>);
 
 impl Pace {
-    /// Waits until the file has all that was recorded: 100 ms at most for a disk that falls behind, and 5 s with a full queue,
-    /// after which the recording is given up.
+    /// Waits until the file contains everything recorded: at most 100 ms for a disk that falls behind, and 5 s with a full queue,
+    /// after that, the recording is given up.
     pub fn wait(&self) {
         self.0.wait();
     }
@@ -58,10 +58,10 @@ impl Pace {
 impl Recorder {
     /// Creates the file and waits until its beginning is on the disk.
     ///
-    /// The caller must have renamed an interrupted recording with that name: [`super::interrupted::set_aside`].
+    /// The caller must first rename an interrupted recording with that name ([`super::interrupted::set_aside`]).
     ///
     /// # Errors
-    /// When the file exists and may not be overwritten, is in use, or cannot be written.
+    /// If the file exists and may not be overwritten, is in use, or cannot be written.
     pub fn start(
         path: impl Into<PathBuf>,
         existing: Existing,
@@ -70,10 +70,10 @@ impl Recorder {
         Self::start_rotating(path, existing, session, Rotation::default())
     }
 
-    /// As [`Self::start`], with the given rotation instead of daily parts.
+    /// Creates the file as [`Self::start`] does, with the given rotation instead of daily parts.
     ///
     /// # Errors
-    /// As [`Self::start`].
+    /// The errors of [`Self::start`].
     pub fn start_rotating(
         path: impl Into<PathBuf>,
         existing: Existing,
@@ -85,11 +85,11 @@ impl Recorder {
         Self::on(file, &path, existing, session, rotation)
     }
 
-    /// As [`Self::start_rotating`], in a new file that is open already; `existing` is for the parts after it. The file is
+    /// Records as [`Self::start_rotating`] does, to a new file that is already open; `existing` applies to later parts. The file is
     /// removed when it cannot be written.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn on(
         file: File,
         path: &Path,
@@ -158,7 +158,7 @@ impl Recorder {
         }
     }
 
-    /// Records observations from before the recording began, oldest first, with their times in nanoseconds since 1970. To be
+    /// Records observations from before the recording began, oldest first, with their times in nanoseconds since 1970. Must be
     /// called before anything else.
     pub fn handle_backlog(&mut self, observations: &[(u64, Observation)]) {
         for (at_ns, observation) in observations {
@@ -167,7 +167,7 @@ impl Recorder {
         self.queue.look();
     }
 
-    /// Queues an observation; its time is never before that of the previous one.
+    /// Queues an observation; a time before the previous observation's counts as the previous one.
     fn push(&mut self, now: Option<Moment>, at_ns: u64, observation: Observation) {
         self.last_ns = self.last_ns.max(at_ns);
         if !self.has_begun {
@@ -190,7 +190,7 @@ impl Recorder {
     }
 
     /// Syncs if the last sync was eight seconds ago, checks that the file still has its name, and notes a disk that writes
-    /// nothing. Call it about once a second, also while nothing is received.
+    /// nothing. Call this about once a second, also while nothing is received.
     pub fn handle_timeout(&mut self, now: Moment) {
         self.queue.handle_timeout(now);
         self.note_stall(now);
@@ -206,20 +206,20 @@ impl Recorder {
         }
     }
 
-    /// A handle that paces the reader; to be used without a lock.
+    /// A handle that paces the reader. Do not hold a lock while using it.
     #[must_use]
     pub fn pace(&self) -> Pace {
         Pace(self.queue.pace())
     }
 
-    /// Time since the beginning of the present part at a wall-clock time; `None` while the part is empty.
+    /// Converts a wall-clock time to time since the current part began; `None` while the part is empty.
     #[must_use]
     pub fn moment_of(&self, wall: SystemTime) -> Option<Moment> {
         let since_ns = since_1970_ns(wall).saturating_sub(self.shared.place().first_ns?);
         Some(Moment::from_nanos(since_ns))
     }
 
-    /// The name of the present part.
+    /// The name of the current part.
     #[must_use]
     pub fn path(&self) -> PathBuf {
         self.shared.place().path.clone()
@@ -232,13 +232,13 @@ impl Recorder {
         shared.finished_bytes.load(Ordering::Acquire) + shared.part_bytes.load(Ordering::Acquire)
     }
 
-    /// Recorded bytes that no file has yet, without the form around them.
+    /// Number of recorded bytes not yet written to a file, without the MCAP framing.
     #[must_use]
     pub fn unwritten_bytes(&self) -> u64 {
         self.queue.unwritten()
     }
 
-    /// Whether the disk has all of the present part.
+    /// Whether the whole current part is on the disk.
     #[must_use]
     pub fn is_synced(&self) -> bool {
         let synced = self.shared.synced_bytes.load(Ordering::Acquire);
@@ -261,13 +261,13 @@ impl Recorder {
         self.shared.problem().is_none() && (self.is_stalled || self.queue.is_stalled())
     }
 
-    /// Whether the present part cannot be written or is gone.
+    /// Whether the current part cannot be written or no longer exists.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.queue.has_failed() || self.shared.is_lost.load(Ordering::Acquire)
     }
 
-    /// Makes the finished recording; returns the number of bytes in all parts. Waits a few seconds at most for a disk that
+    /// Finishes the recording; returns the number of bytes in all parts. Waits at most a few seconds for a disk that
     /// makes no progress.
     ///
     /// # Errors
@@ -281,12 +281,12 @@ impl Recorder {
         Ok(self.shared.finished_bytes.load(Ordering::Acquire))
     }
 
-    /// Leaves the present part unfinished, as a kill does.
+    /// Leaves the current part unfinished, as killing the program would.
     pub fn abandon(self) {
         self.queue.leave();
     }
 
-    /// Removes the present part, for a session that fails to start.
+    /// Removes the current part, for a session that fails to start.
     pub fn discard(self) {
         let path = self.path();
         self.abandon();
@@ -307,24 +307,24 @@ impl Drop for Recorder {
 struct Shared {
     problem: Mutex<Option<String>>,
     place: Mutex<Place>,
-    /// The present part has lost its name or cannot be synced.
+    /// Whether the current part has lost its name or cannot be synced.
     is_lost: AtomicBool,
-    /// A sync was requested and has not begun.
+    /// Whether a sync was requested that has not begun.
     is_sync_due: AtomicBool,
-    /// Bytes of the present part.
+    /// Length of the current part, bytes.
     part_bytes: AtomicU64,
-    /// Bytes of the present part on the disk.
+    /// Number of bytes of the current part on the disk.
     synced_bytes: AtomicU64,
-    /// Bytes in the finished parts.
+    /// Total length of the finished parts, bytes.
     finished_bytes: AtomicU64,
-    /// Steps of syncing and finishing.
+    /// Number of steps of syncing and finishing done.
     progress: Arc<AtomicU64>,
 }
 
-/// The present part.
+/// The current part.
 struct Place {
     path: PathBuf,
-    /// Time of its first observation, nanoseconds since 1970; readers count from it.
+    /// Time of the first observation, nanoseconds since 1970; readers count from this time.
     first_ns: Option<u64>,
 }
 
@@ -353,7 +353,7 @@ impl Shared {
         self.place.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Keeps the first problem.
+    /// Sets the problem unless there is one already.
     fn set_problem(&self, problem: &CaptureError) {
         self.problem().get_or_insert_with(|| problem.to_string());
     }

@@ -1,6 +1,6 @@
 //! Finishes recordings: turns unfinished and damaged files into indexed ones.
 //!
-//! Everything follows from the observations that can be read. The result is written beside the file, read back, synced and
+//! The result is derived from the observations that can be read. It is written beside the file, read back, synced and
 //! renamed over it, so an interrupted attempt changes nothing.
 
 use std::collections::BTreeMap;
@@ -25,26 +25,27 @@ use super::schema::DESCRIPTORS;
 use super::session_writer::{CHUNK_BYTES, SessionWriter};
 use super::temporary::Temporary;
 
+use super::recovery::LISTED_MAX;
 pub use super::recovery::{Missing, Outcome, Recovery};
 
 const BUFFER_BYTES: usize = 1024 * 1024;
 
-/// Limits the share of a recording that one damaged chunk costs, and the length of its index.
+/// Maximum number of chunks; limits the share of a recording lost with one damaged chunk, and the length of the index.
 const CHUNKS: u64 = 1024;
 
-/// Limits how small the chunks of a short recording get, uncompressed.
+/// Minimum length of a chunk in a short recording, uncompressed bytes.
 const CHUNK_BYTES_MIN: u64 = 10 * 1024;
 
-// A chunk that a schema alone fills would have no message, and readers refuse it.
+// Readers refuse a chunk that contains only a schema and no message.
 const _: () = assert!(CHUNK_BYTES_MIN > DESCRIPTORS.len() as u64 + 1024);
 
-/// The metadata table that a recovery with losses adds.
+/// Name of the metadata table that a recovery with losses adds.
 const TABLE: &str = "recovery";
 
 /// Finishes an unfinished recording, or rebuilds a damaged one from its readable parts; reports saved and lost parts.
 ///
 /// # Errors
-/// When the file is no recording, is in use, or a disk fails. The file is then unchanged.
+/// If the file is not a recording or is in use, or a disk fails. The file is then unchanged.
 pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
     let lock = Lock::take(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
@@ -69,7 +70,7 @@ pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
 /// Finishes a recording that the caller has locked; counts its steps in `progress`.
 ///
 /// # Errors
-/// As [`recover`].
+/// The errors of [`recover`].
 pub(super) fn finish(path: &Path, progress: &AtomicU64) -> Result<Recovery, CaptureError> {
     rewrite(path, Channels::new(), progress)
 }
@@ -96,7 +97,7 @@ fn rewrite(
             item => writer.handle_item(item).map_err(failed),
         }
     })?;
-    if survey.is_compressed_by_others() {
+    if survey.is_compressed_by_others {
         return Err(CaptureError::Compression(path.clone()));
     }
     if survey.observations == 0 {
@@ -133,17 +134,27 @@ fn rewrite(
 
 /// The content of a recording.
 #[derive(Default)]
+#[expect(clippy::struct_excessive_bools, reason = "independent findings")]
 struct Survey {
     is_unfinished: bool,
     observations: u64,
     rx_end: u64,
     tx_end: u64,
+    rx_bytes_missing: u64,
     rx_missing: Vec<Missing>,
     tx_missing: u64,
     damage: Vec<Damage>,
-    /// The file is cut off: an unfinished one in a record, a finished one before its end mark.
+    /// Number of lost and damaged parts that are not listed.
+    unlisted: u64,
+    /// Number of damaged parts.
+    damaged_places: u64,
+    /// A damaged part has bytes, and was skipped.
+    has_skipped: bool,
+    /// A chunk is compressed in a way that only others use.
+    is_compressed_by_others: bool,
+    /// Whether the file is cut off: an unfinished file within a record, a finished file before its end mark.
     is_cut: bool,
-    /// The summary is damaged.
+    /// Whether the summary is damaged.
     has_bad_end: bool,
     /// Number of messages with an unknown topic.
     nameless: u64,
@@ -180,6 +191,13 @@ fn read(
     Ok((survey, observations.channels()))
 }
 
+/// The end of bytes that come after missing ones. Offsets of a damaged recording may be any.
+const fn end_of(offset: u64, missing: u64, data: &[u8]) -> u64 {
+    offset
+        .saturating_add(missing)
+        .saturating_add(data.len() as u64)
+}
+
 impl Survey {
     fn take(&mut self, item: &Item) {
         let observation = match item {
@@ -197,23 +215,30 @@ impl Survey {
                 if let Some((bytes, data)) = raw.after(self.rx_end) {
                     let offset = self.rx_end;
                     if bytes > 0 {
-                        self.rx_missing.push(Missing { offset, bytes });
+                        self.rx_bytes_missing += bytes;
+                        if self.rx_missing.len() < LISTED_MAX {
+                            self.rx_missing.push(Missing { offset, bytes });
+                        } else {
+                            self.unlisted += 1;
+                        }
                     }
-                    self.rx_end = offset + bytes + data.len() as u64;
+                    self.rx_end = end_of(offset, bytes, data);
                 }
             }
             Observation::Sent(raw) => {
                 if let Some((step, data)) = raw.after(self.tx_end) {
-                    self.tx_missing += step;
-                    self.tx_end += step + data.len() as u64;
+                    self.tx_missing = self.tx_missing.saturating_add(step);
+                    self.tx_end = end_of(self.tx_end, step, data);
                 }
             }
             Observation::Event(_) => {}
         }
     }
 
-    /// Adds a damaged part, to the one before it where they meet.
+    /// Adds a damaged part; joins it to the previous one if they are adjacent.
     fn take_damage(&mut self, damage: &Damage) {
+        self.has_skipped |= damage.bytes > 0;
+        self.is_compressed_by_others |= damage.problem == Problem::Lz4;
         match self.damage.last_mut() {
             Some(last)
                 if last.problem == damage.problem
@@ -223,31 +248,29 @@ impl Survey {
             {
                 last.bytes += damage.bytes;
             }
-            _ => self.damage.push(damage.clone()),
+            _ => {
+                self.damaged_places += 1;
+                if self.damage.len() < LISTED_MAX {
+                    self.damage.push(damage.clone());
+                } else {
+                    self.unlisted += 1;
+                }
+            }
         }
     }
 
     fn has_loss(&self) -> bool {
         let is_short = self.is_cut && !self.is_unfinished;
         let is_incomplete =
-            is_short || self.nameless > 0 || !self.rx_missing.is_empty() || self.tx_missing > 0;
-        is_incomplete || self.damage.iter().any(|damage| damage.bytes > 0)
-    }
-
-    fn is_compressed_by_others(&self) -> bool {
-        let mut damage = self.damage.iter();
-        damage.any(|damage| damage.problem == Problem::Lz4)
-    }
-
-    fn missing_bytes(&self) -> u64 {
-        self.rx_missing.iter().map(|missing| missing.bytes).sum()
+            is_short || self.nameless > 0 || self.rx_bytes_missing > 0 || self.tx_missing > 0;
+        is_incomplete || self.has_skipped
     }
 
     /// The metadata table that lists the losses.
     fn table(&self) -> Metadata {
         let metadata = [
-            ("rx_bytes_missing", self.missing_bytes().to_string()),
-            ("damaged_places", self.damage.len().to_string()),
+            ("rx_bytes_missing", self.rx_bytes_missing.to_string()),
+            ("damaged_places", self.damaged_places.to_string()),
         ];
         let metadata = metadata.map(|(name, value)| (name.to_owned(), value));
         Metadata {
@@ -261,19 +284,21 @@ impl Survey {
             path: path.to_owned(),
             outcome,
             messages,
-            rx_bytes: self.rx_end - self.missing_bytes(),
+            rx_bytes: self.rx_end - self.rx_bytes_missing,
             tx_bytes: self.tx_end - self.tx_missing,
             is_cut: self.is_cut,
             nameless: self.nameless,
+            rx_bytes_missing: self.rx_bytes_missing,
             rx_missing: self.rx_missing,
             damage: self.damage,
+            unlisted: self.unlisted,
             original: None,
         }
     }
 }
 
-/// Number of messages of a file whose checksums are all right, index included, as the `mcap` crate alone finds; `None`
-/// of a damaged one. Counts its steps in `progress`.
+/// Number of messages in a file with only valid checksums, index included, as the `mcap` crate reads it; `None`
+/// for a damaged file. Counts its steps in `progress`.
 fn count_if_whole(path: &Path, progress: &AtomicU64) -> Option<u64> {
     let file = File::open(path).ok()?;
     let options = LinearReaderOptions::default()

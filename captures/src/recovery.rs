@@ -8,15 +8,18 @@ use serde::Serialize;
 use super::event::Level;
 use super::repair::Damage;
 
+/// Maximum parts of each kind that a report lists: the first ones.
+pub(super) const LISTED_MAX: usize = 1000;
+
 /// The result of a recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
-    /// The recording is whole; nothing was changed.
+    /// The recording is complete; nothing was changed.
     Whole,
     /// Everything that was received and reached the disk is in the recording.
     Recovered,
-    /// Something is lost; the rest was saved.
+    /// A part is lost; the rest was saved.
     Partly,
 }
 
@@ -27,30 +30,34 @@ pub struct Recovery {
     pub path: PathBuf,
     /// The result.
     pub outcome: Outcome,
-    /// Messages in the recording.
+    /// Number of messages in the recording.
     pub messages: u64,
-    /// Bytes from the radio in the recording.
+    /// Number of bytes from the radio in the recording.
     pub rx_bytes: u64,
-    /// Number of recorded bytes that were sent to the radio.
+    /// Number of bytes to the radio in the recording.
     pub tx_bytes: u64,
-    /// Lost bytes from the radio, in order.
+    /// Number of lost bytes from the radio.
+    pub rx_bytes_missing: u64,
+    /// Lost bytes from the radio, in order: the first 1000 parts.
     pub rx_missing: Vec<Missing>,
-    /// Damaged parts of the old file, in order.
+    /// Damaged parts of the old file, in order: the first 1000.
     pub damage: Vec<Damage>,
-    /// Whether the old file ended in the middle of a record, or was a finished one without its end.
+    /// Number of parts that are not listed.
+    pub unlisted: u64,
+    /// Whether the old file ended in the middle of a record, or was a finished file without its end.
     pub is_cut: bool,
-    /// Messages whose topic is unknown.
+    /// Number of messages whose topic is unknown.
     pub nameless: u64,
     /// Path of the old file, kept if it was damaged.
     pub original: Option<PathBuf>,
 }
 
-/// A step in the stream of received bytes.
+/// A gap in the stream of received bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Missing {
-    /// Bytes of the stream before it.
+    /// Number of bytes in the stream before the gap.
     pub offset: u64,
-    /// Bytes missing.
+    /// Number of missing bytes.
     pub bytes: u64,
 }
 
@@ -60,7 +67,6 @@ impl Recovery {
     pub fn headline(&self) -> String {
         let path = self.path.display();
         let (messages, bytes) = (self.messages, self.rx_bytes);
-        let missing: u64 = self.rx_missing.iter().map(|missing| missing.bytes).sum();
         match self.outcome {
             Outcome::Whole => {
                 format!("{path} is whole: {messages} messages, {bytes} bytes received")
@@ -73,7 +79,7 @@ impl Recovery {
                 "recovered {path}: {messages} messages, all {bytes} bytes that reached the disk"
             ),
             Outcome::Partly => {
-                let lost = match (missing, self.is_cut) {
+                let lost = match (self.rx_bytes_missing, self.is_cut) {
                     (0, true) => {
                         format!("the file was cut: bytes received after byte {bytes} are lost")
                     }
@@ -85,7 +91,7 @@ impl Recovery {
         }
     }
 
-    /// How much it matters to an operator.
+    /// Severity for an operator.
     #[must_use]
     pub const fn level(&self) -> Level {
         match self.outcome {
@@ -97,7 +103,7 @@ impl Recovery {
     /// Writes the report as text, one fact per line.
     ///
     /// # Errors
-    /// The output's.
+    /// The output's error.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         writeln!(output, "{}", self.headline())?;
         for Missing { offset, bytes } in &self.rx_missing {
@@ -105,6 +111,10 @@ impl Recovery {
         }
         for damage in &self.damage {
             writeln!(output, "  skipped: {damage}")?;
+        }
+        if self.unlisted > 0 {
+            let count = self.unlisted;
+            writeln!(output, "  {count} more parts were lost or skipped")?;
         }
         if self.nameless > 0 {
             let count = self.nameless;

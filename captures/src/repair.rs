@@ -1,8 +1,8 @@
-//! Reads the records of an MCAP and goes on after damage.
+//! Reads the records of an MCAP file and continues after damage.
 //!
 //! The `mcap` crate reads records and checks every checksum, but stops at the first damage. The repairing reader skips
 //! a damaged record and reports it. When the length of a record is damaged, it continues at the next whole chunk or,
-//! outside of chunks, at the next row of messages. A chunk is checked before its records are returned.
+//! outside of chunks, at the next row of messages (consecutive intact records). A chunk is checked before its records are returned.
 
 mod allowance;
 mod chunk;
@@ -26,13 +26,13 @@ use crate::record::{
     head, parse,
 };
 
-/// Longest damaged part, bytes: longer damage is returned in parts, so that no step takes long. A torn record is shorter.
+/// Maximum length of a damaged part, bytes. Longer damage is returned in parts, to keep each step short. A torn record is shorter.
 const SEARCH_BYTES_MAX: u64 = (HEAD_BYTES + RECORD_BYTES_MAX) as u64;
 
-/// Consecutive intact records after which reading a file without chunks resumes.
+/// Number of consecutive intact records needed to resume reading a file without chunks.
 const ROW_RECORDS: usize = 3;
 
-/// Longest pause between two messages of such a row, nanoseconds.
+/// Maximum pause between two messages of such a row, nanoseconds.
 const ROW_PAUSE_NS: u64 = 86_400_000_000_000;
 
 /// The next part of the file.
@@ -40,7 +40,7 @@ const ROW_PAUSE_NS: u64 = 86_400_000_000_000;
 pub enum Part<'a> {
     /// A record; the records of a chunk are returned instead of the chunk.
     Record {
-        /// Kind of the record: [`op`].
+        /// Opcode of the record: [`op`].
         opcode: u8,
         /// The record after its length.
         body: &'a [u8],
@@ -49,37 +49,37 @@ pub enum Part<'a> {
     Damage(Damage),
 }
 
-/// Position from which reading can go on.
+/// Position at which reading can continue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
-    /// Byte of a record outside of chunks, or of a chunk.
+    /// Offset in the file of a record outside of chunks, or of a chunk.
     pub offset: u64,
-    /// Number of records of the chunk before the position.
+    /// Number of records in the chunk before the position.
     pub record: u32,
 }
 
-/// How the file ends.
+/// The way in which the end of the file was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
     Finished,
     Unfinished,
-    /// In the middle of a record.
+    /// The file ends in the middle of a record.
     Torn,
 }
 
-/// A part without its body.
+/// The kind of a found part, without its body.
 enum Found {
     Record(u8),
     Damage(Damage),
 }
 
-/// Reads a file or a stream.
+/// Reads the records of a file or a stream and skips damaged parts.
 pub struct RepairingReader<R> {
     window: Window<R>,
     allowance: Allowance,
     /// Reads the file without unpacking chunks.
     outer: LinearReader,
-    /// Number of bytes of the window that `outer` has.
+    /// Number of bytes of the window already passed to `outer`.
     given: usize,
     chunk: Option<Chunk>,
     /// The record returned last.
@@ -88,7 +88,7 @@ pub struct RepairingReader<R> {
     last_ns: Option<u64>,
     /// CRC-32 of the next message, from the private record before it.
     checksum: Option<u32>,
-    /// The damaged part returned last may continue here.
+    /// Whether the damaged part returned last may continue here.
     is_searching: bool,
     /// Offset in the file of the record or chunk returned last.
     part_offset: u64,
@@ -120,10 +120,10 @@ impl<R: Read> RepairingReader<R> {
         }
     }
 
-    /// Reads on from a position; `source` begins at its offset.
+    /// Continues reading at a position; `source` begins at its offset.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub fn resume(source: R, position: Position) -> io::Result<Self> {
         let mut reader = Self::new(source);
         if position.offset > 0 {
@@ -134,7 +134,7 @@ impl<R: Read> RepairingReader<R> {
         Ok(reader)
     }
 
-    /// Where the next part begins.
+    /// Position of the next part.
     #[must_use]
     pub fn position(&self) -> Position {
         let outside = Position {
@@ -165,7 +165,7 @@ impl<R: Read> RepairingReader<R> {
     /// The next record or damaged part; `None` at the end. A record that the end of the file cuts off is skipped.
     ///
     /// # Errors
-    /// When the source cannot be read.
+    /// If the source cannot be read.
     pub fn next_part(&mut self) -> io::Result<Option<Part<'_>>> {
         Ok(self.advance()?.map(|found| match found {
             Found::Damage(damage) => Part::Damage(damage),
@@ -231,7 +231,7 @@ impl<R: Read> RepairingReader<R> {
         })
     }
 
-    /// Passes bytes to `outer`, none at the end; `false` if they exceed the allowance.
+    /// Passes bytes to `outer`, none at the end; returns `false` if they exceed the allowance.
     fn give(&mut self, wanted: usize) -> io::Result<bool> {
         let bytes = self.window.fill(self.given + wanted)?;
         let bytes = bytes.get(self.given..).unwrap_or_default();
@@ -245,7 +245,7 @@ impl<R: Read> RepairingReader<R> {
         Ok(true)
     }
 
-    /// Accepts the record in `body`, skips it, or searches for the next one if its length is not plausible.
+    /// Accepts or skips the record in `body`; searches for the next record if the length is not plausible.
     fn take_record(&mut self, opcode: u8) -> io::Result<Option<Found>> {
         let length = HEAD_BYTES + self.body.len();
         // The first record comes after the start mark.
@@ -294,7 +294,7 @@ impl<R: Read> RepairingReader<R> {
             }
             op::MESSAGE => self.last_ns = log_time_ns(&self.body),
             CHECKSUM => self.checksum = self.body.first_chunk().map(|sum| u32::from_le_bytes(*sum)),
-            // The summary has a checksum of its own.
+            // The summary has a separate checksum.
             op::DATA_END => self.is_damaged = false,
             op::FOOTER => self.has_footer = true,
             _ => {}
@@ -337,7 +337,7 @@ impl<R: Read> RepairingReader<R> {
         Ok(Some(self.damage(0, (problem, None))))
     }
 
-    /// Skips to the next part that can be read, or a long way towards it.
+    /// Skips to the next part that can be read, by at most [`SEARCH_BYTES_MAX`].
     fn search(&mut self, is_torn: bool) -> io::Result<Option<Found>> {
         let at = self.window.offset;
         self.pass(1);
@@ -352,11 +352,11 @@ impl<R: Read> RepairingReader<R> {
             self.pass(1);
         }
         self.end = Some(if is_torn { End::Torn } else { End::Unfinished });
-        let problem = "nothing makes sense from here to the end".into();
+        let problem = "no record can be read from here to the end".into();
         Ok((!is_torn).then(|| self.damage(at, (problem, None))))
     }
 
-    /// Whether reading can continue here: with a whole chunk, the end of the data or a row of messages.
+    /// Whether reading can continue here, at a whole chunk, the end of the data or a row of messages.
     fn can_go_on(&mut self) -> io::Result<bool> {
         let Some((opcode, length)) = head(self.window.fill(HEAD_BYTES)?) else {
             return Ok(false);
@@ -384,7 +384,7 @@ impl<R: Read> RepairingReader<R> {
         })
     }
 
-    /// Whether a checksum record and the message that it fits begin here.
+    /// Whether a checksum record and its matching message begin here.
     fn is_checked_message(&mut self) -> io::Result<bool> {
         const MESSAGE_AT: usize = HEAD_BYTES + CHECKSUM_BYTES;
         let message = self.window.fill(MESSAGE_AT + HEAD_BYTES)?.get(MESSAGE_AT..);
@@ -399,7 +399,7 @@ impl<R: Read> RepairingReader<R> {
         }))
     }
 
-    /// Whether a message begins here and is followed by whole records with their times in order. Messages outside of
+    /// Whether a message begins here, followed by whole records with times in order. Messages outside of
     /// chunks have no checksum.
     fn is_row(&mut self) -> io::Result<bool> {
         let mut at = 0;
@@ -447,7 +447,7 @@ impl<R: Read> RepairingReader<R> {
         self.allowance.pass(bytes);
     }
 
-    /// The damaged part from `offset` to here.
+    /// The damaged part from `offset` to the current position.
     fn damage(&mut self, offset: u64, (problem, times_ns): Lost) -> Found {
         self.is_damaged = true;
         Found::Damage(Damage {
@@ -468,7 +468,7 @@ fn outer_options() -> LinearReaderOptions {
         .with_record_length_limit(RECORD_BYTES_MAX)
 }
 
-/// Defect of a record outside of chunks; chunks are checked when they are unpacked.
+/// The defect of a record outside of chunks, if any; chunks are checked when they are unpacked.
 fn flaw(opcode: u8, body: &[u8]) -> Option<&'static str> {
     let is_whole = match (opcode, bytes_after_fields(opcode, body)) {
         (_, None) => false,

@@ -11,14 +11,14 @@ const fn wire_ns(bytes: usize) -> u64 {
     bytes as u64 * S_NS / BYTES_PER_S as u64
 }
 
-/// Pause after which the sequence may have wrapped around, nanoseconds.
+/// Maximum pause in which the sequence cannot wrap around, nanoseconds.
 const SEQUENCE_ROUND_NS: u64 = (SEQUENCE_MODULUS as u64 - 1) * wire_ns(LINE_BYTES);
 
-/// Difference from which a line C belongs to another boot, or its seconds have wrapped around, nanoseconds.
+/// Maximum difference between two clocks of the same boot, nanoseconds. A larger one means another boot, or seconds that wrapped around.
 const SAME_CLOCK_NS: u64 = 60 * S_NS;
 
-/// Timestamps lines by the uptime in line C and, in between, by the sequence: evenly spaced, even if the link delivers
-/// them in bunches. The first line C after a boot sets the zero of the robot's clock.
+/// Timestamps lines by the uptime in line C and, in between, by the sequence. Lines are evenly spaced, even if the link delivers
+/// several at once. The first line C after a boot sets the zero of the robot's clock.
 #[derive(Debug, Default)]
 pub(super) struct RobotClock(Option<State>);
 
@@ -33,7 +33,7 @@ struct State {
 }
 
 impl RobotClock {
-    /// Robot time of a line, nanoseconds since 1970; `None` before the first line C. `host_ns` is the time it was received.
+    /// Robot time of a line, nanoseconds since 1970; `None` before the first line C. `host_ns` is the time of reception.
     pub(super) fn handle_line(&mut self, host_ns: u64, received: &Received) -> Option<u64> {
         let carried = self.0.map(|state| state.carry_on(host_ns, received));
         self.0 = match received {
@@ -45,7 +45,7 @@ impl RobotClock {
                             && state.uptime_ns.abs_diff(said_ns) < SAME_CLOCK_NS
                     });
                     Some(match same_clock {
-                        // Line C has whole seconds; the lines in between give the fraction.
+                        // Line C has whole seconds; the lines between two lines C give the fraction.
                         Some(state) => State {
                             uptime_ns: state.uptime_ns.clamp(said_ns, said_ns + S_NS - 1),
                             ..state
@@ -63,7 +63,9 @@ impl RobotClock {
             },
             Received::Ack(_) => carried,
         };
-        self.0.map(|state| state.zero_ns + state.uptime_ns)
+        // Times of a damaged capture may be any.
+        self.0
+            .map(|state| state.zero_ns.saturating_add(state.uptime_ns))
     }
 }
 
@@ -82,7 +84,7 @@ impl State {
             _ => u64::from(step - 1) * wire_ns(LINE_BYTES) + wire_ns(bytes),
         };
         Self {
-            uptime_ns: self.uptime_ns + passed_ns,
+            uptime_ns: self.uptime_ns.saturating_add(passed_ns),
             sequence,
             host_ns,
             ..self
@@ -167,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_boot_sets_the_zero_anew_and_a_long_silence_does_not() {
+    fn a_boot_resets_the_zero_and_a_long_silence_does_not() {
         let mut clock = RobotClock::default();
         clock.handle_line(START_NS, &counters(0, 4, 100));
         let late_ns = START_NS + 600 * S_NS;

@@ -11,7 +11,7 @@ use std::time::Duration;
 pub struct Rotation {
     /// Maximum duration of a part.
     pub period: Option<Duration>,
-    /// Size of the unfinished file, without its beginning, after which the part ends with the current line; the finished file is
+    /// Maximum length of the unfinished file without its header, bytes. The part ends with the line that exceeds it; the finished file is
     /// smaller.
     pub bytes: Option<u64>,
 }
@@ -28,7 +28,7 @@ impl Default for Rotation {
     }
 }
 
-/// Text that is no rotation.
+/// The text is not a rotation.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is neither a time such as 1h nor a size such as 64MB; examples: `--rotate 24h`, `--rotate 1h,64MB`, `--rotate never`"

@@ -3,12 +3,12 @@
 use super::messages::{OutageMessage, RawBytes, StationEvent, Telemetry, UplinkEvent};
 use super::own_lines::Values;
 
-/// `proto/groundwave.proto` compiled to a `FileDescriptorSet`; a test compares it with the text.
+/// `FileDescriptorSet` compiled from `proto/groundwave.proto`; a test compares it with the text.
 pub const DESCRIPTORS: &[u8] = include_bytes!("proto/groundwave.binpb");
 
 /// A message type with a schema.
 pub trait Schema: prost::Message {
-    /// Full name, with the package.
+    /// Full name of the message type, with its package.
     const NAME: &str;
 }
 
@@ -55,7 +55,7 @@ mod tests {
         found.unwrap().clone()
     }
 
-    /// `BLESS=1 cargo test schema` compiles the schema again.
+    /// Compares the stored descriptors with the text; `BLESS=1 cargo test schema` compiles them again.
     #[test]
     fn the_descriptors_are_the_text_compiled() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/proto");
@@ -71,13 +71,13 @@ mod tests {
         } else {
             assert!(
                 compiled == DESCRIPTORS,
-                "compile anew: BLESS=1 cargo test schema"
+                "compile the descriptors again: BLESS=1 cargo test schema"
             );
         }
     }
 
     #[test]
-    fn the_text_says_what_rust_writes() {
+    fn the_text_declares_the_fields_that_rust_writes() {
         let file = file();
         let raw = message::<RawBytes>(&file);
         let raw: Vec<_> = raw

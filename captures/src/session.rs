@@ -20,7 +20,7 @@ const CONFIGURATION: &str = "groundwave.toml";
 pub struct Session {
     /// The link as the operator named it.
     pub link: String,
-    /// When recording began.
+    /// Time at which recording began.
     pub start: SystemTime,
     /// Further metadata: world, seed, command line.
     pub notes: BTreeMap<String, String>,
@@ -74,7 +74,7 @@ impl Session {
     }
 }
 
-/// Nanoseconds since 1970; a time before that counts as 1970.
+/// Time since 1970, nanoseconds; an earlier time counts as 1970.
 #[must_use]
 pub fn since_1970_ns(wall: SystemTime) -> u64 {
     let since_1970 = wall.duration_since(UNIX_EPOCH).unwrap_or_default();

@@ -18,11 +18,11 @@ use super::topics::{Deriver, StationEvent, Topic, TopicMessage, register};
 /// Default size of a chunk, uncompressed bytes: about ten minutes.
 pub const CHUNK_BYTES: u64 = 1024 * 1024;
 
-/// The library that the header of a finished recording names.
+/// Library name in the header of a finished recording.
 pub(super) const LIBRARY: &str =
     concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", fixed topics");
 
-/// The metadata table with the robot's number and firmware.
+/// Name of the metadata table with the robot's number and firmware.
 const ROBOT: &str = "robot";
 
 /// Writes a finished recording from bytes and station events.
@@ -35,7 +35,7 @@ impl<W: Write> SessionWriter<W> {
     /// Begins a recording of a session.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn new(output: W, session: &Session) -> io::Result<Self> {
         let mut writer = Self::with_chunks(output, CHUNK_BYTES)?;
         writer.handle_event(since_1970_ns(session.start), &session.beginning())?;
@@ -51,7 +51,7 @@ impl<W: Write> SessionWriter<W> {
     /// Begins a recording in chunks of `chunk_bytes`, uncompressed, without a session.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub(super) fn with_chunks(output: W, chunk_bytes: u64) -> io::Result<Self> {
         Ok(Self {
             deriver: Deriver::new(),
@@ -62,7 +62,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes bytes received, read at `at_ns` since 1970, and the messages derived from them.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn handle_rx(&mut self, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
         let mcap = &mut self.mcap;
         self.deriver
@@ -76,7 +76,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes bytes sent at `at_ns` since 1970.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn handle_tx(&mut self, at_ns: u64, bytes: &[u8]) -> io::Result<()> {
         let mcap = &mut self.mcap;
         self.deriver
@@ -86,17 +86,17 @@ impl<W: Write> SessionWriter<W> {
     /// Writes a station event and the messages derived from it.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn handle_event(&mut self, at_ns: u64, event: &StationEvent) -> io::Result<()> {
         let mcap = &mut self.mcap;
         self.deriver
             .handle_event(at_ns, event, |message| mcap.write(&message))
     }
 
-    /// Writes an item of another recording. A jump of its offsets is kept.
+    /// Writes an item of another recording. A gap in its stream offsets is kept.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub(super) fn handle_item(&mut self, item: Item) -> io::Result<()> {
         match item {
             Item::Observation { at_ns, observation } => match observation {
@@ -119,7 +119,7 @@ impl<W: Write> SessionWriter<W> {
                 }
                 Observation::Event(event) => self.handle_event(at_ns, &event),
             },
-            // Both are written anew.
+            // Both are written again.
             Item::Table(table) if table.name == ROBOT => Ok(()),
             Item::Attachment(attachment) if attachment.name == layout::NAME => Ok(()),
             Item::Table(table) => {
@@ -131,7 +131,7 @@ impl<W: Write> SessionWriter<W> {
         }
     }
 
-    /// Reads the lines of the robot's own as the session's table says.
+    /// Sets how lines of the robot's own are read, from the session's table.
     fn read_own_lines(&mut self, table: &Metadata) {
         if table.name == Session::TABLE {
             self.deriver
@@ -142,15 +142,15 @@ impl<W: Write> SessionWriter<W> {
     /// Writes a metadata table.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn write_metadata(&mut self, table: &Metadata) -> io::Result<()> {
         self.mcap.write_metadata(table)
     }
 
-    /// Ends the chunk under way.
+    /// Ends the current chunk.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn end_chunk(&mut self) -> io::Result<()> {
         self.mcap.writer.flush().map_err(io_error)
     }
@@ -159,7 +159,7 @@ impl<W: Write> SessionWriter<W> {
         self.mcap.writer.attach(attachment).map_err(io_error)
     }
 
-    /// The deriver.
+    /// The deriver of the messages.
     #[must_use]
     pub const fn deriver(&self) -> &Deriver {
         &self.deriver
@@ -168,7 +168,7 @@ impl<W: Write> SessionWriter<W> {
     /// Writes the rest, the layout, the index and the statistics; returns the output.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn finish(mut self) -> io::Result<W> {
         let mcap = &mut self.mcap;
         self.deriver.finish(|message| mcap.write(&message))?;
@@ -187,7 +187,7 @@ impl<W: Write> SessionWriter<W> {
 /// Writes messages of our topics in compressed and indexed chunks.
 pub struct TopicWriter<W: Write> {
     writer: Writer<NoSeek<W>>,
-    /// By topic: the number of its next message.
+    /// Number of the next message, by topic.
     sequences: [u32; Topic::ALL.len()],
     /// Time of the first message, nanoseconds since 1970.
     start_ns: Option<u64>,
@@ -197,7 +197,7 @@ impl<W: Write> TopicWriter<W> {
     /// Begins a file in chunks of `chunk_bytes`, uncompressed.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn new(output: W, chunk_bytes: u64) -> io::Result<Self> {
         let writer = WriteOptions::new()
             .library(LIBRARY)
@@ -216,9 +216,9 @@ impl<W: Write> TopicWriter<W> {
     /// Writes a message.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn write(&mut self, message: &TopicMessage<'_>) -> io::Result<()> {
-        // A chunk that held only the schemas would have no index.
+        // A chunk with only the schemas would have no index.
         let is_first = self.start_ns.is_none();
         if is_first {
             register(&mut self.writer, &[message.topic]).map_err(io_error)?;
@@ -244,7 +244,7 @@ impl<W: Write> TopicWriter<W> {
     /// Writes a metadata table.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn write_metadata(&mut self, table: &Metadata) -> io::Result<()> {
         self.writer.write_metadata(table).map_err(io_error)
     }
@@ -252,7 +252,7 @@ impl<W: Write> TopicWriter<W> {
     /// Writes the index and the statistics; returns the output.
     ///
     /// # Errors
-    /// When writing fails.
+    /// If writing fails.
     pub fn finish(mut self) -> io::Result<W> {
         register(&mut self.writer, &Topic::ALL).map_err(io_error)?;
         self.writer.finish().map_err(io_error)?;
@@ -276,7 +276,7 @@ fn about((robot_id, version): (u8, FirmwareVersion)) -> Metadata {
     }
 }
 
-/// The operating system's error inside an MCAP error, which keeps its kind; else the MCAP error.
+/// The operating system's error inside an MCAP error, with its kind; otherwise the MCAP error.
 pub(super) fn io_error(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,

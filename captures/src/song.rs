@@ -2,9 +2,9 @@
 
 use groundwave_protocol::telemetry::SongLine;
 
-/// First three notes of each song of the SR04 firmware, hertz, and its meaning.
+/// First three notes (hertz) and meaning of each song of the SR04 firmware.
 const MEANINGS: [([u16; 3], &str); 6] = [
-    ([523, 659, 784], "finished its list"),
+    ([523, 659, 784], "finished its route"),
     ([1568, 1175, 1568], "wandered long enough, goes home"),
     ([659, 659, 784], "hidden, waits for a person"),
     ([880, 698, 587], "battery low"),
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn every_song_of_the_firmware_means_something_of_its_own() {
+    fn every_song_of_the_firmware_has_a_different_meaning() {
         let words: Vec<_> = Song::ALL
             .into_iter()
             .map(|song| {

@@ -9,10 +9,10 @@ use groundwave_protocol::telemetry::{Body, Note, SongLine};
 use super::{Capture, CaptureError};
 use crate::song::note_name;
 
-/// Calls `take` with each song and the time of its line since the capture began; returns the decoder's totals.
+/// Calls `take` with each song and the time of its line; returns the decoder's totals. Times count from the capture's beginning.
 ///
 /// # Errors
-/// Those of the capture and of `take`.
+/// The errors of the capture and of `take`.
 pub fn for_each_song<E: From<CaptureError>>(
     capture: &mut Capture,
     mut take: impl FnMut(Duration, &SongLine) -> Result<(), E>,

@@ -33,7 +33,7 @@ pub enum Form {
 pub const HEAD_BYTES: usize = ::mcap::MAGIC.len();
 
 impl Form {
-    /// The form of a capture, from its first [`HEAD_BYTES`] bytes or all of a shorter one.
+    /// The form of a capture, from its first [`HEAD_BYTES`] bytes, or fewer if the capture is shorter.
     #[must_use]
     pub fn tell(head: &[u8]) -> Self {
         if head == ::mcap::MAGIC {
@@ -46,7 +46,7 @@ impl Form {
 /// Number of bytes at the beginning of a file that are examined for a route.
 pub(super) const ROUTE_HEAD_BYTES: usize = 1024;
 
-/// Whether a file is a route, from its first [`ROUTE_HEAD_BYTES`] bytes or all of a shorter one. As a capture, a route
+/// Whether a file is a route, from its first [`ROUTE_HEAD_BYTES`] bytes, or fewer if the file is shorter. As a capture, a route
 /// would be shown as noise.
 pub(super) fn is_route(head: &[u8]) -> bool {
     let Ok(text) = str::from_utf8(head) else {
@@ -74,7 +74,7 @@ pub(super) fn is_route(head: &[u8]) -> bool {
 /// Opens the file of a capture.
 ///
 /// # Errors
-/// When it cannot be opened.
+/// If the file cannot be opened.
 pub fn open_file(path: &Path) -> Result<File, CaptureError> {
     files::open(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
@@ -82,7 +82,7 @@ pub fn open_file(path: &Path) -> Result<File, CaptureError> {
     })
 }
 
-/// The error for a recording under way or interrupted; `None` for other files.
+/// The error for a recording that is in progress or was interrupted; `None` for other files.
 #[must_use]
 pub fn unfinished(path: &Path) -> Option<CaptureError> {
     is_unfinished(path).then(|| CaptureError::Unfinished {
@@ -115,7 +115,7 @@ impl Capture {
     /// Opens a capture; its content determines the form. `-` is standard input.
     ///
     /// # Errors
-    /// When it cannot be opened or read.
+    /// If the file cannot be opened or read.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, CaptureError> {
         let path = path.as_ref();
         if path == Path::new("-") {
@@ -127,7 +127,7 @@ impl Capture {
     /// Reads a capture from any source; the name appears in error messages.
     ///
     /// # Errors
-    /// When its beginning cannot be read.
+    /// If its beginning cannot be read.
     pub fn read(
         name: impl Into<PathBuf>,
         mut source: Box<dyn Read + Send>,
@@ -159,7 +159,7 @@ impl Capture {
         })
     }
 
-    /// Its form.
+    /// Form of the capture.
     #[must_use]
     pub const fn form(&self) -> Form {
         match self.reader {
@@ -168,7 +168,7 @@ impl Capture {
         }
     }
 
-    /// Differences of a raw capture from the radio's bytes, as text; known after its first lines.
+    /// Describes how a raw capture differs from the radio's bytes; known after the first lines.
     #[must_use]
     pub fn stored(&self) -> Option<String> {
         match &self.reader {
@@ -177,13 +177,13 @@ impl Capture {
         }
     }
 
-    /// Number of received bytes missing so far; 0 of a raw capture.
+    /// Number of received bytes missing so far; 0 for a raw capture.
     #[must_use]
     pub const fn missing_bytes(&self) -> u64 {
         self.missing_bytes
     }
 
-    /// Metadata of an MCAP read so far: `link`, `start` and others; `None` of a raw capture.
+    /// Metadata of a recording read so far: `link`, `start` and others; `None` for a raw capture.
     #[must_use]
     pub fn session(&self) -> Option<&BTreeMap<String, String>> {
         match &self.reader {
@@ -192,7 +192,7 @@ impl Capture {
         }
     }
 
-    /// Its start in UTC, `2025-03-14T09:26:53Z`, once a piece has been read; `None` of raw text without dates.
+    /// Start in UTC, `2025-03-14T09:26:53Z`, once a piece has been read; `None` for raw text without dates.
     #[must_use]
     pub fn start(&self) -> Option<String> {
         let since_1970 = match &self.reader {
@@ -216,7 +216,7 @@ impl Capture {
         Ok(self.session().cloned())
     }
 
-    /// Statistics of the bytes sent up to the piece read last; `None` of a raw capture.
+    /// Statistics of the bytes sent up to the piece read last; `None` for a raw capture.
     #[must_use]
     pub const fn uplink(&self) -> Option<&Uplink> {
         match &self.reader {
@@ -234,7 +234,7 @@ impl Capture {
     /// The next piece and its time since the capture began; `None` at the end.
     ///
     /// # Errors
-    /// When it cannot be read; once, at the end, when parts of it were damaged.
+    /// If the capture cannot be read; also once, at the end, when parts of it were damaged.
     pub fn next_piece(&mut self) -> Result<Option<(Duration, Piece<'_>)>, CaptureError> {
         let read_error = |error| CaptureError::Read {
             path: self.path.clone(),
@@ -261,7 +261,9 @@ impl Capture {
         };
         match &piece {
             Piece::Sent(bytes) => self.uplink.take(at, bytes),
-            Piece::Missing(bytes) => self.missing_bytes += bytes,
+            Piece::Missing(bytes) => {
+                self.missing_bytes = self.missing_bytes.saturating_add(*bytes);
+            }
             Piece::Repeated(offset) => {
                 let damage = format_args!("{RAW_RX}: the bytes at {offset} are repeated");
                 self.damages.push(damage);
@@ -297,7 +299,7 @@ impl Capture {
     /// The next bytes from the robot; `None` at the end.
     ///
     /// # Errors
-    /// Those of [`Self::next_piece`].
+    /// The errors of [`Self::next_piece`].
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
         let mut bytes = std::mem::take(&mut self.current);
         let mut is_after_missing = false;
@@ -336,7 +338,7 @@ impl Capture {
     /// Decodes the whole capture; calls `take` with each line and the time of its end.
     ///
     /// # Errors
-    /// Those of the capture and of `take`.
+    /// The errors of the capture and of `take`.
     pub fn for_each_line<E: From<CaptureError>>(
         &mut self,
         decoder: &mut Decoder,

@@ -6,7 +6,7 @@ use crate::event::{
 use crate::uplink_event::UplinkEvent;
 
 /// An event of the station, recorded on `/station`; `/uplink` and `/log` are derived from it and the bytes. Programs
-/// read codes and numbers; texts are for people.
+/// read codes and numbers; texts are for display.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct StationEvent {
     /// The event; `None` for one of a newer version.
@@ -23,7 +23,7 @@ pub enum StationEventKind {
     /// The connection to the radio changed.
     #[prost(message, tag = 2)]
     Link(LinkMessage),
-    /// The kind of bytes that arrive changed: a code of [`Reception`].
+    /// The kind of arriving bytes changed; a code of [`Reception`].
     #[prost(string, tag = 3)]
     Reception(String),
     /// The operator set or cleared a mark.
@@ -46,7 +46,7 @@ pub struct AlarmMessage {
     /// Stable code of the alarm.
     #[prost(string, tag = 1)]
     pub code: String,
-    /// Its name, for people.
+    /// Name of the alarm, for display.
     #[prost(string, tag = 2)]
     pub name: String,
     /// A code of [`Level`].
@@ -55,19 +55,19 @@ pub struct AlarmMessage {
     /// A code of [`AlarmStatus`].
     #[prost(string, tag = 4)]
     pub status: String,
-    /// Time from the beginning of its cause to this message, nanoseconds.
+    /// Time from the beginning of the cause to this message, nanoseconds.
     #[prost(uint64, tag = 5)]
     pub ago_ns: u64,
-    /// The latest figure.
+    /// Latest measured value.
     #[prost(double, optional, tag = 6)]
     pub value: Option<f64>,
-    /// The limit of that figure.
+    /// Limit of the value.
     #[prost(double, optional, tag = 7)]
     pub limit: Option<f64>,
-    /// Unit of both.
+    /// Unit of value and limit.
     #[prost(string, tag = 8)]
     pub unit: String,
-    /// Time for which it is shelved, nanoseconds.
+    /// Time for which the alarm is shelved, nanoseconds.
     #[prost(uint64, optional, tag = 9)]
     pub shelved_ns: Option<u64>,
 }
@@ -81,7 +81,7 @@ pub struct LinkMessage {
     /// Device, address or file, when open.
     #[prost(string, optional, tag = 2)]
     pub name: Option<String>,
-    /// Why it was lost, for people.
+    /// Reason for the loss, for display.
     #[prost(string, optional, tag = 3)]
     pub text: Option<String>,
 }
@@ -92,7 +92,7 @@ pub struct MarkMessage {
     /// Time from the marked moment to this message, nanoseconds.
     #[prost(uint64, tag = 1)]
     pub ago_ns: u64,
-    /// Whether the mark was set; else it was cleared.
+    /// Whether the mark was set; `false` if it was cleared.
     #[prost(bool, tag = 2)]
     pub is_set: bool,
 }
@@ -100,7 +100,7 @@ pub struct MarkMessage {
 /// A suspension of the station.
 #[derive(Clone, Copy, PartialEq, Eq, prost::Message)]
 pub struct SuspensionMessage {
-    /// Its duration, nanoseconds.
+    /// Duration, nanoseconds.
     #[prost(uint64, tag = 1)]
     pub duration_ns: u64,
 }
@@ -114,7 +114,7 @@ pub struct NoticeMessage {
     /// A code of [`Level`].
     #[prost(string, tag = 2)]
     pub level: String,
-    /// One line for people.
+    /// Text in one line, for display.
     #[prost(string, tag = 3)]
     pub text: String,
 }
@@ -142,7 +142,7 @@ impl LinkMessage {
 }
 
 impl NoticeMessage {
-    /// How much the notice matters; an unknown code counts as information.
+    /// Severity of the notice; an unknown code counts as information.
     #[must_use]
     pub fn level(&self) -> Level {
         Level::from_code(&self.level).unwrap_or(Level::Info)
@@ -184,7 +184,7 @@ impl From<&AlarmEvent> for StationEvent {
     }
 }
 
-/// A duration as it is recorded.
+/// A duration in nanoseconds, as recordings contain it.
 fn nanoseconds(duration: Moment) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
@@ -254,7 +254,7 @@ impl StationEvent {
         .into()
     }
 
-    /// Whether it must reach the disk at once: a command begins or ends, or there is a problem.
+    /// Whether the event must reach the disk at once: a command begins or ends, or there is a problem.
     #[must_use]
     pub fn is_urgent(&self) -> bool {
         match &self.kind {
@@ -277,7 +277,7 @@ impl StationEvent {
         matches!(&self.kind, Some(StationEventKind::Link(link)) if link.state == LinkMessage::LOST)
     }
 
-    /// The end of a suspension that lasted for this long.
+    /// Event for the end of a suspension of this duration.
     #[must_use]
     pub fn suspended(duration: Moment) -> Self {
         StationEventKind::Suspension(SuspensionMessage {
@@ -286,7 +286,7 @@ impl StationEvent {
         .into()
     }
 
-    /// Duration of the suspension that ends with it.
+    /// Duration of the suspension that ends with this event; `None` for other events.
     #[must_use]
     pub fn suspension(&self) -> Option<Moment> {
         match &self.kind {
@@ -295,7 +295,7 @@ impl StationEvent {
         }
     }
 
-    /// Whether it is the notice with this code.
+    /// Whether the event is a notice with this code.
     #[must_use]
     pub fn is_notice(&self, code: NoticeCode) -> bool {
         matches!(&self.kind, Some(StationEventKind::Notice(notice)) if notice.code == code.code())

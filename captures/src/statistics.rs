@@ -1,19 +1,21 @@
 //! Link statistics. Sans-IO: time is a parameter, memory is bounded.
 //!
-//! - *Loss*: share of the lines sent of which nothing recognizable arrived, by their sequence and the robot's clock. It is an
-//!   interval where the number of lost lines is known as one.
-//! - *Damaged*: lines that arrived and were not intact, by kind and type. They are not lost.
-//! - *Resync*: bytes between two intact lines, where there are any: the cost of an error until the decoder is back in step. One
-//!   wrong bit costs its line, 80 bytes. Bytes before the first line, or before a lost link is back, are no error.
-//! - *Again*: a repeated frame: the same STOP within a second, the same session request, the same command, or waypoints of which
-//!   some were sent before. Hand drive and keepalives are never repeated and not counted. The station repeats frames while it
+//! - *Loss*: share of the robot's lines that did not arrive in any recognizable form, by their sequence and the robot's clock. It is an
+//!   interval if the number of lost lines is known only as an interval.
+//! - *Damaged*: lines that arrived but were not intact, by kind and type. They do not count as lost.
+//! - *Resync*: bytes between two intact lines: the cost of an error until the decoder finds the next line. One
+//!   wrong bit costs its line, 80 bytes. Bytes before the first line after the start or a loss of the link are not errors.
+//! - *Again*: repeated frames: the same STOP within a second, the same session request, the same command, or waypoints of which
+//!   some were sent before. Hand drive and keepalives are not counted. The station repeats frames while it
 //!   waits for an acknowledgement, also on a link without loss.
-//! - *Confirmation*: from the moment a command was asked for until it was confirmed, the wait for its turn included.
-//! - *Airtime*: share of the time in which the radio carried bytes, noise included, at the port's baud rate (2400 where it is unknown). Bytes arrive in bunches, each
-//!   of which was in the air before. Bytes handed to the device count as sent.
+//! - *Confirmation*: time from the queueing of a command to its confirmation.
+//! - *Airtime*: share of the time in which the radio carried bytes, noise included, at the port's baud rate (2400 if unknown). Bytes that arrive
+//!   together were in the air before. Bytes handed to the device count as sent.
 
 mod airtime;
 mod uplink;
+
+use std::io;
 
 use groundwave_protocol::decoder::{self, Counters, DamageKind};
 use serde::Serialize;
@@ -28,27 +30,27 @@ pub use uplink::Uplink;
 /// Bits of a byte on the wire, with its start and stop bits.
 pub const BITS_PER_BYTE: u32 = 10;
 
-/// Maximum commands under way that are timed; the oldest are dropped.
+/// Maximum number of open commands that are timed; the oldest are dropped.
 const ASKED_MAX: usize = 64;
 
 /// Statistics at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Statistics {
-    /// Intact lines of all types.
+    /// Number of intact lines of all types.
     pub lines: u64,
     /// Loss of lines.
     #[serde(flatten)]
     pub loss: Loss,
-    /// Damaged lines.
+    /// Numbers of damaged lines.
     pub damaged: Damaged,
     /// Another robot on the channel.
     #[serde(flatten)]
     pub other: OtherRobot,
     /// Cost of errors; `None` before the first.
     pub resync: Option<Resync>,
-    /// STOPs, requests for a session, commands and waypoints sent.
+    /// Number of frames sent: STOPs, requests for a session, commands and waypoints.
     pub frames: u64,
-    /// Repeated frames among them.
+    /// Number of repeated frames; part of `frames`.
     pub frames_again: u64,
     /// Time to confirmation; `None` before the first.
     pub confirmation: Option<Confirmation>,
@@ -56,16 +58,16 @@ pub struct Statistics {
     pub airtime_down_pct: f64,
     /// Uplink airtime over the latest 20 s, per cent.
     pub airtime_up_pct: f64,
-    /// Bytes that the device did not take.
+    /// Number of bytes that the device did not take.
     pub not_taken_bytes: u64,
 }
 
-/// Lines sent of which nothing recognizable arrived.
+/// Loss of lines: lines that did not arrive in any recognizable form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Loss {
-    /// Their number, at least.
+    /// Minimum number of lost lines.
     pub lines_lost: u64,
-    /// At most. The hundreds are known at the robot's next line C, and may stay uncertain after a long outage.
+    /// Maximum number of lost lines. The hundreds are known at the robot's next line C, and may stay uncertain after a long outage.
     pub lines_lost_max: u64,
     /// `lines_lost` in per cent of the lines sent.
     pub loss_pct: f64,
@@ -74,7 +76,7 @@ pub struct Loss {
 }
 
 impl Loss {
-    /// The decoder's counts.
+    /// Takes the values from the decoder's counts.
     #[must_use]
     pub fn of(counters: &Counters) -> Self {
         let lost = counters.lost();
@@ -87,7 +89,7 @@ impl Loss {
         }
     }
 
-    /// The number of lines.
+    /// The number of lost lines as text: `165`, or `165 to 265`.
     #[must_use]
     pub fn lines(&self) -> String {
         lost_words(decoder::Lost {
@@ -96,7 +98,7 @@ impl Loss {
         })
     }
 
-    /// The share for a table: `7.5%`, or `62-73%`.
+    /// The share of lost lines for a table: `7.5%`, or `62-73%`.
     #[must_use]
     pub fn short_share(&self) -> String {
         let (min_pct, max_pct) = (self.loss_pct, self.loss_max_pct);
@@ -107,32 +109,41 @@ impl Loss {
         }
     }
 
-    /// The share.
+    /// The share of lost lines as text: `7.5 %`, or `62.3 to 72.6 %`.
     #[must_use]
     pub fn share(&self) -> String {
         interval_pct(self.loss_pct, self.loss_max_pct)
     }
 }
 
-/// Lines of another robot on the channel, which are kept apart.
+/// Lines of another robot on the channel, counted separately.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct OtherRobot {
-    /// Its id.
+    /// Number of the other robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_robot: Option<u8>,
-    /// Its lines.
+    /// Number of its lines.
     #[serde(skip_serializing_if = "is_zero")]
     pub other_lines: u64,
 }
 
 impl OtherRobot {
-    /// The decoder's counts.
+    /// Takes the values from the decoder's counts.
     #[must_use]
     pub const fn of(counters: &Counters) -> Self {
         Self {
             other_robot: counters.other_robot,
             other_lines: counters.other_lines + counters.other_ack_lines,
         }
+    }
+
+    /// Writes a row of a summary, if there is another robot.
+    pub(super) fn write_row(&self, output: &mut impl io::Write) -> io::Result<()> {
+        let Some(id) = self.other_robot else {
+            return Ok(());
+        };
+        let lines = self.other_lines;
+        writeln!(output, "others     {lines} lines of robot {id}, kept apart")
     }
 }
 
@@ -149,13 +160,13 @@ const fn is_zero(count: &u64) -> bool {
 pub struct Damaged(decoder::Damaged);
 
 impl Damaged {
-    /// The decoder's counts.
+    /// Takes the values from the decoder's counts.
     #[must_use]
     pub const fn of(counters: &Counters) -> Self {
         Self(counters.damaged)
     }
 
-    /// All of them.
+    /// All kinds.
     #[must_use]
     pub fn lines(&self) -> u64 {
         self.0.total()
@@ -168,12 +179,12 @@ impl Damaged {
             .map(|kind| self.0.of_kind(kind))
     }
 
-    /// Number of each type of which there are any.
+    /// Number of damaged lines by type; types without any are left out.
     pub fn types(&self) -> impl Iterator<Item = (char, u64)> {
         self.0.by_type().filter(|(_, count)| *count > 0)
     }
 
-    /// The types as text: `A 7, B 5`.
+    /// The damaged lines by type as text: `A 7, B 5`.
     #[must_use]
     pub fn types_words(&self) -> String {
         let types = self
@@ -198,33 +209,33 @@ impl Serialize for Damaged {
     }
 }
 
-/// Bytes between intact lines, where there are any.
+/// Bytes between intact lines, if there are any.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Resync {
-    /// Number of times.
+    /// Number of errors.
     pub count: u64,
-    /// The latest.
+    /// Latest.
     pub last_bytes: u64,
     /// Mean.
     pub mean_bytes: f64,
-    /// The longest.
+    /// Longest.
     pub worst_bytes: u64,
 }
 
 /// Time from the queueing of a command to its confirmation, seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Confirmation {
-    /// Commands confirmed.
+    /// Number of commands confirmed.
     pub count: u64,
-    /// The latest.
+    /// Time of the latest command, seconds.
     pub last_s: f64,
-    /// Mean.
+    /// Mean time, seconds.
     pub mean_s: f64,
-    /// The longest.
+    /// Longest time, seconds.
     pub worst_s: f64,
 }
 
-/// `part` in per cent of `whole`; 0 of 0.
+/// `part` in per cent of `whole`; 0 if `whole` is 0.
 #[must_use]
 pub fn per_cent(part: u64, whole: u64) -> f64 {
     if whole == 0 {
@@ -235,7 +246,7 @@ pub fn per_cent(part: u64, whole: u64) -> f64 {
 }
 
 impl Statistics {
-    /// Takes the decoder's totals, which give all downlink statistics but airtime and resync.
+    /// Takes the decoder's totals; they give all downlink statistics except airtime and resync.
     pub fn count(&mut self, counters: &Counters) {
         self.lines = counters.intact();
         self.loss = Loss::of(counters);
@@ -256,7 +267,7 @@ pub struct Gaps {
 }
 
 impl Gaps {
-    /// Takes the decoder's totals right after it found a line.
+    /// Takes the decoder's totals right after a line.
     pub fn take_line(&mut self, counters: &Counters) {
         let before = self.noise_bytes.replace(counters.noise_bytes);
         let gap = before.map_or(0, |before| counters.noise_bytes.saturating_sub(before));
@@ -268,12 +279,12 @@ impl Gaps {
         }
     }
 
-    /// Takes an interruption of the link: bytes until the next line are no error.
+    /// Takes an interruption of the link; bytes before the next line are not errors.
     pub const fn interrupt(&mut self) {
         self.noise_bytes = None;
     }
 
-    /// The result; `None` before the first gap.
+    /// The resync statistics; `None` before the first error.
     #[must_use]
     pub fn resync(&self) -> Option<Resync> {
         (self.count > 0).then(|| Resync {
@@ -285,7 +296,7 @@ impl Gaps {
     }
 }
 
-/// Observes a link.
+/// Measures the statistics of a link.
 #[derive(Clone, Debug, Default)]
 pub struct LinkMeter {
     gaps: Gaps,
@@ -300,7 +311,7 @@ pub struct LinkMeter {
 }
 
 impl LinkMeter {
-    /// Sets the radio's baud rate; 2400 until then.
+    /// Sets the radio's baud rate; the default is 2400.
     pub fn set_baud(&mut self, baud: u32) {
         for airtime in [&mut self.down, &mut self.up] {
             airtime.set_rate(baud / BITS_PER_BYTE);

@@ -18,7 +18,7 @@ impl Temporary {
     /// Creates the file; a leftover of an interrupted attempt is replaced.
     ///
     /// # Errors
-    /// When it cannot be created.
+    /// If the file cannot be created.
     pub(super) fn create(target: &Path) -> Result<Self, CaptureError> {
         let path = with_suffix(target, FINISHING);
         let _ = fs::remove_file(&path);
@@ -36,7 +36,7 @@ impl Temporary {
     /// Syncs the file and renames it over its target.
     ///
     /// # Errors
-    /// When the disk fails; the target is then unchanged.
+    /// If the disk fails; the target is then unchanged.
     pub(super) fn put_in_place(self) -> Result<(), CaptureError> {
         self.file
             .sync_all()

@@ -6,13 +6,13 @@ use std::path::Path;
 
 use super::files;
 
-/// Limits the length of a text file, bytes: 4 MiB.
+/// Maximum length of a text file, bytes (4 MiB).
 const BYTES_MAX: u64 = 4 << 20;
 
 /// Reads a text file. Refuses pipes and devices, because opening one can block.
 ///
 /// # Errors
-/// When it is no regular file, is longer than 4 MiB or is not UTF-8, and those of the operating system.
+/// If the file is not a regular file, is longer than 4 MiB, is not UTF-8, or cannot be read.
 pub fn read(path: &Path) -> io::Result<String> {
     let about = fs::metadata(path)?;
     if about.is_dir() {
@@ -27,7 +27,7 @@ pub fn read(path: &Path) -> io::Result<String> {
 /// Reads text from a stream to its end.
 ///
 /// # Errors
-/// When it is longer than 4 MiB or is not UTF-8, and those of the operating system.
+/// If the text is longer than 4 MiB, is not UTF-8, or cannot be read.
 pub fn read_to_end(source: impl Read) -> io::Result<String> {
     let mut bytes = Vec::new();
     source.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;

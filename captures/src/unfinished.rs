@@ -1,7 +1,7 @@
-//! A recording under way: an MCAP without chunks under its final name.
+//! A recording in progress: an MCAP file without chunks, under its final name.
 //!
-//! It holds everything that cannot be derived: bytes received and sent, station events, the session and its
-//! configuration. A message is with the operating system when a call returns, so a killed program loses none. In MCAP,
+//! The file contains everything that cannot be derived: bytes received and sent, station events, the session and its
+//! configuration. When a call returns, the operating system has its messages, so a killed program loses none. In MCAP,
 //! only chunks have checksums; here, a private record before each message holds its CRC-32.
 
 use std::fs::File;
@@ -25,17 +25,17 @@ use super::topics::{StationEvent, Topic, register};
 /// The topics that cannot be derived.
 const TOPICS: [Topic; 3] = [Topic::RawRx, Topic::RawTx, Topic::Station];
 
-/// Writes a recording under way. After an error, nothing more is written.
+/// Writes a recording in progress. After an error, nothing more is written.
 pub(crate) struct UnfinishedWriter {
     path: PathBuf,
-    /// `None` after an error.
+    /// Writer of the MCAP; `None` after an error.
     writer: Option<Writer<NoSeek<Output>>>,
     bytes: Arc<AtomicU64>,
     rx_offset: u64,
     tx_offset: u64,
-    /// By topic: the number of its next message.
+    /// Number of the next message, by topic.
     sequences: [u32; Topic::ALL.len()],
-    /// The body of the message being written; kept for its memory.
+    /// The body of the message being written; kept to reuse its memory.
     body: Vec<u8>,
 }
 
@@ -88,15 +88,15 @@ impl UnfinishedWriter {
         Arc::clone(&self.bytes)
     }
 
-    /// Bytes written.
+    /// Number of bytes written.
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes.load(Ordering::Relaxed)
     }
 
-    /// Writes an observation of `at_ns` since 1970. Bytes get their place in the stream.
+    /// Writes an observation made at `at_ns` since 1970. Bytes get their offset in the stream.
     ///
     /// # Errors
-    /// The operating system's.
+    /// The operating system's error.
     pub(crate) fn observation(&mut self, at_ns: u64, observation: Observation) -> io::Result<()> {
         let (topic, mut raw, offset) = match observation {
             Observation::Received(raw) => (Topic::RawRx, raw, &mut self.rx_offset),
@@ -155,7 +155,7 @@ impl UnfinishedWriter {
             })
     }
 
-    /// Closes the file without an end mark, which a dropped writer would write.
+    /// Closes the file without an end mark. Dropping the writer would write one.
     fn close(&mut self) {
         if let Some(writer) = self.writer.take() {
             drop(writer.into_inner());

@@ -5,7 +5,7 @@ use groundwave_protocol::telemetry::Outcome;
 
 use crate::event::CommandId;
 
-/// A command's new status, or a change in the robot's own acknowledgement. Absent fields do not apply.
+/// A command's new status, or a change in the robot's acknowledgement. Absent fields do not apply.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct UplinkEvent {
     /// Code of the status, or [`Self::ACKNOWLEDGEMENT`] or [`Self::LIST`].
@@ -14,22 +14,22 @@ pub struct UplinkEvent {
     /// Number of the command in its session at the station, from 1.
     #[prost(uint32, optional, tag = 2)]
     pub command_id: Option<u32>,
-    /// The command in the words of the command line, when it is queued.
+    /// The command as typed on the command line, when it is queued.
     #[prost(string, optional, tag = 3)]
     pub command: Option<String>,
-    /// Frames sent for it so far, repetitions included.
+    /// Number of frames sent for the command so far, repetitions included.
     #[prost(uint32, optional, tag = 4)]
     pub frames: Option<u32>,
-    /// Waypoints that the robot acknowledged.
+    /// Number of waypoints that the robot acknowledged.
     #[prost(uint32, optional, tag = 5)]
     pub acknowledged: Option<u32>,
-    /// Waypoints in the list.
+    /// Number of waypoints in the list.
     #[prost(uint32, optional, tag = 6)]
     pub total: Option<u32>,
     /// Digest of a waypoint list that the robot confirmed.
     #[prost(uint32, optional, tag = 7)]
     pub list_digest: Option<u32>,
-    /// Why the command was refused or failed, or the outcome that the robot acknowledges: a stable code.
+    /// Stable code: why the command was refused or failed, or the outcome that the robot acknowledged.
     #[prost(string, optional, tag = 8)]
     pub code: Option<String>,
     /// The client that gave the command, if the link is shared.
@@ -44,27 +44,27 @@ pub struct UplinkEvent {
     /// Sequence of the latest command taken, low 3 bits.
     #[prost(uint32, optional, tag = 12)]
     pub sequence: Option<u32>,
-    /// X of the waypoints of a queued list, inches.
+    /// X of each waypoint of a queued list, inches.
     #[prost(sint32, repeated, tag = 13)]
     pub waypoints_x_in: Vec<i32>,
-    /// Y of the same, inches.
+    /// Y of each waypoint of a queued list, inches.
     #[prost(sint32, repeated, tag = 14)]
     pub waypoints_y_in: Vec<i32>,
     /// Name of a parameter that the robot reported.
     #[prost(string, optional, tag = 15)]
     pub parameter_name: Option<String>,
-    /// Value of that parameter.
+    /// Value of the reported parameter.
     #[prost(sint32, optional, tag = 16)]
     pub parameter_value: Option<i32>,
 }
 
 impl UplinkEvent {
-    /// The robot acknowledges another command than before; follows from its lines.
+    /// Status code: the robot acknowledges another command than before. Derived from its lines.
     pub const ACKNOWLEDGEMENT: &str = "acknowledgement";
-    /// The robot holds another list than before; follows from its lines.
+    /// Status code: the robot holds another list than before. Derived from its lines.
     pub const LIST: &str = "list";
 
-    /// An event with a status and nothing else.
+    /// An event with a status and no other field.
     #[must_use]
     pub fn new(status: &str) -> Self {
         Self {

@@ -10,21 +10,21 @@ use jiff::{Span, Timestamp};
 /// A moment in a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {
-    /// Since the beginning of the capture.
+    /// Time since the beginning of the capture.
     Since(Duration),
     /// Host time, nanoseconds since 1970.
     Wall(u64),
 }
 
-/// Text that is no moment.
+/// The text is not a time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no moment; try 90s, 1:30, 1:02:03.5 or 2025-03-14T09:26:53Z")]
+#[error("`{0}` is not a time; try 90s, 1:30, 1:02:03.5 or 2025-03-14T09:26:53Z")]
 pub struct NoMoment(String);
 
 impl FromStr for When {
     type Err = NoMoment;
 
-    /// Parses `90`, `90s`, `2m`, `1.5h`, `250ms`; `1:30`, `1:02:03.5`; `2025-03-14T09:26:53Z` in UTC, also with a space for
+    /// Parses a time: `90`, `90s`, `2m`, `1.5h`, `250ms`; `1:30`, `1:02:03.5`; `2025-03-14T09:26:53Z` in UTC, also with a space for
     /// the T and without the Z.
     fn from_str(text: &str) -> Result<Self, NoMoment> {
         let moment = match text.split_once(['T', ' ']) {
@@ -69,12 +69,12 @@ fn whole(text: &str) -> Option<u64> {
     text.parse().ok().filter(|_| is_plain)
 }
 
-/// Nanoseconds since 1970 of a date with a time of day.
+/// Parses a date with a time of day; returns nanoseconds since 1970.
 fn wall(text: &str) -> Option<u64> {
     u64::try_from(timestamp(text)?.as_nanosecond()).ok()
 }
 
-/// A date with a time of day, in UTC unless it has an offset.
+/// Parses a date with a time of day, in UTC unless it has an offset.
 fn timestamp(text: &str) -> Option<Timestamp> {
     if let Ok(timestamp) = text.parse() {
         return Some(timestamp);
@@ -83,19 +83,19 @@ fn timestamp(text: &str) -> Option<Timestamp> {
     TimeZone::UTC.to_timestamp(civil).ok()
 }
 
-/// A stretch of the calendar, as typed: a day, a minute or a moment; `start` is included, `end` is not.
+/// A range of wall-clock time, as typed: a day, a minute or a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stretch {
-    /// Its beginning.
+    /// Beginning of the range; included.
     pub start: SystemTime,
-    /// The time after it.
+    /// End of the range; excluded.
     pub end: SystemTime,
 }
 
-/// Text that names no day and no time.
+/// The text is neither a day nor a time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is no date; try 2026-11-20, yesterday, \"2 days\", \"2026-11-20 14:30\" or 14:30 (UTC)"
+    "`{0}` is not a date; try 2026-11-20, yesterday, \"2 days\", \"2026-11-20 14:30\" or 14:30 (UTC)"
 )]
 pub struct NoDate(String);
 
@@ -104,7 +104,7 @@ impl Stretch {
     /// without `ago`; in UTC.
     ///
     /// # Errors
-    /// For other text.
+    /// If the text has another form.
     pub fn parse(text: &str, now: SystemTime) -> Result<Self, NoDate> {
         Self::of(&text.trim().to_lowercase(), now).ok_or_else(|| NoDate(text.to_owned()))
     }
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn text_that_is_no_moment_is_refused() {
+    fn text_that_is_not_a_time_is_refused() {
         let wrong = [
             "",
             "s",

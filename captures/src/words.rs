@@ -4,7 +4,7 @@ use groundwave_protocol::decoder::Lost;
 use groundwave_protocol::status_codes::{Layer, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
-/// Why the robot refused a command.
+/// Reason why the robot refused a command.
 #[must_use]
 pub const fn outcome_words(outcome: Outcome) -> &'static str {
     match outcome {
@@ -19,7 +19,7 @@ pub const fn outcome_words(outcome: Outcome) -> &'static str {
     }
 }
 
-/// A number of lost lines: `165`, or `165 to 265`.
+/// A number of lost lines as text: `165`, or `165 to 265`.
 #[must_use]
 pub fn lost_words(Lost { min, max }: Lost) -> String {
     if min == max {
@@ -29,7 +29,7 @@ pub fn lost_words(Lost { min, max }: Lost) -> String {
     }
 }
 
-/// A share in per cent that is known as an interval: `7.5 %`, or `62.3 to 72.6 %`.
+/// A share that is known as an interval, as text: `7.5 %`, or `62.3 to 72.6 %`.
 #[must_use]
 pub fn interval_pct(min_pct: f64, max_pct: f64) -> String {
     if min_pct < max_pct {
@@ -65,7 +65,7 @@ pub const fn mode_word(mode: Mode) -> &'static str {
         Mode::User => "user",
         Mode::Wander => "wander",
         Mode::GoHome => "home",
-        Mode::Forage => "forage",
+        Mode::Forage => "dock",
         Mode::Calibrate => "calibrate",
     }
 }

@@ -1,4 +1,4 @@
-//! Writes a file on a thread of its own, so that a stalled disk or pipe stalls nothing else.
+//! Writes a file on its own thread. A stalled disk or pipe stalls no other thread.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,28 +10,28 @@ use std::time::Duration;
 use super::CaptureError;
 use super::event::Moment;
 
-/// Maximum memory of the queue, bytes. A queue that nobody paces may take twice as much.
+/// Maximum memory of the queue, bytes. A queue without a paced reader may take twice as much.
 const WAITING_MAX: u64 = 1 << 24;
 
-/// Memory of a queued item without its bytes.
+/// Memory of a queued item without its content, bytes.
 const ITEM_BYTES: u64 = 128;
 
-/// How long a reader waits for the file before it runs on.
+/// Maximum time for which a reader waits for the file.
 const WRITE_PATIENCE: Duration = Duration::from_millis(100);
 
-/// How long a reader with a full queue, or the end of a session, waits for a file that accepts nothing.
+/// Maximum time without progress of the file for which a reader with a full queue, or the end of a session, waits.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// How long a file may accept nothing before it is reported.
+/// Time without progress after which a file is reported as stalled.
 pub(super) const STALL_PERIOD: Duration = Duration::from_secs(30);
 
-/// Bytes after which a thread that waits for a full queue hears of the progress.
+/// Number of written bytes after which threads that wait for a full queue are notified.
 const NOTIFY_BYTES: u64 = 1 << 16;
 
-/// Period of looks. With a slow disk, a power cut costs the last 10 s at most.
+/// Period of the checks. With a slow disk, a power cut costs at most the last 10 s.
 const LOOK_PERIOD: Duration = Duration::from_secs(8);
 
-/// Carries out what is queued.
+/// Writes the queued items.
 pub(super) trait FileWorker: Send + 'static {
     /// A part of the file's content.
     type Item: Send + 'static;
@@ -39,31 +39,31 @@ pub(super) trait FileWorker: Send + 'static {
     /// Passes an item to the operating system.
     fn write(&mut self, item: Self::Item) -> Result<(), CaptureError>;
 
-    /// Checks that the file still has its name; called every eight seconds and on request.
+    /// Checks that the file still has its name. Called every eight seconds and on request.
     fn look(&mut self) -> Result<(), CaptureError>;
 
     /// Finishes the file.
     fn finish(self) -> Result<(), CaptureError>;
 
-    /// Closes the file as it is, as after a failed write.
+    /// Closes the file unfinished, as after a failed write.
     fn leave(self);
 }
 
 /// The queue of a file and its thread.
 #[derive(Debug)]
 pub(super) struct WriteQueue<T> {
-    /// The name in errors of this queue.
+    /// File name in error messages.
     path: PathBuf,
     shared: Arc<Shared<T>>,
     progress: Arc<AtomicU64>,
 }
 
 impl<T: Send + 'static> WriteQueue<T> {
-    /// Starts the thread. `progress` counts the steps of the worker's finishing, so that the end of a session waits for a
-    /// slow disk and not for one that hangs.
+    /// Starts the thread. `progress` counts the worker's steps of finishing; the end of a session therefore waits for a
+    /// slow disk but not for a disk that hangs.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     pub(super) fn start(
         path: PathBuf,
         worker: impl FileWorker<Item = T>,
@@ -81,8 +81,8 @@ impl<T: Send + 'static> WriteQueue<T> {
         })
     }
 
-    /// Queues an item that takes `bytes`, and calls [`Self::handle_timeout`] if `now` is given. Never waits. When the queue is full
-    /// the file is given up; after that, and after an error, items are only counted, so that the file stays an exact beginning of
+    /// Queues an item of `bytes` bytes, and calls [`Self::handle_timeout`] if `now` is given. Never waits. When the queue is full,
+    /// the file is given up. After that, and after an error, items are only counted: the file stays an exact prefix of
     /// the stream.
     pub(super) fn push(&self, item: T, bytes: u64, now: Option<Moment>) {
         let mut state = self.shared.lock();
@@ -103,23 +103,23 @@ impl<T: Send + 'static> WriteQueue<T> {
         Pace(Arc::clone(&self.shared))
     }
 
-    /// Requests a look if the last one was eight seconds ago, and notes a file that makes no progress.
+    /// Requests a check if the last one was eight seconds ago, and notes a file that makes no progress.
     pub(super) fn handle_timeout(&self, now: Moment) {
         self.shared.handle_timeout(&mut self.shared.lock(), now);
     }
 
-    /// Requests a look after the items queued so far.
+    /// Requests a check after the items queued so far.
     pub(super) fn look(&self) {
         let mut state = self.shared.lock();
         self.shared.queue(&mut state, Queued::Look);
     }
 
-    /// Bytes queued and not written, also those of items that were only counted.
+    /// Number of bytes not written, including those of items that were only counted.
     pub(super) fn unwritten(&self) -> u64 {
         self.shared.unwritten(&self.shared.lock())
     }
 
-    /// Bytes written.
+    /// Number of bytes written.
     pub(super) fn written(&self) -> u64 {
         self.shared.written.load(Ordering::SeqCst)
     }
@@ -136,7 +136,7 @@ impl<T: Send + 'static> WriteQueue<T> {
         state.problem.is_none() && (state.is_given_up || state.is_stalled())
     }
 
-    /// Reason why writing ended, the file is lost, or [`Self::handle_timeout`] found no progress for 30 s.
+    /// Reason why writing ended or the file is lost; also set when [`Self::handle_timeout`] found no progress for 30 s.
     pub(super) fn problem(&self) -> Option<String> {
         let state = self.shared.lock();
         if let Some(problem) = &state.problem {
@@ -149,11 +149,11 @@ impl<T: Send + 'static> WriteQueue<T> {
         }
     }
 
-    /// Writes what is queued and finishes the file; returns the number of bytes written. Waits while there is progress, and
-    /// `patience` without; three times that long once every byte is written.
+    /// Writes the queued items and finishes the file; returns the number of bytes written. Waits while there is progress, and
+    /// `patience` without progress; three times as long once every byte is written.
     ///
     /// # Errors
-    /// The first error since the start, or a file that makes no progress; its thread goes on.
+    /// The first error since the start, or a file that makes no progress; its thread continues.
     pub(super) fn finish_within(&self, patience: Duration) -> Result<u64, CaptureError> {
         self.end(Phase::Finishing);
         let mut state = self.shared.lock();
@@ -187,7 +187,7 @@ impl<T: Send + 'static> WriteQueue<T> {
         (self.written(), self.progress.load(Ordering::Relaxed))
     }
 
-    /// Closes the file as it is and waits until that is done, unless it hangs.
+    /// Closes the file unfinished and waits for the thread, unless it hangs.
     pub(super) fn leave(&self) {
         self.end(Phase::Leaving);
         let state = self.shared.lock();
@@ -220,8 +220,8 @@ impl<T: Send + 'static> WriteQueue<T> {
 pub(super) struct Pace<T>(Arc<Shared<T>>);
 
 impl<T> Pace<T> {
-    /// Waits until the file has everything, so that a killed program loses nothing; a file that takes longer than 100 ms is
-    /// waited for again when it has caught up. With a full queue, waits for room, and gives the file up when it accepts nothing for 5 s.
+    /// Waits until the file contains every item, so that a killed program loses none. A file that takes longer than 100 ms is
+    /// waited for again only after it has caught up. With a full queue, waits for room, and gives up the file after 5 s without progress.
     pub(super) fn wait(&self) {
         let shared = &*self.0;
         let mut state = shared.lock();
@@ -239,12 +239,12 @@ impl<T> Pace<T> {
     }
 }
 
-/// The state and the condition that it changed.
+/// The state, and the condition variable for its changes.
 #[derive(Debug)]
 struct Shared<T> {
-    /// Bytes written. Not in the state, because taking the lock for each item costs more than writing it.
+    /// Number of bytes written. Not in the state, because taking the lock for each item costs more than writing it.
     written: AtomicU64,
-    /// Number of threads that wait for the thread.
+    /// Number of threads that wait for the writing thread.
     waiters: AtomicU64,
     state: Mutex<State<T>>,
     changed: Condvar,
@@ -282,7 +282,7 @@ impl<T> Shared<T> {
         if state.is_open() {
             state.waiting.push(queued);
         }
-        // Each notification is a call of the system.
+        // Each notification is a system call.
         if state.is_idle {
             self.changed.notify_all();
         }
@@ -290,7 +290,7 @@ impl<T> Shared<T> {
 
     fn notify_waiters(&self) {
         if self.waiters.load(Ordering::SeqCst) > 0 {
-            // The lock, so that no thread is between its check and its sleep.
+            // Taken so that no thread is between its check and its sleep.
             drop(self.lock());
             self.changed.notify_all();
         }
@@ -311,7 +311,7 @@ impl<T> Shared<T> {
         }
     }
 
-    /// Bytes of all items that are not written.
+    /// Number of bytes of all items that are not written.
     fn unwritten(&self, state: &State<T>) -> u64 {
         state.taken - self.written.load(Ordering::SeqCst)
     }
@@ -337,9 +337,9 @@ impl<T> Shared<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     Writing,
-    /// No more items are queued, and the file is finished.
+    /// No more items are accepted, and the file is finished.
     Finishing,
-    /// No more items are queued, and the file is closed as it is.
+    /// No more items are accepted, and the file is closed unfinished.
     Leaving,
     /// The thread has ended.
     Ended,
@@ -347,30 +347,30 @@ enum Phase {
 
 #[derive(Debug)]
 enum Queued<T> {
-    /// An item and its bytes.
+    /// An item and its length, bytes.
     Item(T, u64),
-    /// A request to look, after the items before it.
+    /// A request for a check after the earlier items.
     Look,
 }
 
 #[derive(Debug)]
 struct State<T> {
     waiting: Vec<Queued<T>>,
-    /// Bytes of all items, also of those that came after the end of writing.
+    /// Number of bytes of all items, including those after the end of writing.
     taken: u64,
     look_at: Option<Moment>,
-    /// Bytes written at the last timeout.
+    /// Number of bytes written at the last timeout.
     seen: u64,
-    /// The timeout since which they are no more, though others wait.
+    /// Timeout since which no byte was written, although items wait.
     seen_since: Option<Moment>,
     /// The last timeout.
     seen_at: Moment,
     phase: Phase,
-    /// The file kept a reader waiting and has not caught up since.
+    /// Whether the file kept a reader waiting and has not caught up since.
     is_late: bool,
-    /// The thread sleeps.
+    /// Whether the thread sleeps.
     is_idle: bool,
-    /// The file accepted no bytes for too long.
+    /// Whether the file was given up because it accepted no bytes.
     is_given_up: bool,
     /// Writing failed, or the file was removed or renamed.
     problem: Option<CaptureError>,
@@ -389,7 +389,7 @@ impl<T> State<T> {
         )
     }
 
-    /// Keeps the first problem, and a failed write in any case.
+    /// Sets the problem. The first one is kept, but a failed write replaces it.
     fn set_problem(&mut self, problem: CaptureError) {
         if !self.has_write_error() {
             self.problem = Some(problem);
@@ -406,7 +406,7 @@ impl<T> State<T> {
     }
 }
 
-/// The thread: writes until the file is to end. Holds the lock only between calls of the system.
+/// Body of the thread: writes until the file ends. Holds the lock only between system calls.
 fn run<W: FileWorker>(mut worker: W, shared: &Shared<W::Item>) {
     let mut has_failed = false;
     let phase = loop {

@@ -78,7 +78,7 @@ impl Flight {
         self.tell(Event::Key(KeyEvent::new(key, KeyModifiers::NONE)));
     }
 
-    /// The screen as it is now, with a caption in a row of its own below it.
+    /// The current screen, with a caption in a separate row below.
     pub fn screen(&self, caption: Option<&str>) -> Result<Buffer, Box<dyn Error>> {
         let (width, height) = self.size;
         let mut terminal = Terminal::new(TestBackend::new(width, height))?;

@@ -1,4 +1,4 @@
-//! Remakes a picture of the documents from its tape: a list of keys with their times, played on the demo in virtual time. A
+//! Draws a picture in the documents from its tape: a list of keys with their times, played on the demo in virtual time. A
 //! tape with one picture becomes a still SVG, with several an animation.
 //!
 //! `cargo run --release --example tape examples/tape/demo.tape > docs/demo.svg`

@@ -71,12 +71,14 @@ pub fn moving(screens: &[Buffer], each_s: f64) -> String {
     head(first) + &style + "</style>\n" + &rows + "</svg>\n"
 }
 
+/// Browsers keep rows of spaces by the style, other programs by the attribute.
 fn head(screen: &Buffer) -> String {
     let width = f64::from(screen.area.width) * CELL_WIDTH + 2.0 * MARGIN;
     let height = f64::from(screen.area.height) * CELL_HEIGHT + 2.0 * MARGIN;
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-{MARGIN} -{MARGIN} {width:.0} {height:.0}\" \
          font-family=\"'DejaVu Sans Mono', Menlo, Consolas, monospace\" font-size=\"14\" xml:space=\"preserve\">\n\
+         <style>text{{white-space:pre}}</style>\n\
          <rect x=\"-{MARGIN}\" y=\"-{MARGIN}\" width=\"{width:.0}\" height=\"{height:.0}\" rx=\"8\" fill=\"{BACKGROUND}\"/>\n"
     )
 }
@@ -181,5 +183,24 @@ fn color(color: Color, default: &'static str) -> &'static str {
         Color::LightMagenta => "#e2aef0",
         Color::LightCyan => "#8be4ea",
         _ => default,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratatui::layout::Rect;
+    use ratatui::style::Style;
+
+    #[test]
+    fn columns_stay_apart_in_a_browser() {
+        let mut screen = Buffer::empty(Rect::new(0, 0, 20, 1));
+        screen.set_string(0, 0, "0  user      idle", Style::new());
+        let svg = still(&screen);
+        assert!(
+            svg.contains("<style>text{white-space:pre}</style>"),
+            "{svg}"
+        );
+        assert!(svg.contains(">0  user      idle</text>"), "{svg}");
     }
 }

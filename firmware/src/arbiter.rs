@@ -27,7 +27,7 @@ impl Request {
     }
 }
 
-/// The requests of layers 0 to 7 and of prowl, in falling priority.
+/// The requests of layers 0 to 7 and of prowl, in order of priority.
 pub type Requests = [Request; HOLDERS];
 
 /// Winner of the arbitration.
@@ -50,7 +50,7 @@ impl Holder {
     }
 }
 
-/// Guard behind the arbiter that can take the motors from the winner.
+/// A guard after the arbiter that can override the winner's motor commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotorGuard {
     /// There is no floor in the direction of travel.

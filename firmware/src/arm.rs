@@ -3,7 +3,7 @@
 use crate::drive::Motion;
 use crate::units::ticks;
 
-/// Ticks of a servo movement: half a second from one end to the other, and two ticks for a slow servo.
+/// Number of ticks of a servo movement: half a second from one end to the other, and two ticks for a slow servo.
 pub const SWING_TICKS: u8 = ticks(1) as u8 / 2 + 2;
 
 /// Position of the arm, derived from the servo commands.

@@ -1,6 +1,6 @@
 //! Interface between the robot's program and the pins of its board.
 
-/// Ticks per second.
+/// Number of ticks per second.
 pub const TICK_HZ: u32 = 20;
 
 /// Infrared half cycles per second: the LEDs are modulated at half of this rate.
@@ -45,18 +45,18 @@ pub const PATIENCE_BYTES: u8 = 16;
 /// Left or right, as seen from the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Left.
+    /// Signal on the left.
     Left,
-    /// Right.
+    /// Signal on the right.
     Right,
 }
 
 /// A signal on each side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sides {
-    /// Left.
+    /// Signal on the left.
     pub left: bool,
-    /// Right.
+    /// Signal on the right.
     pub right: bool,
 }
 
@@ -67,7 +67,7 @@ impl Sides {
         self.left || self.right
     }
 
-    /// The signals of either of two.
+    /// The signals of both, combined.
     #[must_use]
     pub const fn or(self, other: Self) -> Self {
         Self {
@@ -83,7 +83,7 @@ impl Sides {
 pub struct Edges(u8);
 
 impl Edges {
-    /// Complete floor.
+    /// No missing floor.
     pub const NONE: Self = Self(0);
     /// Below the middle of the bumper.
     pub const AHEAD: Self = Self(1);
@@ -97,9 +97,9 @@ impl Edges {
     pub const BESIDE_RIGHT: Self = Self(1 << 4);
     /// Behind the caster.
     pub const BEHIND: Self = Self(1 << 5);
-    /// From the left of the caster to behind the left wheel.
+    /// The sensors from the left of the caster to behind the left wheel.
     pub const BEHIND_LEFT: Self = Self(1 << 6);
-    /// From the right of the caster to behind the right wheel.
+    /// The sensors from the right of the caster to behind the right wheel.
     pub const BEHIND_RIGHT: Self = Self(1 << 7);
     /// No floor anywhere.
     pub const ALL: Self = Self(u8::MAX);
@@ -132,7 +132,7 @@ impl Edges {
         self.0 & inputs.0 != 0
     }
 
-    /// The edges of either of two.
+    /// The edges of both, combined.
     #[must_use]
     pub const fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
@@ -203,7 +203,7 @@ pub struct Inputs {
 pub struct Outputs {
     /// Left motor, from [`PWM_MAX`] full forward to its negative full reverse.
     pub pwm_left: i16,
-    /// Right motor, likewise.
+    /// Right motor, from [`PWM_MAX`] full forward to its negative full reverse.
     pub pwm_right: i16,
     /// Ranger to ping at once; its [`Echo`] is due two ticks later.
     pub ping: Option<Side>,

@@ -5,11 +5,11 @@
 //! from the edge. In manual driving it only brakes, and the operator decides. Without any floor the robot has been
 //! lifted or has fallen, and the wheels stay still until it is put down.
 //!
-//! A ring of sensors surrounds the body, closer than the corner of a stairwell is wide, so that no edge reaches a wheel
+//! A ring of sensors surrounds the body. They are closer together than the corner of a stairwell is wide, so that no edge reaches a wheel
 //! or the caster unseen. The sensors are not perfect. The guard brakes in the tick of a first detection, while the edge
 //! is still far enough away, and acts on the edge when a second detection within eight ticks confirms it. After a false
-//! detection the robot goes on. While the robot stands, the floor around it stays as it is: the guard remembers a
-//! confirmed edge that a sensor no longer sees for three seconds.
+//! detection the robot continues. While the robot stands, the floor around it does not change, so the guard remembers a
+//! confirmed edge that a sensor no longer detects for three seconds.
 
 use crate::angle::Angle;
 use crate::board::{COUNTS_PER_IN, Edges};
@@ -24,10 +24,10 @@ const BACK_MOST_CPS: i16 = cps(8);
 /// Maximum duration of braking: two or three ticks stop the robot.
 const BRAKE_TICKS: u8 = 6;
 
-/// Counts per tick that still count as standing.
+/// Maximum number of counts per tick of a standing wheel.
 const STANDING_COUNTS: i16 = 1;
 
-/// Speed of a retreat: slow enough to detect the next edge in time.
+/// Speed of a retreat, in/s: slow enough to detect the next edge in time.
 const RETREAT_IN_S: i16 = 5;
 
 /// Distance back from an edge ahead, in counts of both wheels: the wheels clear the edge in the turn.
@@ -45,11 +45,11 @@ const TURN_IN_S: i16 = 6;
 /// Minimum turn away from an edge ahead, 60 degrees; a random part of up to 60 degrees is added.
 const TURN_LEAST: u16 = 0x2AAB;
 
-/// Ticks for which a detection is held, and detections among them that confirm an edge.
+/// Number of ticks for which a detection is kept, and number of detections among them that confirm an edge.
 const HELD_TICKS: usize = 8;
 const SURE_COUNT: u8 = 2;
 
-/// Ticks for which a robot that stands remembers a confirmed edge that its sensors do not see.
+/// Number of ticks for which a robot that stands remembers a confirmed edge that its sensors do not see.
 const KNOWN_TICKS: u8 = 3 * ticks(1) as u8;
 
 /// Maximum duration of a turn.
@@ -103,11 +103,11 @@ pub enum Command {
 /// Direction of missing floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
-    /// Ahead.
+    /// There is no floor ahead.
     Ahead,
-    /// Behind, and not ahead.
+    /// There is no floor behind, but floor ahead.
     Behind,
-    /// At all sensors.
+    /// There is no floor at any sensor.
     Below,
 }
 
@@ -119,20 +119,20 @@ pub struct CliffGuard {
     history: [Edges; HELD_TICKS],
     /// Confirmed edges since the robot has stood here.
     known: Edges,
-    /// Ticks for which it still knows them.
+    /// Number of ticks for which the guard still remembers them.
     known_ticks: u8,
-    /// Edges that it acts on.
+    /// Edges on which the guard acts.
     seen: Edges,
-    /// Ticks until it reports again.
+    /// Number of ticks until the guard reports again.
     report_ticks: u8,
     report: Option<Missing>,
 }
 
-/// Ticks without action after which the next action is reported.
+/// Number of ticks without action after which the next action is reported.
 const REPORT_TICKS: u8 = 5 * ticks(1) as u8;
 
 impl CliffGuard {
-    /// Returns to watching; call it while the motors are off.
+    /// Returns to watching. Call while the motors are off.
     pub fn rest(&mut self) {
         self.state = State::Watch;
     }
@@ -143,7 +143,7 @@ impl CliffGuard {
         self.state != State::Watch
     }
 
-    /// Edges that the guard acts on; none while it only watches.
+    /// Edges on which the guard acts; none while it only watches.
     #[must_use]
     pub fn acts_for(&self) -> Edges {
         if self.acts() {
@@ -229,7 +229,7 @@ impl CliffGuard {
         Edges::from_bits(bits.fold(0, |all, bit| all | bit))
     }
 
-    /// The confirmed edges, and those that were confirmed before while the robot stood here.
+    /// The confirmed edges, including those confirmed earlier while the robot has stood here.
     fn known(&mut self, sure: Edges, counts: Counts) -> Edges {
         let stands = counts.left.abs() <= STANDING_COUNTS && counts.right.abs() <= STANDING_COUNTS;
         self.known_ticks = match self.known_ticks.saturating_sub(1) {
@@ -332,7 +332,7 @@ impl CliffGuard {
                 *path_counts = path_counts.saturating_add(senses.path_counts);
                 *ticks_left -= 1;
                 let far = if *forward { AHEAD_COUNTS } else { BACK_COUNTS };
-                // Pushing against an obstacle ahead leads nowhere.
+                // Pushing against an obstacle ahead makes no progress.
                 let blocked = *forward && senses.bumper.any();
                 if path_counts.abs() < far && *ticks_left > 0 && !blocked {
                     return;
@@ -400,7 +400,7 @@ fn retreat(seen: Edges, senses: &Senses) -> State {
     } else {
         seen.meets(LEFT)
     };
-    // Back off an edge beside the robot too, the way it came: a turn could bring the wheel over its corner.
+    // Also back off an edge beside the robot, the way it came: a turn could bring the wheel over its corner.
     let is_ahead = seen.meets(Edges::FRONT.or(LEFT).or(RIGHT));
     match (is_ahead, seen.meets(Edges::REAR)) {
         (true, false) => {
@@ -412,7 +412,7 @@ fn retreat(seen: Edges, senses: &Senses) -> State {
     }
 }
 
-/// The first swing, on the spot or on one wheel, that leads over none of the edges.
+/// The first swing, on the spot or on one wheel, that does not lead over an edge.
 fn swing(seen: Edges, right: bool) -> State {
     let rotation_in_s = if right { TURN_IN_S } else { -TURN_IN_S };
     let swings = [0, TURN_IN_S / 2, -TURN_IN_S / 2]

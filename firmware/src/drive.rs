@@ -61,17 +61,17 @@ pub struct DriveTrain {
     turning_parts: i32,
 }
 
-/// Signed counts of both wheels in one tick.
+/// Signed numbers of counts of both wheels in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Left, backward negative.
+    /// Number of counts of the left wheel, negative backward.
     pub left: i16,
-    /// Right, backward negative.
+    /// Number of counts of the right wheel, negative backward.
     pub right: i16,
 }
 
 impl DriveTrain {
-    /// Counts of the wheels in the past tick.
+    /// Signed numbers of counts of both wheels in the past tick.
     pub fn measure(&mut self, inputs: &Inputs) -> Counts {
         let counts = Counts {
             left: self.left.signed_counts(inputs.counts_left),
@@ -144,7 +144,7 @@ impl DriveTrain {
         self.left.is_held() || self.right.is_held()
     }
 
-    /// The wheel whose encoder is broken. Where neither wheel turns, the robot is wedged.
+    /// The wheel with a broken encoder. If neither wheel turns, the robot is wedged, and no encoder counts as broken.
     #[must_use]
     pub const fn mute_side(&self) -> Option<Side> {
         if self.left.is_mute() && !self.right.is_silent() {

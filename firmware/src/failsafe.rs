@@ -1,11 +1,11 @@
-//! The failsafe: what the robot does when the ground station is silent.
+//! The failsafe: the robot's reaction to a silent ground station.
 
 use crate::board::TICK_HZ;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::{Link, Mode};
 
-/// Counts the ground station's silence. It acts only while a station has a session open: a robot that was never
-/// commanded, or was stopped, stays as it is.
+/// Counts the ground station's silence. The failsafe acts only while a station has a session open: a robot that was never
+/// commanded, or was stopped, does not change.
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     setting: Option<Failsafe>,

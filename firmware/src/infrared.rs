@@ -1,8 +1,8 @@
-//! The infrared detectors, sampled 250 times a second.
+//! The infrared detectors, sampled 250 times per second.
 //!
 //! The LEDs are on for one half cycle and off for the next. A reflection fires a detector only with the LEDs on; a
-//! detector that also fires with the LEDs off receives ambient light. A detection needs `max_count` such pairs in a
-//! row. `max_count` rises with every detection and falls without any, so that the robot keeps its distance in the open
+//! detector that also fires with the LEDs off receives ambient light. A detection needs `max_count` consecutive
+//! pairs with a reflection. `max_count` rises with every detection and falls without any, so that the robot keeps its distance in the open
 //! and can still enter a narrow passage. It doubles when both sides detect at once, so that the robot adapts to a
 //! passage before the walls turn it around.
 
@@ -10,17 +10,17 @@ use crate::board::Sides;
 use crate::parameters::{Parameter, Parameters};
 use crate::units::{TICKS_PER_S, ticks};
 
-/// Ticks between two adaptations: `max_count` rises by one after a detection and halves without any, so that the
+/// Number of ticks between two adaptations: `max_count` rises by one after a detection and halves without any, so that the
 /// robot detects normally again after a passage.
 const ADAPT_TICKS: u8 = TICKS_PER_S as u8 / 2;
 
 /// `max_count` from which the robot is in a confined space: half of its default maximum.
 const CONFINED_COUNT: u8 = 20;
 
-/// Ticks of uninterrupted reflections that count as a jam.
+/// Number of ticks of uninterrupted reflections that count as a jam.
 pub const JAM_TICKS: u16 = ticks(30);
 
-/// Ticks for which the detectors are off after a jam.
+/// Number of ticks for which the detectors are off after a jam.
 pub const OFF_TICKS: u16 = ticks(30);
 
 /// Both detectors and their LEDs.
@@ -30,7 +30,7 @@ pub struct Infrared {
     leds_on: bool,
     /// Detectors that fired in the half cycle with the LEDs on.
     lit: Sides,
-    /// Pairs in a row with a reflection, left and right.
+    /// Number of consecutive pairs with a reflection, left and right.
     runs: [u8; 2],
     max_count: u8,
     /// Whether any pair since the last tick had a reflection.
@@ -91,7 +91,7 @@ impl Infrared {
         }
     }
 
-    /// Detections since the last tick; call it once per tick. `enabled` is the state of the layer. With equal limits
+    /// Detections since the last tick. Call once per tick. `enabled` is the state of the layer. With equal limits,
     /// `max_count` does not adapt.
     pub fn tick(&mut self, enabled: bool, parameters: &Parameters) -> Sides {
         let detected = core::mem::take(&mut self.detected);
@@ -141,13 +141,13 @@ impl Infrared {
         };
     }
 
-    /// Current number of pairs in a row that make a detection.
+    /// Current number of consecutive pairs that make a detection.
     #[must_use]
     pub const fn max_count(&self) -> u8 {
         self.max_count
     }
 
-    /// Whether many detections, as those of the walls of a passage, have raised `max_count`.
+    /// Whether many detections, such as of the walls of a passage, have raised `max_count`.
     #[must_use]
     pub const fn is_confined(&self) -> bool {
         self.max_count >= CONFINED_COUNT
@@ -186,7 +186,7 @@ mod tests {
         right: true,
     };
 
-    /// Enabled, at the first half cycle of a pair with the LEDs on.
+    /// Enabled detectors, at the first half cycle of a pair with the LEDs on.
     fn running() -> Infrared {
         let mut infrared = Infrared::default();
         infrared.tick(true, &Parameters::DEFAULT);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn ambient_light_is_no_reflection() {
+    fn ambient_light_is_not_a_reflection() {
         let mut infrared = running();
         assert_eq!(tick(&mut infrared, LEFT, NONE), LEFT);
         assert_eq!(tick(&mut infrared, BOTH, BOTH), NONE);

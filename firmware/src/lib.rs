@@ -1,7 +1,7 @@
 //! The SR04's program, independent of its board.
 //!
-//! A board reads its pins into [`board::Inputs`], calls [`robot::Robot::tick`] 20 times a second and applies the
-//! [`board::Outputs`]. Between ticks it calls [`robot::Robot::infrared_sample`] 250 times a second and transfers bytes to
+//! A board reads its pins into [`board::Inputs`], calls [`robot::Robot::tick`] 20 times per second and applies the
+//! [`board::Outputs`]. Between ticks it calls [`robot::Robot::infrared_sample`] 250 times per second and transfers bytes to
 //! and from the radio. The simulator is one such board.
 //!
 //! Start reading at [`robot::Robot::tick`], which is the whole program from top to bottom.

@@ -18,16 +18,16 @@ const TURN_PER_COUNT: i32 = (u32::MAX / COUNTS_PER_TURN as u32) as i32 + 1;
 /// pi * 5 in / 251 is 0.0312905 in.
 const STEP_PER_COUNT: i32 = 8203;
 
-/// Steps per inch.
+/// Number of steps per inch.
 const STEP_PER_IN: i32 = 4096;
 
-/// Units of position per inch: 32 bits reach 131,072 inches.
+/// Number of units of position per inch: 32 bits reach 131,072 inches.
 pub const UNITS_PER_IN: i32 = 16_384;
 
 /// Shift from a step times a 15-bit sine to a unit.
 const STEP_SHIFT: u32 = 15 - (UNITS_PER_IN / STEP_PER_IN).trailing_zeros();
 
-/// Maximum counts per tick: 4 times the motors' top speed.
+/// Maximum number of counts per tick: 4 times the motors' top speed.
 const COUNTS_MAX: i16 = 64;
 
 /// Diameter of the nominal wheels in 1/1000 inch.

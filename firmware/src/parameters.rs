@@ -40,7 +40,7 @@ macro_rules! parameters {
                 }
             }
 
-            /// Description of the parameter. It is apart from the definition so that a robot does not store it.
+            /// Description of the parameter; separate from the definition, so that a robot does not store it.
             #[must_use]
             pub const fn about(self) -> &'static str {
                 match self {

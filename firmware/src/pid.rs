@@ -1,6 +1,6 @@
-//! Speed control of one wheel: a PID controller that accumulates count error, 20 times a second.
+//! Speed control of one wheel: a PID controller that accumulates the count error, 20 times per second.
 //!
-//! It accumulates the error of counts, not of speeds: a delayed wheel catches up, so two wheels with equal speeds keep
+//! The controller accumulates the error of counts, not of speeds: a delayed wheel catches up, so two wheels with equal speeds keep
 //! the robot's heading.
 //!
 //! A motor that cannot turn its wheel would overheat, so its power is switched off for some seconds at a time.
@@ -57,7 +57,7 @@ impl Default for Gains {
 /// way to the speed of its pulse width.
 const BRAKE_PER_COUNT: i32 = 45;
 
-/// Ticks at full pulse width below the commanded speed after which the wheel is saturated.
+/// Number of ticks at full pulse width below the commanded speed after which the wheel is saturated.
 const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
 
 /// Pulse width, and ticks without a count at it, after which the wheel is stalled. At three quarters the winding takes
@@ -65,17 +65,17 @@ const SATURATED_TICKS: u8 = ticks(1) as u8 / 2;
 const STALLED_PWM: i32 = PWM_MAX as i32 * 3 / 4;
 const STALLED_TICKS: u8 = ticks(1) as u8;
 
-/// Ticks without power after a stall: the motor is powered a fifth of the time.
+/// Number of ticks without power after a stall: the motor is powered a fifth of the time.
 const REST_TICKS: u8 = 4 * STALLED_TICKS;
 
-/// Ticks at full pulse width below two thirds of the commanded speed after which the robot is held and its wheels slip.
+/// Number of ticks at full pulse width below two thirds of the commanded speed after which the robot is held and its wheels slip.
 /// They slip at a third of top speed; a low battery or a rated load does not slow them as much.
 const OVERLOAD_TICKS: u8 = 2 * ticks(1) as u8;
 
-/// Maximum edges of a tick in which the wheel may have reversed.
+/// Maximum number of edges of a tick in which the wheel may have reversed.
 const STANDING_COUNTS: u16 = 1;
 
-/// Maximum edges of a wheel per tick: the fastest gives 16.
+/// Maximum number of edges of a wheel per tick: the fastest gives 16.
 const COUNTS_MAX: u16 = 255;
 
 /// Resolution of a wheel's speed, in parts of a count per tick.
@@ -93,7 +93,7 @@ const FOLLOWS_DURING: i32 = 40;
 const FOLLOWS_AFTER: i32 = 66;
 
 /// Share in 1/256 of their difference by which the edges correct the expected speed. Without expectation a wheel whose
-/// direction was once wrong would stay wrong for ever, its motor driving against it.
+/// direction was once wrong would stay wrong forever, with its motor driving against it.
 const CORRECTS: i32 = 64;
 
 /// Resolution of the count error: 1/20 count, because a speed of 1 count per second makes one of them per tick.
@@ -114,13 +114,13 @@ pub struct Wheel {
     pwm: i16,
     full_ticks: u8,
     still_ticks: u8,
-    /// Ticks at full pulse width with much too low a speed, less those without.
+    /// Number of ticks at full pulse width with much too low a speed, less those without.
     overload_ticks: u8,
     /// Whether the wheel has stalled and not moved since.
     is_stalled: bool,
-    /// Whether the wheel has stalled backward and forward since its last encoder edge.
+    /// Whether the wheel has stalled since its last encoder edge: backward, and forward.
     silent: (bool, bool),
-    /// Ticks without power left after a stall, and the direction in which the wheel stalled.
+    /// Remaining number of ticks without power after a stall, and the direction in which the wheel stalled.
     rest_ticks: u8,
     stalled_backward: bool,
     /// While braking: counts per tick at the end of the past tick.
@@ -275,8 +275,8 @@ impl Wheel {
         }
     }
 
-    /// Whether the encoder is broken: power in either direction gives no edge. An obstacle holds a wheel in one direction,
-    /// and in the other the wheel turns, if only by the play of its gears.
+    /// Whether the encoder is broken: power in either direction gives no edge. An obstacle holds a wheel in only one direction;
+    /// in the other, the wheel turns at least by the play of its gears.
     #[must_use]
     pub const fn is_mute(&self) -> bool {
         self.silent.0 && self.silent.1
@@ -288,7 +288,7 @@ impl Wheel {
         self.silent.0 || self.silent.1
     }
 
-    /// Forgets the stalls without an edge: the operator has looked at the encoder.
+    /// Clears the stalls without an edge, because the operator has checked the encoder.
     pub const fn trust_again(&mut self) {
         self.silent = (false, false);
     }

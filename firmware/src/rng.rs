@@ -5,7 +5,7 @@
 pub struct Rng(u32);
 
 impl Rng {
-    /// A generator with this seed; 0 is replaced, because it would repeat for ever.
+    /// A generator with this seed; 0 is replaced, because it would repeat forever.
     #[must_use]
     pub const fn new(seed: u32) -> Self {
         Self(if seed == 0 { 0x9E37_79B9 } else { seed })

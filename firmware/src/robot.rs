@@ -31,16 +31,16 @@ use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::HOLDERS;
 
-/// Sonar horizon while prowling: all that the sonar can resolve.
+/// Sonar horizon while prowling, inches: the whole range that the sonar can resolve.
 const PROWL_HORIZON_IN: u16 = 180;
 
-/// Sonar horizon in modes without a drive of their own: nearer obstacles push the robot away.
+/// Sonar horizon in modes that do not drive by themselves, inches; nearer obstacles push the robot away.
 const REACTIVE_HORIZON_IN: u16 = 48;
 
-/// Sonar horizon on the way to a target: farther walls do not divert the robot.
+/// Sonar horizon on the way to a target, inches: farther walls do not divert the robot.
 const ROUTE_HORIZON_IN: u16 = 40;
 
-/// Ticks of braking after a stop: from top speed the wheels stand after two or three.
+/// Number of ticks of braking after a stop; from top speed, the wheels stop after two or three.
 const BRAKE_TICKS: u8 = 4;
 
 /// Text at the end of the route.
@@ -64,13 +64,13 @@ const HOME_REACHED: &str = "I'm home";
 pub struct Robot {
     identity: Identity,
     parameters: Parameters,
-    /// Parameters as kept by the board.
+    /// Parameters saved by the board.
     kept: Parameters,
     /// Whether the board must store the parameters.
     must_keep: bool,
     now_ticks: u32,
     mode: Mode,
-    /// Mode to which mode Passive returns.
+    /// Mode to which the robot returns after mode Passive.
     mode_before: Mode,
     allowed: LayerMask,
     rng: Rng,
@@ -97,13 +97,13 @@ pub struct Robot {
     unguarded_ticks: u16,
     autonomy: Autonomy,
     song_player: SongPlayer,
-    /// Ticks of braking left after a stop.
+    /// Remaining number of ticks of braking after a stop.
     brake_ticks: u8,
 
     receiver: Receiver,
     farm: Farm,
     guard: Guard,
-    /// Ticks for which drive frames are accepted without another frame from the ground station.
+    /// Number of ticks for which drive frames are accepted without another frame from the ground station.
     live_ticks: u8,
 
     events: Events,
@@ -296,7 +296,7 @@ impl Robot {
         }
     }
 
-    /// Brakes until the fastest wheels stand, then switches the motors off: a faulty encoder must not keep a stopped
+    /// Brakes until even the fastest wheels have stopped, then switches the motors off: a faulty encoder must not keep a stopped
     /// robot's motors running.
     fn stop_motors(&mut self, counts: Counts) -> (i16, i16) {
         if self.brake_ticks == 0 {
@@ -315,7 +315,7 @@ impl Robot {
 
     fn horizon_in(&self, target: Option<Waypoint>) -> u16 {
         match target {
-            // Obstacles behind the target are not in the way.
+            // Obstacles behind the target do not matter.
             Some(target) => {
                 ROUTE_HORIZON_IN.min(prowl::distance_in(&self.odometer.pose(), target) as u16)
             }

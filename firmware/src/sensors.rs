@@ -7,7 +7,7 @@ use crate::units::cps;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::Mode;
 
-/// Everything that a behaviour may use.
+/// All inputs of a behaviour.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "one per sensor")]
 pub struct Senses<'a> {
@@ -17,7 +17,7 @@ pub struct Senses<'a> {
     pub mode: Mode,
     /// Point that the robot is driving to.
     pub target: Option<Waypoint>,
-    /// Ticks since boot.
+    /// Number of ticks since boot.
     pub now_ticks: u32,
     /// Pose by odometry.
     pub pose: Pose,
@@ -51,7 +51,7 @@ pub struct Senses<'a> {
     pub is_docked: bool,
     /// Whether the battery is full.
     pub is_charged: bool,
-    /// Distance ahead beyond which obstacles are ignored.
+    /// Distance ahead beyond which obstacles are ignored, inches.
     pub horizon_in: u16,
     /// Random number for this tick.
     pub random: u32,
@@ -75,15 +75,15 @@ impl Senses<'_> {
     }
 }
 
-/// Range from which the floor ahead is open rather than blocked.
+/// Range from which the floor ahead is open rather than blocked, inches.
 const OPEN_IN: u16 = 40;
 
 /// Latest range of each sonar; `None` without an echo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ranges {
-    /// Left, inches.
+    /// Range of the left sonar, inches.
     pub left_in: Option<u16>,
-    /// Right, inches.
+    /// Range of the right sonar, inches.
     pub right_in: Option<u16>,
 }
 
@@ -126,7 +126,7 @@ pub const fn ping_at(now_ticks: u32) -> Option<Side> {
     }
 }
 
-/// Battery voltage averaged over about 3 s, so that starting motors do not count as a low battery.
+/// Battery voltage averaged over about 3 s, because starting motors must not count as a low battery.
 #[derive(Clone, Debug, Default)]
 pub struct Battery {
     /// Average in 1/64 of a tenth of a volt; 0 before the first reading.

@@ -14,9 +14,9 @@ pub enum Song {
     Passive,
     /// Low battery: a falling call and a question.
     LowBattery,
-    /// Docked.
+    /// The robot has docked.
     Docked,
-    /// Back home.
+    /// The robot is back home.
     Home,
 }
 

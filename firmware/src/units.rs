@@ -11,7 +11,7 @@ pub const fn cps(in_s: i16) -> i16 {
     in_s * COUNTS_PER_IN as i16
 }
 
-/// Inches per second of a speed, rounded as in telemetry.
+/// A speed in inches per second, rounded as in telemetry.
 #[must_use]
 pub fn in_s(cps: i16) -> i8 {
     let half = COUNTS_PER_IN as i16 / 2;

@@ -19,7 +19,7 @@ fn on_floor() -> Bench {
     bench
 }
 
-/// Whether line A shows that the cliff guard holds the motors.
+/// Whether line A shows that the cliff guard controls the motors.
 fn cliff_guard_holds(state: &StateLine) -> bool {
     state.layers.holder().is_none() && !matches!(state.cliff, Cliff::None | Cliff::NotFitted)
 }

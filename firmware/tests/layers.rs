@@ -60,7 +60,7 @@ fn drive(bench: &mut Bench, key: Key, velocity_in_s: i8) {
     bench.send(&Message::Drive(drive), key);
 }
 
-/// Degrees that the robot has actually turned since the last call.
+/// Angle that the robot has actually turned since the last call, degrees.
 fn turned_deg(bench: &mut Bench) -> f64 {
     (bench.left.take_way() - bench.right.take_way()) / 1004.0 * 360.0
 }

@@ -91,7 +91,7 @@ struct Analytic {
 
 impl Analytic {
     const TICK_S: f64 = 0.05;
-    /// Counts a second per 1/255 of pulse width at 12 volts without load.
+    /// Number of counts per second per 1/255 of pulse width at 12 volts without load.
     const GAIN: f64 = 326.0 / 255.0;
     /// Time constant of the motor in seconds.
     const TIME_CONSTANT_S: f64 = 1.0 / 6.0;

@@ -1,6 +1,6 @@
 //! CRC-24 with Koopman polynomial 0xBD80DE (0x7B01BD in normal notation), most significant bit first.
 //!
-//! Hamming distance 6 up to 2026 data bits: it detects up to five flipped bits in every line and frame.
+//! The Hamming distance is 6 up to 2026 data bits: the CRC detects up to five flipped bits in every line and frame.
 //! A 24-bit remainder fills four 6-bit characters exactly.
 
 const POLYNOMIAL: u32 = 0x7B_01BD;
@@ -8,7 +8,7 @@ const POLYNOMIAL: u32 = 0x7B_01BD;
 /// Initial remainder of a line.
 pub const DOWNLINK_INIT: u32 = 0xFF_FFFF;
 
-/// Characters of the remainder on the wire.
+/// Number of characters of the remainder on the wire.
 pub const CHARACTERS: usize = 4;
 
 const fn step(mut remainder: u32, bits: u32) -> u32 {
@@ -24,7 +24,7 @@ const fn step(mut remainder: u32, bits: u32) -> u32 {
     remainder & 0xFF_FFFF
 }
 
-/// Uses a table of 16 nibbles: 64 bytes of the microcontroller's RAM.
+/// Implementation with a table of 16 nibbles: 64 bytes of the microcontroller's RAM.
 #[cfg(target_arch = "avr")]
 mod engine {
     use super::step;
@@ -50,7 +50,7 @@ mod engine {
     }
 }
 
-/// Uses eight tables to take eight bytes at a step, because decoding long captures depends on its speed.
+/// Implementation with eight tables, which takes eight bytes per step, because the speed of decoding long captures depends on it.
 #[cfg(not(target_arch = "avr"))]
 mod engine {
     use super::step;
@@ -98,13 +98,13 @@ mod engine {
     }
 }
 
-/// Continues a remainder over more bytes.
+/// The remainder after further bytes.
 #[must_use]
 pub fn update(remainder: u32, bytes: &[u8]) -> u32 {
     engine::update(remainder, bytes)
 }
 
-/// The remainder as it travels, most significant character first.
+/// The remainder as characters on the wire, most significant character first.
 #[must_use]
 pub fn characters(remainder: u32) -> [u8; CHARACTERS] {
     let mut out = [0; CHARACTERS];
@@ -134,7 +134,7 @@ mod tests {
         }
     }
 
-    /// Koopman's notation leaves out the constant term instead of the leading one. The values were computed apart from
+    /// Koopman's notation omits the constant term instead of the leading term. The values were computed independently of
     /// this code, bit by bit.
     #[test]
     fn checksum_has_the_polynomial_0xbd80de() {

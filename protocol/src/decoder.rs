@@ -1,6 +1,6 @@
-//! The ground's receiver: finds intact lines in any stream of bytes, by looking back.
+//! The ground's receiver: finds intact lines in any stream of bytes.
 //!
-//! At each line feed the decoder tries the last 80 bytes, then the last 14. There is no start character
+//! At each line feed, the decoder tries the last 80 bytes, then the last 14. There is no start character
 //! and no length field: only the checksum decides, so noise before an intact line never hides it.
 
 mod damage;
@@ -20,54 +20,54 @@ use robots::{Robots, Sender};
 /// line or is rejected for one reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Bytes received.
+    /// Number of received bytes.
     pub bytes: u64,
-    /// Intact 80-byte lines.
+    /// Number of intact 80-byte lines.
     pub lines: u64,
-    /// Intact acknowledgement lines.
+    /// Number of intact acknowledgement lines.
     pub ack_lines: u64,
-    /// Line feeds that ended the shape of a line, CR LF in place, with a wrong checksum.
+    /// Number of line feeds that ended bytes in the shape of a line (with CR LF in place) but with a wrong checksum.
     pub crc_rejected: u64,
-    /// Line feeds that did not end the shape of a line.
+    /// Number of line feeds that did not end bytes in the shape of a line.
     pub shape_rejected: u64,
-    /// Lines with a valid checksum and an unreadable field.
+    /// Number of lines with a valid checksum and an unreadable field.
     pub field_rejected: u64,
-    /// Lines missing in the sequence. A gap of more than 93 lines counts short: 94 to 98 look like a late
+    /// Number of lines missing in the sequence. A gap of more than 93 lines is counted too short: 94 to 98 look like a late
     /// line, and longer gaps wrap.
     ///
-    /// The sequence begins anew after a reboot, so losses around it are not counted here. If only line C reveals
-    /// the reboot, the longest gap since the line C before is taken for it and subtracted.
+    /// The sequence restarts after a reboot, so losses around a reboot are not counted here. If only line C reveals
+    /// the reboot, the longest gap since the previous line C is attributed to the reboot and subtracted.
     pub lines_lost: u64,
-    /// Reboots of the robot, as recognized by [`Life`].
+    /// Number of reboots of the robot, as recognized by [`Life`].
     pub restarts: u64,
-    /// Lines lost that the steps of the sequence do not show: mostly whole hundreds, by the uptime in lines C, and those between a
-    /// boot and the first line heard after it.
+    /// Lost lines that the sequence does not show: mostly whole hundreds, from the uptime in lines C, and lines between a
+    /// boot and the first line received after it.
     pub hidden: Lost,
-    /// Lines that may be lost besides, by the ground's clock: whole hundreds in silences since the latest line C, of which the next
-    /// one tells the number.
+    /// Number of further lines that may be lost, by the ground's clock: whole hundreds in silences since the latest line C. The next line C
+    /// shows the number.
     pub unsettled: u64,
-    /// Damaged lines. A line feed in noise ends none of them.
+    /// Damaged lines. A line feed in noise does not count as one.
     pub damaged: Damaged,
-    /// Damaged lines among `lines_lost`.
+    /// Number of damaged lines included in `lines_lost`.
     pub damaged_in_gaps: u64,
-    /// Lines of another robot among `lines`.
+    /// Number of lines of another robot included in `lines`.
     pub other_lines: u64,
-    /// Lines of another robot among `ack_lines`.
+    /// Number of lines of another robot included in `ack_lines`.
     pub other_ack_lines: u64,
-    /// Id of another robot on the channel.
+    /// Id of another robot on the channel, if there is one.
     pub other_robot: Option<u8>,
-    /// Bytes outside intact lines, including those of a line not complete yet.
+    /// Number of bytes outside intact lines, including those of an unfinished line.
     pub noise_bytes: u64,
 }
 
 impl Counters {
-    /// Intact lines of the robot that is followed.
+    /// Number of intact lines of the followed robot.
     #[must_use]
     pub const fn intact(&self) -> u64 {
         self.lines + self.ack_lines - self.other_lines - self.other_ack_lines
     }
 
-    /// Lines that the robot sent and of which nothing recognizable arrived; damaged lines are not among them. The hundreds are
+    /// Number of lines that the robot sent and that did not arrive in any recognizable form; damaged lines are not included. The hundreds are
     /// known at the next line C.
     #[must_use]
     pub const fn lost(&self) -> Lost {
@@ -78,32 +78,32 @@ impl Counters {
         })
     }
 
-    /// Takes what is unsettled for an interval that no line C narrows any more.
+    /// Makes `unsettled` a permanent interval, because no line C will narrow it.
     const fn give_up_settling(&mut self) {
         self.hidden.max += self.unsettled;
         self.unsettled = 0;
     }
 }
 
-/// Finds lines in a stream; the result does not depend on how the stream is cut into pieces.
+/// Finds lines in a stream. The result does not depend on how the stream is split into pieces.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     /// The latest bytes, oldest first in `window[..filled]`.
     window: [u8; LINE_BYTES],
     filled: usize,
-    /// Bytes since the end of the latest intact line; a new line cannot begin before them.
+    /// Number of bytes since the end of the latest intact line; a new line cannot begin earlier.
     fresh: usize,
     newest: Option<Newest>,
     life: Life,
-    /// Lines counted as lost in the longest gap since the latest line C.
+    /// Number of lines counted as lost in the longest gap since the latest line C.
     longest_step: u64,
-    /// What was known after it, and the damaged lines in it, in case that it was a boot.
+    /// State after the longest gap, and the number of damaged lines in it, in case the gap was a boot.
     after_longest: Option<(AtCounters, u64)>,
     reckoning: Reckoning,
     robots: Robots,
-    /// Whether the latest line is of the robot that is followed.
+    /// Whether the latest line is from the followed robot.
     is_own: bool,
-    /// Damaged lines since the latest line of the robot that is followed, and the noise before that line.
+    /// Number of damaged lines since the latest line of the followed robot, and the noise bytes before that line.
     damaged: u64,
     noise_before: u64,
     last_field_error: Option<FieldError>,
@@ -132,22 +132,22 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// Counts so far.
+    /// The counts so far.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// Marks an interruption of the link: a line received in part is dropped, and lines sent meanwhile are lost.
+    /// Marks an interruption of the link: a partial line is dropped, and lines sent meanwhile count as lost.
     pub const fn interrupt(&mut self) {
         self.fresh = 0;
         if let Some(newest) = &mut self.newest {
-            // A line 1 to 5 behind is no late one after an interruption.
+            // After an interruption, a line 1 to 5 behind does not count as late.
             newest.is_late_possible = false;
         }
     }
 
-    /// Marks bytes that arrived and are missing from the stream: no line spans them, and lines among them do not count as lost.
+    /// Marks received bytes that are missing from the stream: no line spans them, and lines in them do not count as lost.
     pub const fn skip(&mut self) {
         self.newest = None;
         self.fresh = 0;
@@ -157,13 +157,13 @@ impl Decoder {
         self.counters.give_up_settling();
     }
 
-    /// Sets the ground's time of the bytes that follow, ms. It bounds the lines lost in a silence until the robot's clock tells
-    /// them; without it they are not known until then.
+    /// Sets the ground's time of the next bytes, ms. The time limits the number of lines lost in a silence until the robot's clock shows
+    /// the number; without a time, the number is unknown until then.
     pub const fn set_time(&mut self, now_ms: u64) {
         self.reckoning.set_time(now_ms);
     }
 
-    /// Takes a number of the latest bytes for a line of the robot's own: the lines damaged since `before` are none.
+    /// Counts a number of the latest bytes as a line of the robot's own; lines counted as damaged since `before` are not damaged.
     pub fn disown(&mut self, bytes: usize, before: Damaged) {
         self.noise_before += bytes as u64;
         let counted = self.counters.damaged.total() - before.total();
@@ -171,19 +171,19 @@ impl Decoder {
         self.counters.damaged = before;
     }
 
-    /// The field error of the latest line that had a valid checksum and was not readable.
+    /// The field error of the latest unreadable line with a valid checksum.
     #[must_use]
     pub const fn last_field_error(&self) -> Option<FieldError> {
         self.last_field_error
     }
 
-    /// The intact lines that `bytes` complete. Consumes the bytes as it is iterated.
+    /// Iterates over the intact lines that `bytes` complete. Iteration consumes the bytes.
     pub fn lines(&mut self, mut bytes: &[u8]) -> impl Iterator<Item = Received> {
         core::iter::from_fn(move || self.next_line(&mut bytes))
     }
 
-    /// The next intact line that `bytes` complete, or `None`; consumes `bytes` from the front. For loops that use
-    /// the decoder, or the struct that owns it, between two lines.
+    /// The next intact line that `bytes` complete, or `None`. Consumes `bytes` from the front. For loops that use
+    /// the decoder or its owner between two lines.
     pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         if let Some(received) = self.take_whole(bytes) {
             *bytes = &bytes[LINE_BYTES..];
@@ -203,8 +203,8 @@ impl Decoder {
         None
     }
 
-    /// As [`Self::next_line`], but without the lines of other robots on the channel. The robot heard first is followed; after
-    /// 15 lines in a row of another one, that one.
+    /// The next intact line of the followed robot; lines of other robots on the channel are skipped (see [`Self::next_line`]). The first robot received is followed; after
+    /// 15 consecutive lines of another robot, that robot is followed.
     pub fn next_own_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         loop {
             let received = self.next_line(bytes)?;
@@ -214,8 +214,8 @@ impl Decoder {
         }
     }
 
-    /// The length of `bytes` up to and including the first CR LF. Counts the line feeds before it, which end no line: a flood
-    /// of them costs a count each.
+    /// The length of `bytes` up to and including the first CR LF. Counts the earlier line feeds, which end no line; a flood
+    /// of them costs only a count each.
     fn find_line_end(&mut self, bytes: &[u8]) -> Option<usize> {
         let mut is_after_cr = self.window[..self.filled].last() == Some(&b'\r');
         for (n, &byte) in bytes.iter().enumerate() {
@@ -230,7 +230,7 @@ impl Decoder {
         None
     }
 
-    /// Shortcut for a whole line right after another one, without search and copy. It changes no result,
+    /// Shortcut for a whole line directly after another line, without search and copy. The result is the same,
     /// because an intact line has no line feed before its end.
     fn take_whole(&mut self, bytes: &[u8]) -> Option<Received> {
         let line = bytes.first_chunk::<LINE_BYTES>()?;
@@ -347,7 +347,7 @@ impl Decoder {
         let has_restarted = self.life.take(received);
         self.counters.restarts += u64::from(has_restarted);
         if has_restarted {
-            // The boot counter in the acknowledgements may be the same.
+            // The boot counter in the acknowledgements may be equal.
             if !is_boot {
                 self.counters.unsettled = 0;
                 self.reckoning.forget();
@@ -379,7 +379,7 @@ impl Decoder {
         }
     }
 
-    /// Begins a life of the robot, of which the first line has been heard after a number of damaged ones.
+    /// Begins a life of the robot (the time from boot to boot), whose first line was received after `damaged` damaged lines.
     fn begin_life(&mut self, boot: AtCounters, damaged: u64) {
         let max = boot.lines_before();
         let min = max.saturating_sub(damaged);
@@ -387,7 +387,7 @@ impl Decoder {
         self.reckoning.begin(boot);
     }
 
-    /// Counts the lines lost before one of the robot that is followed; returns whether its boot is another one.
+    /// Counts the lines lost before a line of the followed robot; returns whether the line is from another boot.
     fn count_lost(&mut self, sequence: u8, boot: u8, length: usize) -> bool {
         let Some(newest) = self.newest.as_mut().filter(|newest| newest.boot == boot) else {
             self.longest_step = 0;
@@ -401,7 +401,7 @@ impl Decoder {
             let most = self.reckoning.take_pause(false, length).unwrap_or(0);
             let is_boot = self.newest.replace(newest).is_some();
             if is_boot {
-                // The sequence begins anew after a reboot, so there is no gap.
+                // The sequence restarts after a reboot, so there is no gap.
                 self.counters.give_up_settling();
                 if sequence > 0 {
                     self.counters.unsettled = hundreds_beyond(u64::from(sequence), most);
@@ -416,7 +416,7 @@ impl Decoder {
         let ahead = (sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
         let behind = (SEQUENCE_MODULUS - ahead) % SEQUENCE_MODULUS;
         let most = self.reckoning.take_pause(ahead == 1, length).unwrap_or(0);
-        // Late lines come soon.
+        // Late lines arrive soon.
         if most >= FULL_ROUND {
             newest.is_late_possible = false;
         }
@@ -441,7 +441,7 @@ impl Decoder {
         }
         self.reckoning.set_behind(behind);
         if newest.arrived & 1 << behind == 0 {
-            // Counted as lost, but only late.
+            // The line was counted as lost, but was only late.
             newest.arrived |= 1 << behind;
             self.counters.lines_lost -= 1;
             self.longest_step = self.longest_step.saturating_sub(1);
@@ -449,8 +449,8 @@ impl Decoder {
         false
     }
 
-    /// Counts the damaged lines among the `lost` ones of a gap, also those of which the line feed is damaged, too: the noise is as
-    /// long as they are. Returns their number.
+    /// Counts the damaged lines among the `lost` lines of a gap, including those with a damaged line feed: the noise is as
+    /// long as these lines. Returns their number.
     fn count_damaged_in_gap(&mut self, lost: u64) -> u64 {
         let noise = self.counters.noise_bytes.saturating_sub(self.noise_before);
         let ended = self.damaged.min(lost);
@@ -464,7 +464,7 @@ impl Decoder {
         } else {
             ((noise + long / 2) / long).max(u64::from(noise >= NOISE_MIN))
         };
-        // Noise of the radio itself has hardly any line ends.
+        // Noise of the radio itself contains hardly any line ends.
         let arrived = by_length.min(lost);
         let arrived = if is_few || arrived <= 2 * ended {
             arrived.max(ended)
@@ -479,36 +479,36 @@ impl Decoder {
     }
 }
 
-/// Lines lost between two of the same sequence, at least.
+/// Minimum number of lines lost between two lines with the same sequence.
 const FULL_ROUND: u64 = SEQUENCE_MODULUS as u64 - 1;
 
-/// Whole hundreds of lines that may be lost besides `lost`, where `most` may be in all.
+/// Number of lines that may be lost in addition to `lost`, in whole hundreds, if at most `most` are lost in total.
 const fn hundreds_beyond(lost: u64, most: u64) -> u64 {
     let round = SEQUENCE_MODULUS as u64;
     most.saturating_sub(lost) / round * round
 }
 
-/// Most lines by which a late or repeated line is behind the newest; beyond that it ends a long gap.
+/// Maximum number of lines by which a late or repeated line is behind the newest; a line further behind ends a long gap.
 const LATE_LINES_MAX: u8 = 5;
 
-/// Least noise of a damaged line, long or short, bytes.
+/// Minimum noise of a damaged line, long or short, bytes.
 const NOISE_MIN: u64 = 10;
 
-/// Largest gap in which lines are recognized by the amount of noise alone.
+/// Maximum number of lines in a gap whose damaged lines are recognized by the amount of noise alone.
 const FEW_LINES: u64 = 4;
 
-/// Bytes that damaged lines may lack or have too many.
+/// Maximum difference of a damaged line's length from a line's, bytes.
 const LENGTH_TOLERANCE: u64 = 6;
 
-/// The newest line by its sequence, from which the next ones are counted.
+/// The newest line by its sequence; later lines are counted from it.
 #[derive(Clone, Copy, Debug)]
 struct Newest {
     /// The robot's boot counter, from its acknowledgements.
     boot: u8,
     sequence: u8,
-    /// Bit `n`: the line `n` before this one arrived or was sent before counting began.
+    /// Bit `n`: the line `n` lines before this one arrived, or was sent before counting began.
     arrived: u8,
-    /// Whether the next line may be late: no interruption came since this one.
+    /// Whether the next line may be late, because there was no interruption since this line.
     is_late_possible: bool,
 }
 
@@ -546,7 +546,7 @@ mod tests {
         line
     }
 
-    /// [`Decoder::take_whole`] relies on it.
+    /// [`Decoder::take_whole`] relies on this property.
     #[test]
     fn intact_lines_hold_no_line_feed() {
         for &line_type in LineType::ALL {

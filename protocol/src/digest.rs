@@ -1,4 +1,4 @@
-//! Digest of a waypoint list, by which both ends know that they hold the same one.
+//! Digest of a waypoint list; both ends compare it to know that they hold the same list.
 
 use crate::Waypoint;
 

@@ -1,8 +1,8 @@
 //! The wire between an SR04 robot and its ground station.
 //!
-//! Down: lines of 80 bytes at 2400 baud ([`telemetry`]), which [`decoder::Decoder`] finds in a noisy
-//! stream. Up: short frames between line feeds ([`command`]), which [`receiver::Receiver`] finds. On top
-//! of both, [`arq`] delivers each command exactly once. `SPEC.md` specifies all of it, for other robots
+//! Downlink: lines of 80 bytes at 2400 baud ([`telemetry`]), which [`decoder::Decoder`] finds in a noisy
+//! stream. Uplink: short frames between line feeds ([`command`]), which [`receiver::Receiver`] finds. On top
+//! of both, [`arq`] delivers each command exactly once. `SPEC.md` specifies the protocol, for other robots
 //! and languages.
 //!
 //! No heap, no floats, no clock: `now` is always a parameter.
@@ -26,16 +26,16 @@ pub mod sixbit;
 pub mod status_codes;
 pub mod telemetry;
 
-/// Bytes of a line, CR LF included.
+/// Length of a line including CR LF, bytes.
 pub const LINE_BYTES: usize = 80;
 
-/// Bytes a second at 2400 baud 8N1.
+/// Number of bytes per second at 2400 baud 8N1.
 pub const BYTES_PER_S: u32 = 240;
 
-/// Most waypoints in a list.
+/// Maximum number of waypoints in a list.
 pub const WAYPOINTS_MAX: usize = 300;
 
-/// Largest magnitude of a waypoint's coordinate, inches.
+/// Maximum magnitude of a waypoint's coordinate, inches.
 pub const WAYPOINT_LIMIT_IN: i16 = 9999;
 
 /// A point to drive to, in inches from the robot's origin.

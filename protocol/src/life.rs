@@ -6,8 +6,8 @@ use crate::telemetry::{Body, CountersLine, Line};
 /// Modulus of the uptime in line C, seconds.
 pub(crate) const UPTIME_ROUND_S: u32 = 1_000_000;
 
-/// The present life of the robot, from boot to boot. Every line holds the boot counter modulo 8, lines B and C
-/// hold it modulo 1000, and line C holds the uptime: each tells apart lives that the one before confuses.
+/// The current life of the robot, from boot to boot. Every line contains the boot counter modulo 8, lines B and C
+/// modulo 1000, and line C the uptime; each distinguishes lives that the previous one confuses.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Life {
     /// Boot counter modulo 8.
@@ -46,7 +46,7 @@ impl Life {
         is_new
     }
 
-    /// Uptime that runs backwards means a reboot.
+    /// Takes a line C; an uptime that runs backward means a reboot.
     fn take_counters(&mut self, counters: &CountersLine) -> bool {
         let rebooted = self.take_boots(counters.boots);
         let uptime_s = counters.uptime_s % UPTIME_ROUND_S;

@@ -2,16 +2,16 @@
 
 use crate::crc;
 
-/// Most characters of a name, each a lower case letter, a digit or a hyphen.
+/// Maximum length of a name, characters; each is a lower case letter, a digit or a hyphen.
 pub const NAME_BYTES: usize = 18;
 
-/// Most characters of a unit.
+/// Maximum length of a unit, characters.
 pub const UNIT_BYTES: usize = 11;
 
-/// Most parameters of a robot: line P has two digits for their number.
+/// Maximum number of parameters of a robot; line P has two digits for the number.
 pub const PARAMETERS_MAX: u8 = 99;
 
-/// Largest magnitude of a value in line P.
+/// Maximum magnitude of a value in line P.
 pub const VALUE_MAX: i32 = 99_999;
 
 /// The 24-bit key that stands for a name in an order: its checksum from [`crc::DOWNLINK_INIT`]. Unlike a number,

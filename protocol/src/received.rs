@@ -1,9 +1,9 @@
-//! A line as it came, of any type.
+//! A received line of any type.
 
 use crate::LINE_BYTES;
 use crate::telemetry::{Ack, AckLine, Body, Detail, Line};
 
-/// A line found in the stream.
+/// A line found in a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
     /// An intact line, and its 80 bytes.
@@ -22,7 +22,7 @@ impl Received {
         }
     }
 
-    /// Id of the robot that sent the line; `None` when the line does not hold it.
+    /// Id of the robot that sent the line; `None` if the line does not contain it.
     #[must_use]
     pub const fn robot_id(&self) -> Option<u8> {
         match (self, self.ack().detail) {
@@ -42,7 +42,7 @@ impl Received {
         }
     }
 
-    /// Seconds since boot, modulo 1,000,000; `None` unless it is a line C.
+    /// Uptime in a line C, seconds since boot modulo 1,000,000; `None` for other lines.
     #[must_use]
     pub const fn uptime_s(&self) -> Option<u32> {
         match self {

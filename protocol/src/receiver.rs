@@ -3,21 +3,21 @@
 use crate::command::{FRAME_BYTES_MAX, Key, Message};
 use crate::crc;
 
-/// Frames received and rejected since boot.
+/// Number of frames received and rejected since boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReceiverCounters {
-    /// Intact frames that could be read.
+    /// Number of intact frames that could be read.
     pub frames: u16,
-    /// Runs of bytes between line feeds with a wrong CRC.
+    /// Number of byte sequences between line feeds with a wrong CRC.
     pub crc: u16,
-    /// Runs that are too long for a frame.
+    /// Number of byte sequences too long for a frame.
     pub too_long: u16,
-    /// Intact frames that this version cannot read.
+    /// Number of intact frames that this version cannot read.
     pub unreadable: u16,
 }
 
 impl ReceiverCounters {
-    /// All rejected runs.
+    /// Number of all rejected byte sequences.
     #[must_use]
     pub const fn rejected(&self) -> u16 {
         self.crc
@@ -32,7 +32,7 @@ const CONTENT_MAX: usize = FRAME_BYTES_MAX - 2;
 #[derive(Clone, Debug)]
 pub struct Receiver {
     buffer: [u8; CONTENT_MAX],
-    /// Bytes since the last line feed; larger than the buffer if the run is too long.
+    /// Number of bytes since the last line feed; larger than the buffer if there are too many.
     length: u8,
     counters: ReceiverCounters,
 }
@@ -80,7 +80,7 @@ impl Receiver {
         Some(message)
     }
 
-    /// Counts since boot.
+    /// The counts since boot.
     #[must_use]
     pub const fn counters(&self) -> &ReceiverCounters {
         &self.counters

@@ -1,10 +1,10 @@
 //! Six bits in one printable character.
 //!
-//! A value `v` from 1 to 63 travels as `0x20 + v`, and 0 as a backtick, because a space would end the
+//! A value `v` from 1 to 63 is sent as `0x20 + v`, and 0 as a backtick, because a space would end the
 //! field for `awk`. A flipped bit always changes the value or makes it invalid, so the encoding keeps the
 //! Hamming distance of the CRC.
 
-/// The character of the low six bits of `value`.
+/// The character for the low six bits of `value`.
 #[must_use]
 pub const fn encode(value: u8) -> u8 {
     match value & 0x3F {
@@ -13,7 +13,7 @@ pub const fn encode(value: u8) -> u8 {
     }
 }
 
-/// The value of a character; `None` if it is no 6-bit character.
+/// The value of a character; `None` if it is not a 6-bit character.
 #[must_use]
 pub const fn decode(character: u8) -> Option<u8> {
     match character {
@@ -32,8 +32,8 @@ pub fn encode_into(mut value: u32, out: &mut [u8]) {
     }
 }
 
-/// Reads a number, most significant character first, and keeps its low 32 bits; `None` if one of the characters is
-/// no 6-bit character.
+/// Reads a number, most significant character first, and keeps its low 32 bits; returns `None` if one of the characters is
+/// not a 6-bit character.
 #[must_use]
 pub fn decode_from(characters: &[u8]) -> Option<u32> {
     characters
@@ -61,7 +61,7 @@ mod tests {
         }
     }
 
-    /// The checksum's Hamming distance depends on it.
+    /// The checksum's Hamming distance depends on this property.
     #[test]
     fn characters_differ_in_at_least_as_many_bits_as_their_values() {
         for a in 0..64_u8 {

@@ -1,4 +1,4 @@
-//! Status codes: states that travel as one ASCII character each, most of them in line A.
+//! Status codes: states sent as one ASCII character each, most of them in line A.
 
 /// Declares an enum whose variants are single ASCII characters on the wire, from one list.
 macro_rules! status_codes {
@@ -9,14 +9,14 @@ macro_rules! status_codes {
         pub enum $name { $($(#[$vmeta])* $variant = $letter),+ }
 
         impl $name {
-            /// Every variant, in the order SPEC.md lists them.
+            /// Every variant, in the order of SPEC.md.
             pub const ALL: &[Self] = &[$(Self::$variant),+];
 
             /// The letter on the wire.
             #[must_use]
             pub const fn letter(self) -> u8 { self as u8 }
 
-            /// The variant of a letter; `None` for an unknown letter.
+            /// The variant with a letter; `None` for an unknown letter.
             #[must_use]
             pub const fn from_letter(letter: u8) -> Option<Self> {
                 match letter { $($letter => Some(Self::$variant),)+ _ => None }
@@ -29,23 +29,23 @@ pub(crate) use status_codes;
 status_codes! {
     /// Front bumper switches pressed at any tick since the previous line A.
     Bump {
-        /// Nothing pressed.
+        /// No switch pressed.
         None = b'.',
-        /// Left.
+        /// Left switch.
         Left = b'L',
-        /// Centre.
+        /// Centre switch.
         Center = b'C',
-        /// Right.
+        /// Right switch.
         Right = b'R',
-        /// Left and centre.
+        /// Left and centre switches.
         LeftCenter = b'l',
-        /// Centre and right.
+        /// Centre and right switches.
         RightCenter = b'r',
-        /// Left and right, centre free.
+        /// Left and right switches, but not the centre one.
         Sides = b'S',
-        /// All three.
+        /// All three switches.
         All = b'A',
-        /// Held for so long that the robot ignores it.
+        /// Pressed for so long that the robot ignores the bumper.
         Jammed = b'J',
         /// No bumper is fitted.
         NotFitted = b'-',
@@ -73,7 +73,7 @@ status_codes! {
 status_codes! {
     /// Floor edge sensors since the previous line A.
     Cliff {
-        /// Floor everywhere.
+        /// Floor under every sensor.
         None = b'.',
         /// No floor under the left sensor.
         Left = b'L',
@@ -103,7 +103,7 @@ status_codes! {
         MotionRight = b'R',
         /// Motion on both sides.
         MotionBoth = b'B',
-        /// The top-hat switch touched something above.
+        /// The top-hat switch touched an obstacle above.
         TopHat = b'T',
         /// No arm is fitted.
         NotFitted = b'-',
@@ -115,9 +115,9 @@ status_codes! {
     Drive {
         /// Wheels follow the requested speed.
         Ok = b'.',
-        /// Full power and slower than requested.
+        /// Full power, but slower than requested.
         Saturated = b's',
-        /// Full power and no movement.
+        /// Full power, but no movement.
         Stalled = b'X',
         /// The odometer was reset since the previous line A.
         OdometerReset = b'0',
@@ -135,7 +135,7 @@ status_codes! {
         Low = b'l',
         /// Below the critical threshold.
         Critical = b'!',
-        /// On the dock, not charging.
+        /// On the dock, but not charging.
         Docked = b'd',
         /// Charging.
         Charging = b'+',
@@ -147,9 +147,9 @@ status_codes! {
     Link {
         /// No failsafe set.
         Ok = b'.',
-        /// Armed: the robot acts if the ground falls silent, and needs keepalives.
+        /// Armed: the robot acts if the ground becomes silent, so it needs keepalives.
         Armed = b'f',
-        /// Acting, because the ground has been silent.
+        /// Acting, because the ground is silent.
         Failsafe = b'F',
     }
 }
@@ -159,7 +159,7 @@ status_codes! {
     Mode {
         /// Move about at top speed, or to the next waypoint.
         Prowl = b'P',
-        /// Sensor layers without prowl: stands still until one of them drives.
+        /// Sensor layers without prowl: the robot does not move until a layer drives.
         Reactive = b'R',
         /// Hide and wait for motion.
         Passive = b'H',
@@ -167,13 +167,13 @@ status_codes! {
         Stop = b'X',
         /// Driven by hand.
         User = b'U',
-        /// Wander for three minutes, then home.
+        /// Wander for three minutes, then go home.
         Wander = b'W',
-        /// Dead-reckon to the origin.
+        /// Go home: drive to the origin by dead reckoning.
         GoHome = b'G',
         /// Look for the dock.
         Forage = b'F',
-        /// The guided square path.
+        /// Drive a square path.
         Calibrate = b'C',
     }
 }
@@ -181,21 +181,21 @@ status_codes! {
 status_codes! {
     /// State of one subsumption layer, without the layer's own letter.
     ///
-    /// On the wire a raised layer shows its letter in lower case and the layer that holds the
-    /// motors in upper case; see [`Layer::letter`].
+    /// On the wire, a raised layer shows its letter in lower case, and the layer that controls the
+    /// motors shows its letter in upper case; see [`Layer::letter`].
     LayerState {
         /// Not fitted, not allowed, or switched off by the behaviour layer.
         Off = b'.',
-        /// Running, flag not raised.
+        /// Running, with its flag not raised.
         Quiet = b'-',
-        /// Raised its flag at some tick since the previous line A, and was suppressed.
+        /// Raised its flag at some tick since the previous line A, but was suppressed.
         Raised = b'r',
-        /// Holds the motors.
+        /// Controls the motors.
         Holds = b'H',
     }
 }
 
-/// The eight layers in priority order, 0 first.
+/// The eight layers in order of priority, 0 first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Layer {
@@ -218,7 +218,7 @@ pub enum Layer {
 }
 
 impl Layer {
-    /// In priority order.
+    /// All layers, in order of priority.
     pub const ALL: [Self; 8] = [
         Self::User,
         Self::Bumpers,
@@ -244,7 +244,7 @@ pub struct LayerMask(u8);
 impl LayerMask {
     /// No layer.
     pub const NONE: Self = Self(0);
-    /// All eight.
+    /// All eight layers.
     pub const ALL: Self = Self(0xFF);
 
     /// The mask whose bit `n` is layer `n`.
@@ -253,7 +253,7 @@ impl LayerMask {
         Self(bits)
     }
 
-    /// Bit `n` is layer `n`.
+    /// The mask as bits; bit `n` is layer `n`.
     #[must_use]
     pub const fn bits(self) -> u8 {
         self.0
@@ -271,7 +271,7 @@ impl LayerMask {
         Self(self.0 | 1 << layer as u8)
     }
 
-    /// The set with the layer taken away.
+    /// The set without the layer.
     #[must_use]
     pub const fn without(self, layer: Layer) -> Self {
         Self(self.0 & !(1 << layer as u8))
@@ -301,7 +301,7 @@ mod tests {
         )+};
     }
 
-    /// A changed letter would be a changed protocol.
+    /// A changed letter would change the protocol.
     #[test]
     fn status_codes_are_those_of_version_1() {
         each_letter_is_its_own! {
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn layer_letters_are_no_mode_letters() {
+    fn layer_letters_are_not_mode_letters() {
         let layers = Layer::ALL.map(|layer| char::from(layer.letter()));
         assert_eq!(layers, ['U', 'B', 'T', 'I', 'S', 'L', 'M', 'D']);
         for layer in Layer::ALL.into_iter().skip(1) {

@@ -1,6 +1,6 @@
-//! The C library (`protocol/c`) as the robot's end: the promises of delivery, over a wire that flips bits, in virtual time.
+//! Delivery to a robot with the C library (`protocol/c`), over a wire that flips bits, in virtual time.
 //!
-//! The robot is a process in lockstep with the test: each exchange is a byte time.
+//! The robot is a process in lockstep with the test: each exchange takes a byte time.
 #![cfg(unix)]
 
 use std::collections::VecDeque;
@@ -18,7 +18,7 @@ use groundwave_protocol::parameter;
 use groundwave_protocol::status_codes::{LayerMask, Mode};
 use groundwave_protocol::telemetry::{Ack, Body, Detail, Line, Outcome};
 
-/// Patience of a half-duplex robot, in byte times; 0 is full duplex.
+/// Time that a half-duplex robot waits for an answer, in byte times; 0 means full duplex.
 const HALF_DUPLEX: u8 = 16;
 
 /// The robot's program in C.
@@ -28,7 +28,7 @@ struct Robot {
     answers: BufReader<ChildStdout>,
 }
 
-/// What the robot's program knows of itself.
+/// State of the robot, as its program reports it.
 #[derive(Debug, PartialEq)]
 struct State {
     mode: Option<Mode>,
@@ -67,7 +67,7 @@ impl Robot {
         self.ask(&[b'B', boots, patience_bytes]);
     }
 
-    /// A byte time, with or without a byte from the ground; returns the byte that the robot sends.
+    /// Advances by a byte time, with or without a byte from the ground; returns the byte that the robot sends.
     fn exchange(&mut self, heard: Option<u8>) -> Option<u8> {
         match heard {
             Some(byte) => self.ask(&[b'+', byte, b'-', b'\n']),
@@ -163,7 +163,7 @@ impl World {
         }
     }
 
-    /// A world whose robot and station have just started, as `new` makes one, without another process.
+    /// A world whose robot and station have just started, as after `new`, but in the same process.
     fn begin(&mut self, seed: u64, bit_error_rate: f64, patience_bytes: u8) {
         self.robot.boot(1, patience_bytes);
         self.fop = Fop::new(Config::new(0x2A5));
@@ -319,14 +319,14 @@ fn a_list_beyond_the_capacity_is_refused_and_the_old_one_stays() {
     let old = route(1, 40);
     world.deliver(Task::List(&old));
     let long = route(2, 41);
-    // The line I that follows the session's opening has told its capacity: nothing is sent.
+    // The line I after the session's opening has reported the robot's capacity: nothing is sent.
     world.uplink.clear();
     assert_eq!(
         world.deliver(Task::List(&long)),
         failed(Failure::BeyondCapacity)
     );
     assert!(world.uplink.is_empty());
-    // A station that has heard no line I sends the list, and the robot refuses it.
+    // A station that has received no line I sends the list, and the robot refuses it.
     world.fop = Fop::new(Config::new(0x111));
     let end = world.deliver(Task::List(&long));
     let refused = FopEvent::Task(CommandStatus::Refused(Outcome::BadValue));

@@ -126,7 +126,7 @@ fn a_good_line_inside_a_corrupt_one_is_found() {
     }
 }
 
-/// Flips bits of a line and appends a good one, into which a damaged line feed runs. Checks that only the good one is
+/// Flips bits of a line and appends a good line; if the line feed is damaged, both form one line. Checks that only the good line is
 /// found, and that the checksum rejects the other before its fields are read.
 fn judge(line: &Sample, bits: &[usize], next: &[u8], context: &str) {
     let (found, counters) = decode(&[&line.flipped(bits), next].concat());
@@ -139,7 +139,7 @@ fn judge(line: &Sample, bits: &[usize], next: &[u8], context: &str) {
     );
 }
 
-/// All 8 bits of all 80 (or 14) bytes, CR and LF included.
+/// Tests all 8 bits of all 80 (or 14) bytes, including CR and LF.
 #[test]
 fn every_flip_of_one_or_two_bits_is_rejected() {
     let next = text(7, "the line after it");
@@ -260,12 +260,12 @@ fn a_late_or_repeated_line_is_not_a_gap_of_a_hundred() {
     let line = |sequence| text(sequence, "");
     assert_eq!(lost(&[line(5), line(5), line(6)]), 0);
     assert_eq!(lost(&[line(5), line(6), line(5), line(7)]), 0);
-    // The late line was lost for a while.
+    // The late line counted as lost for a while.
     assert_eq!(lost(&[line(5), line(7), line(6), line(8)]), 0);
     assert_eq!(lost(&[line(5), line(7), line(6), line(6), line(8)]), 0);
     assert_eq!(lost(&[line(99), line(1), line(0), line(2)]), 0);
     assert_eq!(lost(&[line(5), line(9), line(6), line(10)]), 2);
-    // What came before the first line was never missed.
+    // Lines before the first received line never count as lost.
     assert_eq!(lost(&[line(5), line(3), line(6)]), 0);
     assert_eq!(lost(&[line(5), line(10), line(5), line(11)]), 4);
 }
@@ -293,9 +293,9 @@ fn counters_at(sequence: u8, uptime_s: u32) -> Vec<u8> {
     line.encode().to_vec()
 }
 
-/// Two captures appended to each other look like this: the boot counters agree and the uptime runs backwards.
+/// In two appended captures, the boot counters may agree while the uptime runs backward.
 #[test]
-fn an_uptime_that_runs_backwards_is_a_reboot_and_no_loss() {
+fn an_uptime_that_runs_backwards_is_a_reboot_and_not_a_loss() {
     let line = |sequence| {
         let mut line = a_line(&counters_at(0, 0));
         line.body = Body::Text(TextLine::new("here"));
@@ -311,7 +311,7 @@ fn an_uptime_that_runs_backwards_is_a_reboot_and_no_loss() {
     // 42 is lost before the restart, 1 after it.
     assert_eq!(joined(&[line(0), line(2), counters_at(3, 4)]), (2, 1));
     assert_eq!(joined(&[line(0), line(2), counters_at(3, 104)]), (58, 0));
-    // A late line within the step takes back its own only.
+    // A late line within the step subtracts only itself.
     assert_eq!(
         joined(&[line(4), line(3), counters_at(5, 4), line(8)]),
         (1 + 2, 1)
@@ -322,7 +322,7 @@ fn an_uptime_that_runs_backwards_is_a_reboot_and_no_loss() {
     assert_eq!(seen(&far), (2, 0), "the uptime goes round");
 }
 
-/// Two halves make no line.
+/// Two halves do not make a line.
 #[test]
 fn lines_sent_while_the_link_is_interrupted_are_lost_and_missing_bytes_are_not() {
     let line = |sequence| {

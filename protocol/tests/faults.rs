@@ -119,7 +119,7 @@ fn stopped_line(sequence: u8) -> Received {
     Received::Line(line, line.encode())
 }
 
-/// A line with mode stop may be older than an order that started the robot: only the acknowledgement confirms a STOP.
+/// A line with mode stop may be older than an order that started the robot, so only the acknowledgement confirms a STOP.
 #[test]
 fn a_late_line_of_a_stopped_robot_proves_no_stop() {
     let mut fop = Fop::new(Config::new(1));
@@ -137,7 +137,7 @@ fn a_late_line_of_a_stopped_robot_proves_no_stop() {
     }
 }
 
-/// The downlink takes a second and the uplink loses every STOP: the robot drives on, and no event claims otherwise.
+/// The downlink takes a second and the uplink loses every STOP: the robot continues to drive, and no event claims otherwise.
 #[test]
 fn a_stop_that_never_arrives_is_never_proven() {
     for seed in 0..50 {
@@ -163,7 +163,7 @@ fn a_stop_that_never_arrives_is_never_proven() {
 }
 
 /// The downlink is late and the uplink dead. A second operator stops the robot and starts it again before this station's
-/// request, and the station hears of that STOP after it.
+/// request, and the station learns of that STOP afterwards.
 #[test]
 fn the_stop_of_another_operator_before_the_request_proves_nothing() {
     for seed in 0..50 {
@@ -204,7 +204,7 @@ fn the_stop_of_another_operator_before_the_request_proves_nothing() {
     }
 }
 
-/// A second request needs a STOP of its own: an order of another station may lie between.
+/// A second request needs a separate STOP, because an order of another station may arrive in between.
 #[test]
 fn a_stop_before_the_latest_request_does_not_prove_it() {
     let mut fop = Fop::new(Config::new(0x2A5));

@@ -3,7 +3,7 @@
 mod decoding;
 mod machines;
 
-/// Generated inputs in a run of `cargo test`, beside those of the corpus.
+/// Number of generated inputs in a run of `cargo test`, in addition to the corpus.
 const ITERATIONS: usize = 2000;
 
 #[test]

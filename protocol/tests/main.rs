@@ -1,4 +1,4 @@
-//! Tests of the wire from outside: one binary, one module a subject.
+//! Tests of the protocol from outside: one binary, one module per subject.
 
 mod c_robot;
 mod damage;

@@ -90,7 +90,7 @@ fn samples_are_of_every_type() {
     assert_eq!(orders, OrderType::ALL.iter().copied().collect());
 }
 
-/// The messages in a stream; checks that the checksum rejects all other runs.
+/// The messages in a stream; checks that the checksum rejects all other byte sequences.
 fn hear(bytes: &[u8]) -> Vec<Message> {
     let mut receiver = Receiver::default();
     let heard = bytes

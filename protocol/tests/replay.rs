@@ -7,10 +7,10 @@ use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::Mode;
 use std::collections::BTreeSet;
 
-/// Cycles of a command and a STOP in a day.
+/// Number of cycles of a command and a STOP in a day.
 const CYCLES: u16 = 1000;
 
-/// Cycles at whose states the recording is sent again.
+/// Number of cycles at which the recording is sent again.
 const REPLAYS: u16 = 40;
 
 /// All frames that a station sent, without repetitions.
@@ -46,7 +46,7 @@ impl Recording {
     }
 }
 
-/// Runs a world until the station has an end of the task or the STOP under way; returns it.
+/// Runs a world until the station's current task or STOP has ended; returns the final event.
 fn end(world: &mut World, recording: &mut Recording) -> FopEvent {
     for _ in 0..240 * 60 {
         let seen = world.events.len();
@@ -79,7 +79,7 @@ fn replay_a_day(owners: [u16; 2], cycles_in_life: u16) {
             world.fop = Fop::new(Config::new(owner));
         }
         let prowl = Task::Order(Order::Mode(Mode::Prowl));
-        // A reboot is known at the next line only, and ends the task.
+        // The station learns of a reboot only at the next line; the reboot ends the task.
         while {
             assert!(world.fop.start(world.now_us, prowl));
             let ended = end(&mut world, &mut recording);
@@ -125,7 +125,7 @@ fn no_frame_of_a_day_with_many_reboots_executes_again() {
     replay_a_day([0x2A5, 0x111], 7);
 }
 
-/// Commands of one session, more than it has numbers for.
+/// A session with more commands than it has sequences.
 #[test]
 fn no_frame_of_a_long_session_executes_again() {
     let mut recording = Recording::default();
@@ -144,7 +144,7 @@ fn no_frame_of_a_long_session_executes_again() {
     }
 }
 
-/// Whatever the owner within 128 eras, and for one owner in all eras.
+/// Keys differ for any owner within 128 eras, and for one owner in all eras.
 #[test]
 fn keys_of_a_robot_differ() {
     let mut keys = BTreeSet::new();

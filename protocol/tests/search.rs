@@ -1,4 +1,4 @@
-//! Exhaustive search of the state machines: all orders in which a few steps can happen.
+//! Exhaustive search of the state machines: all possible orders of a few steps.
 //!
 //! Each test searches a small setting to its end. `search/model.rs` and `search/instants.rs` describe the limits.
 
@@ -108,7 +108,7 @@ fn stop() {
     search("two orders, STOP", setting);
 }
 
-/// The lines are late, so the first operator hears of the second one's STOP after asking for one of its own.
+/// The lines are late, so the first operator learns of the second one's STOP after requesting a STOP.
 #[test]
 fn stop_by_two_operators() {
     let setting = Setting {
@@ -158,7 +158,7 @@ fn two_stations() {
     search("two stations", setting);
 }
 
-/// One in a thousand pairs of stations draws the same owner. Then neither knows whose commands were executed, but lists
+/// One in a thousand pairs of stations draws the same owner. Then neither knows which station's commands were executed, but lists
 /// do not mix. The setting is too large for a search to its end.
 #[test]
 fn two_stations_with_the_same_owner() {

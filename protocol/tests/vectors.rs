@@ -146,7 +146,7 @@ fn acknowledgements_match_the_conversation() {
     }
 }
 
-/// Guards against a kind of vector missing without a failure.
+/// Detects a missing kind of vector.
 #[test]
 fn both_verdicts_of_every_kind_are_in_the_files() {
     let count = |name, field: &str, value: &str| {
@@ -217,7 +217,7 @@ fn specification_lists_the_letters_in_use() {
     assert!(include_str!("../SPEC.md").contains(&listed), "{listed}");
 }
 
-/// Version 1 is final: its files never change. New vectors go into new files.
+/// The files of version 1 are final and never change. New vectors go into new files.
 #[test]
 fn final_files_stay_as_they_are() {
     for (name, _, remainder) in FILES {

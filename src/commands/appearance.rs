@@ -1,5 +1,5 @@
 //! Appearance of the dashboard: from the configuration, else from the environment. The terminal is not queried, because
-//! waiting for one that does not answer takes seconds.
+//! waiting for a terminal that does not answer takes seconds.
 
 use std::env;
 
@@ -55,7 +55,7 @@ pub(super) fn appearance(config: &config::Config, theme: Option<Theme>) -> Confi
     }
 }
 
-/// Seconds by which local time is ahead of UTC now.
+/// Current offset of local time from UTC, seconds; positive east of Greenwich.
 fn local_offset_s() -> i32 {
     TimeZone::system().to_offset(Timestamp::now()).seconds()
 }
@@ -71,7 +71,7 @@ fn colors(foreground_background: Option<&str>) -> Colors {
     }
 }
 
-/// Whether a terminal's name is one without colours: `dumb`, a DEC terminal to the VT420, or a monochrome variant.
+/// Whether a terminal's name denotes a terminal without colours: `dumb`, a DEC terminal up to the VT420, or a monochrome variant.
 fn is_monochrome(term: Option<&str>) -> bool {
     term.is_some_and(|term| {
         let is_dec = ["vt1", "vt2", "vt3", "vt4"]
@@ -81,7 +81,7 @@ fn is_monochrome(term: Option<&str>) -> bool {
     })
 }
 
-/// Whether the terminal is known to draw octants itself. Others that do (kitty, foot) do not tell their version.
+/// Whether the terminal is known to draw octants itself. Other terminals that do (kitty, foot) do not report their version.
 fn draws_octants(set: impl Fn(&'static str) -> Option<String>) -> bool {
     match set("TERM_PROGRAM").as_deref() {
         Some("ghostty") => true,
@@ -91,7 +91,7 @@ fn draws_octants(set: impl Fn(&'static str) -> Option<String>) -> bool {
     }
 }
 
-/// Whether the terminal says that it knows the kitty graphics protocol. A multiplexer between hides its name.
+/// Whether the terminal announces the kitty graphics protocol. A terminal multiplexer hides the announcement.
 fn shows_pictures(set: impl Fn(&'static str) -> Option<String>) -> bool {
     let is_kind = |name, kinds: &[&str]| set(name).is_some_and(|value| kinds.contains(&&*value));
     is_kind("TERM", &["xterm-kitty", "xterm-ghostty"])
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_for_terminals_that_say_so() {
+    fn pictures_are_for_terminals_that_report_support() {
         let term =
             |term: &'static str| shows_pictures(|name| (name == "TERM").then(|| term.to_owned()));
         assert!(term("xterm-kitty") && term("xterm-ghostty"));

@@ -17,7 +17,7 @@ use super::{Exit, Fault, say_fault};
 /// Interval between progress messages.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// The named captures, with patterns expanded that the shell has not expanded.
+/// The named captures; patterns that the shell has not expanded are expanded.
 pub(super) fn files(named: &Captures) -> Result<Vec<PathBuf>, Fault> {
     let mut files = Vec::new();
     for path in &named.files {
@@ -29,7 +29,7 @@ pub(super) fn files(named: &Captures) -> Result<Vec<PathBuf>, Fault> {
     Ok(files)
 }
 
-/// The name if it is a pattern and not the name of a file.
+/// The path as a pattern, unless a file with this name exists.
 pub(super) fn pattern(path: &Path) -> Option<&str> {
     let text = path.to_str()?;
     (text.contains(['*', '?', '[']) && !path.exists()).then_some(text)
@@ -50,7 +50,7 @@ fn expand(pattern: &str) -> Result<Vec<PathBuf>, Fault> {
     Ok(files)
 }
 
-/// The files whose name matches the pattern and is not UTF-8: `glob` passes over these.
+/// The files whose name matches the pattern but is not UTF-8; `glob` skips them.
 fn not_utf8(pattern: &str) -> Vec<PathBuf> {
     let path = Path::new(pattern);
     let name = path.file_name().and_then(|name| name.to_str());
@@ -73,7 +73,7 @@ fn not_utf8(pattern: &str) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Runs `work` for each file on all cores and hands the results to `take` in the order of the files; `take` may end
+/// Runs `work` for each file on all cores and passes the results to `take` in the order of the files; `take` may end
 /// early. Faults are printed, except for the last one, which is returned.
 pub(super) fn each<T: Send>(
     files: &[PathBuf],
@@ -131,7 +131,7 @@ pub(super) fn each<T: Send>(
     fault.map_or(Ok(()), Err)
 }
 
-/// Size of all files together in bytes; `None` if one is not a regular file.
+/// Total size of all files, bytes; `None` if one is not a regular file.
 fn total_bytes(files: &[PathBuf]) -> Option<u64> {
     let bytes = |path: &PathBuf| {
         let about = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;

@@ -23,10 +23,10 @@ const CORRECTED: [&str; 3] = ["track", "wheel-left", "wheel-right"];
 /// The parameter with the side of the square; negative is counter-clockwise.
 const SQUARE: &str = "square";
 
-/// Farthest reported distance from the start after a whole square, inches.
+/// Maximum reported distance from the start after a complete square, inches.
 const BROKEN_OFF_IN: f64 = 12.0;
 
-/// Lines A to wait for at the end, until the wheels stand.
+/// Number of lines A to wait for at the end, until the wheels have stopped.
 const SETTLED_LINES: u8 = 4;
 
 pub(super) fn run(options: &Calibrate, config: &Config) -> Result<(), Fault> {
@@ -49,7 +49,7 @@ pub(super) fn run(options: &Calibrate, config: &Config) -> Result<(), Fault> {
     })
 }
 
-/// The lines of standard input, read on a thread of their own.
+/// The lines of standard input, read on a separate thread.
 fn answers() -> Receiver<String> {
     let (send, receive) = tokio::sync::mpsc::channel(1);
     std::thread::spawn(move || {
@@ -83,7 +83,7 @@ struct Guide<'a> {
     operator: Operator,
     answers: Receiver<String>,
     has_driven: bool,
-    /// The parameter's value before, while it is changed.
+    /// Earlier value of the parameter `square`, while it is changed.
     square: Option<i16>,
 }
 
@@ -150,7 +150,7 @@ impl Guide<'_> {
     }
 
     /// Saves only the corrected parameters. The robot saves all of them at once, so others that were changed but not
-    /// saved are reset for the moment.
+    /// saved are reset during the save.
     async fn save(&mut self) -> Result<(), Fault> {
         let list = Request::Parameter(Tuning::List);
         let mut others = self.operator.deliver(list).await?;
@@ -256,7 +256,7 @@ impl Guide<'_> {
         })
     }
 
-    /// Waits until mode Calibrate has ended and the wheels stand; also returns whether something spoilt the square.
+    /// Waits until mode Calibrate has ended and the wheels have stopped; also returns whether the square was spoilt.
     async fn wait_for_end(&mut self) -> Result<(StateLine, bool), Fault> {
         let speed_in_s = 4;
         let limit_s = 60 + 4 * u64::from(self.options.side.unsigned_abs()) / speed_in_s;
@@ -298,7 +298,7 @@ impl Guide<'_> {
         }
     }
 
-    /// The next line of standard input; the link is served meanwhile.
+    /// The next line of standard input. Serves the link while waiting.
     async fn answer(&mut self) -> Result<String, Fault> {
         loop {
             while self.operator.poll_event().is_some() {}

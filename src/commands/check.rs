@@ -1,4 +1,4 @@
-//! `check`: the mistakes in a robot's lines, and in what it does with frames.
+//! `check`: finds the mistakes in a robot's lines and in its reactions to frames.
 
 mod trials;
 
@@ -24,13 +24,13 @@ use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::radio::{RadioKind, random_owner};
 use crate::safe_text;
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const READ_BYTES: usize = 64 * 1024;
 
-/// Inputs of a link that wait.
+/// Maximum number of queued inputs of a link.
 const INPUTS_MAX: usize = 256;
 
-/// Time for the STOP of trials that are left early.
+/// Time to send STOP when trials end early.
 const FAREWELL: Duration = Duration::from_millis(300);
 
 const REPORT_EVERY: Duration = Duration::from_secs(1);
@@ -82,7 +82,7 @@ fn read(path: &Path) -> Result<Diagnosis, Fault> {
     let (form, mut source) = input::detect_form(path, source)?;
     let mut diagnosis = Diagnosis::default();
     match form {
-        // Read as they are: a capture's reader mends line ends, which may be the mistake.
+        // Bytes are read unchanged: a capture's reader mends line ends, which may be the mistake.
         Form::Raw => {
             read_raw(&mut source, &mut diagnosis)
                 .map_err(|error| input::cannot_read(path, error))?;
@@ -113,7 +113,7 @@ fn read_raw(source: &mut impl Read, diagnosis: &mut Diagnosis) -> io::Result<()>
     }
 }
 
-/// Hears a link until a signal, the end of the duration, of the link or of the trials.
+/// Listens to a link until a signal, or until the duration, the link or the trials end.
 async fn hear(
     link: &LinkSpec,
     options: &Check,
@@ -280,7 +280,7 @@ fn write(
     out.flush()
 }
 
-/// The level heard, and what the next one adds.
+/// Describes the level reached, and the requirements of the next level.
 const fn level_words(level: u8) -> &'static str {
     match level {
         0 => "Level 1 needs: line A.",

@@ -1,4 +1,4 @@
-//! The command line, as clap sees it.
+//! The command line, defined for clap.
 
 mod captures;
 mod groups;
@@ -38,7 +38,7 @@ use layout::laid_out;
     after_long_help = laid_out(&after_help())
 )]
 pub struct Cli {
-    /// Read this configuration instead of the usual one
+    /// Read this configuration instead of the default one
     #[arg(long, value_name = "FILE", global = true)]
     pub config: Option<PathBuf>,
     /// The verb; without one, Groundwave suggests what to run on this machine.
@@ -63,7 +63,7 @@ pub enum Verb {
 Examples:
   groundwave param /dev/ttyUSB0 list
   groundwave param /dev/ttyUSB0 get top-speed
-  groundwave param /dev/ttyUSB0 set top-speed 8      until the robot's next reset, unless saved
+  groundwave param /dev/ttyUSB0 set top-speed 8      kept until the robot's next reset
   groundwave param --via /tmp/x.sock save            keep the values after a reset
   groundwave param /dev/ttyUSB0 save-to good.toml    a file to read and edit
   groundwave param /dev/ttyUSB0 load good.toml       set the parameters that differ, after checking all of them
@@ -71,12 +71,12 @@ Examples:
 
 `send LINK param ...` does the same. A value is confirmed when the robot has reported it."))]
     Param(Param),
-    /// Calibrate wheel and track size by driving two squares.
+    /// Calibrate the wheel diameters and the track by driving two squares.
     #[command(after_help = laid_out("\
 The robot starts on a mark on the floor and drives a square clockwise, then one counter-clockwise. After each square,
-measure where it stands and type two numbers in inches: the distance to the right of the mark and the distance ahead of
-it, as seen at the start. Groundwave computes the track and the wheel diameters and sends them to the robot. Then the
-robot drives both squares again to show how much it improved.
+measure where the robot stands and type two numbers in inches: its distance to the right of the mark and its distance
+ahead of the mark, as seen at the start. Groundwave computes the track and the wheel diameters and sends them to the robot. Then the
+robot drives both squares again to show the improvement.
 
 Examples:
   groundwave calibrate /dev/ttyUSB0 --side 157 --save
@@ -99,7 +99,7 @@ Examples:
     Cut(Cut),
     /// Check captures for damage and gaps.
     Verify(Verify),
-    /// Find the mistakes in the lines of a robot of your own.
+    /// Find the mistakes in the lines of your own robot.
     Check(Check),
     /// Finish interrupted recordings and repair damaged ones.
     Recover(Recover),
@@ -127,7 +127,7 @@ impl Verb {
     }
 }
 
-/// The commands to the robot, and examples.
+/// The commands to the robot, and examples, for the help of `send`.
 fn send_help() -> String {
     let commands: Vec<String> = listing()
         .map(|(form, does)| format!("  {form:<19}{does}"))
@@ -137,20 +137,20 @@ fn send_help() -> String {
         "COMMAND is one of:
 {commands}
 
-Layers also have their long names: infrared (ir), dead-reckoning (dr). X and Y are whole inches from
+Layers also have long names: infrared (ir), dead-reckoning (dr). X and Y are whole inches from
 the robot's origin. A failsafe silence is 10 to 4095 s. goto and route do not change the mode. With --go, `mode prowl` follows, and the robot drives.
 
 Examples:
   groundwave send /dev/ttyUSB0 goto -48 120 --go
   groundwave send tcp:robot.local:4000 route square.txt
-  groundwave send /dev/ttyUSB0 -f run.txt         one command per line, # comments; stops at the first failure
+  groundwave send /dev/ttyUSB0 -f run.txt         one command per line, # starts a comment; stops at a failure
   groundwave send --dry-run route square.txt
-  groundwave send --via mode prowl                through the station started with --share
-  groundwave send --via /tmp/x.sock mode prowl    through the one started with --share /tmp/x.sock"
+  groundwave send --via mode prowl                through a station started with --share
+  groundwave send --via /tmp/x.sock mode prowl    through a station started with --share /tmp/x.sock"
     )
 }
 
-/// Examples and exit codes.
+/// Examples and exit codes for the help.
 fn after_help() -> String {
     let codes: Vec<String> = super::Exit::meanings()
         .map(|(code, meaning)| format!("  {code}  {meaning}"))
@@ -167,26 +167,26 @@ Exit codes:
     )
 }
 
-/// `90`, `90s`, `1.5m`, `2h` or `250ms`.
+/// Parses a duration: `90`, `90s`, `1.5m`, `2h` or `250ms`.
 fn parse_duration(text: &str) -> Result<Duration, String> {
     when::span(text)
         .filter(|duration| !duration.is_zero())
         .ok_or_else(|| format!("`{text}` is not a duration; write 30s, 90m or 2h"))
 }
 
-/// `2400`
+/// Parses a baud rate: `2400`.
 fn parse_baud(text: &str) -> Result<u32, String> {
     let baud = text.parse().ok().filter(|baud| *baud > 0);
     baud.ok_or_else(|| format!("`{text}` is not a baud rate; write a number such as 2400"))
 }
 
-/// `4`, `0.5`
+/// Parses a speed factor: `4`, `0.5`.
 fn parse_factor(text: &str) -> Result<f64, String> {
     text.parse()
         .map_err(|_| format!("`{text}` is not a number; write 10 or 0.5"))
 }
 
-/// `7`
+/// Parses a seed: `7`.
 fn parse_seed(text: &str) -> Result<u64, String> {
     text.parse()
         .map_err(|_| format!("`{text}` is not a seed; write a whole number such as 7"))

@@ -1,4 +1,4 @@
-//! `compare`: the paths and figures of two runs.
+//! `compare`: compares the paths and figures of two runs.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::capture::runs::sketch::sketch;
 use crate::capture::runs::{Comparison, Course};
 use crate::capture::track::Track;
 
-/// Columns and rows of the sketch.
+/// Maximum number of columns and rows of the sketch.
 const SKETCH: (usize, usize) = (78, 30);
 
 pub(super) fn run(options: &Compare) -> Result<(), Fault> {
@@ -35,7 +35,7 @@ pub(super) fn run(options: &Compare) -> Result<(), Fault> {
         apart: Apart::between(&a, &b),
     };
     show(&comparison, [&a, &b], options.json).or_else(|error| Fault::output(&error))?;
-    // The readable parts have been compared; report what is missing.
+    // The readable parts have been compared; report the missing parts.
     match (first_problem, second_problem) {
         (None, None) => Ok(()),
         (Some(problem), None) | (None, Some(problem)) => Err(problem),

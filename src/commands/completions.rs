@@ -30,7 +30,7 @@ const CHANNEL: [&str; 9] = [
     "out=",
 ];
 
-/// Answers a completion request from a shell and exits; returns if there is none. Call it before anything else.
+/// Answers a completion request from a shell and exits; returns if there is none. Must be called first.
 pub fn answer() {
     CompleteEnv::with_factory(Cli::command)
         .bin("groundwave")
@@ -53,21 +53,21 @@ pub(super) fn run(options: &Completions) -> Result<(), Fault> {
     show(&script)
 }
 
-/// Captures, as `runs` lists them, and folders.
+/// Completes captures, as `runs` lists them, and folders.
 pub(super) fn captures(current: &OsStr) -> Candidates {
     let is_capture =
         |path: &Path| path.is_dir() || has_extension(path, &["mcap", "txt", "raw", "log"]);
     PathCompleter::any().filter(is_capture).complete(current)
 }
 
-/// Captures and links.
+/// Completes captures and links.
 pub(super) fn checked(current: &OsStr) -> Candidates {
     let mut found = captures(current);
     found.extend(links(current));
     found
 }
 
-/// Built-in worlds and TOML files that are no labels of runs.
+/// Completes built-in worlds and TOML files, except labels of runs.
 pub(super) fn worlds(current: &OsStr) -> Candidates {
     let names = simulated::world_names().chain(["generated:"]);
     let mut found = starting_with(current, names);
@@ -78,7 +78,7 @@ pub(super) fn worlds(current: &OsStr) -> Candidates {
     found
 }
 
-/// Robots and links of the configuration, ports and other links; command words where LINK may be omitted.
+/// Completes robots and links of the configuration, ports and other links; also command words if LINK may be omitted.
 pub(super) fn links(current: &OsStr) -> Candidates {
     let before = words_before();
     if before
@@ -105,17 +105,17 @@ pub(super) fn links(current: &OsStr) -> Candidates {
     found
 }
 
-/// The words of `send`.
+/// Completes the words of `send`.
 pub(super) fn commands(current: &OsStr) -> Candidates {
     command_words(&words_before(), current)
 }
 
-/// The words of `param`.
+/// Completes the words of `param`.
 pub(super) fn param(current: &OsStr) -> Candidates {
     param_words(&words_before(), current)
 }
 
-/// Parts of a channel specification, after the last comma.
+/// Completes the part of a channel specification after the last comma.
 pub(super) fn channel(current: &OsStr) -> Candidates {
     candidates(
         completion::after_comma(&current.to_string_lossy(), CHANNEL),
@@ -159,7 +159,7 @@ fn candidates(completion: Completion, current: &OsStr) -> Candidates {
     words.into_iter().map(candidate).collect()
 }
 
-/// Names of the command strings of the robot named before, or of all after `--via`.
+/// Names of the command strings of the robot named earlier on the command line, or of all robots after `--via`.
 fn own_commands(before: &[String]) -> Vec<String> {
     let config = config::load(named_config(before).as_deref()).unwrap_or_default();
     if before.iter().any(|word| word == "--via") {
@@ -182,7 +182,7 @@ fn command_words(before: &[String], current: &OsStr) -> Candidates {
     )
 }
 
-/// The words before the one being typed.
+/// The words before the word being typed.
 fn words_before() -> Vec<String> {
     let words: Vec<String> = env::args_os()
         .skip_while(|word| word != "--")

@@ -29,7 +29,7 @@ pub use mistakes::Mistake;
 pub use read::parse;
 use read::parse_lenient;
 
-/// The default file with every setting commented out, without the keys.
+/// The default configuration file with every setting commented out, without the keys.
 pub(super) const DEFAULT: &str = include_str!("config/default.toml");
 
 /// The configuration; settings that are not given keep their defaults.
@@ -41,9 +41,9 @@ pub struct Config {
     pub dashboard: Dashboard,
     /// Limits of the alarms.
     pub limits: Limits,
-    /// Alarms, and changes to the built-in ones.
+    /// Alarms, and changes to the built-in alarms.
     pub alarms: Vec<AlarmSetting>,
-    /// The command of the shell that gets each event of an alarm.
+    /// Shell command that gets each alarm event.
     pub alarm_hook: Option<String>,
     /// The actions of the keys.
     pub keys: Keymap,
@@ -55,77 +55,77 @@ pub struct Config {
     pub own: OwnRobot,
     /// Settings of recordings.
     pub recording: Recording,
-    /// The file.
+    /// Path of the file.
     pub path: Option<PathBuf>,
-    /// Its text; recordings keep it.
+    /// Text of the file; recordings include it.
     pub text: String,
 }
 
-/// `[link]` and `[link.NAME]`
+/// Settings of a link: `[link]` and `[link.NAME]`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Link {
-    /// As `LINK` on the command line; only in `[link.NAME]`.
+    /// Port, like `LINK` on the command line; only in `[link.NAME]`.
     pub port: Option<String>,
-    /// As `--radio`.
+    /// Kind of radio, like `--radio`.
     pub radio: Option<RadioKind>,
-    /// As `--latency`, in milliseconds.
+    /// Latency of the radio, like `--latency`, milliseconds.
     pub latency_ms: Option<u32>,
-    /// As `--baud`.
+    /// Baud rate, like `--baud`.
     pub baud: Option<u32>,
-    /// As `--share`.
+    /// Address to share on, like `--share`.
     #[serde(deserialize_with = "read::address")]
     pub share: Option<Address>,
 }
 
-/// `[dashboard]`
+/// Settings of the dashboard: `[dashboard]`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Dashboard {
     /// Colours.
     pub theme: Option<Theme>,
-    /// Only ASCII on the screen.
+    /// Whether the screen uses only ASCII.
     pub ascii: Option<bool>,
-    /// Signs of maps and plots.
+    /// Characters of maps and plots.
     pub map: Option<MapSigns>,
-    /// The bell rings for songs and alarms.
+    /// Whether the bell rings for songs and alarms.
     pub bell: Option<bool>,
-    /// The mouse selects and zooms.
+    /// Whether the mouse selects and zooms.
     pub mouse: Option<bool>,
-    /// The clock of the status line and of replays.
+    /// Clock of the status line and of replays.
     pub clock: Option<Clock>,
 }
 
-/// `[robot.NAME]`
+/// Settings of a robot: `[robot.NAME]`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Robot {
     /// The name of a `[link.NAME]`, or a link as on the command line.
     pub link: Option<String>,
-    /// As in `[dashboard]`.
+    /// Overrides the setting in `[dashboard]`.
     pub theme: Option<Theme>,
-    /// As in `[dashboard]`.
+    /// Overrides the setting in `[dashboard]`.
     pub ascii: Option<bool>,
-    /// As in `[dashboard]`.
+    /// Overrides the setting in `[dashboard]`.
     pub map: Option<MapSigns>,
-    /// As in `[dashboard]`.
+    /// Overrides the setting in `[dashboard]`.
     pub bell: Option<bool>,
-    /// As in `[dashboard]`.
+    /// Overrides the setting in `[dashboard]`.
     pub mouse: Option<bool>,
-    /// `[robot.NAME.lines]`
+    /// Form of the robot's own lines: `[robot.NAME.lines]`.
     pub lines: Option<Profile>,
-    /// `[robot.NAME.commands]`
+    /// Command strings of the robot: `[robot.NAME.commands]`.
     pub commands: BTreeMap<String, OwnCommand>,
-    /// `[robot.NAME.limits]`, with the rest from `[limits]`.
+    /// Limits of the robot's alarms: `[robot.NAME.limits]`, with missing ones from `[limits]`.
     pub limits: Limits,
 }
 
-/// Lines and command strings of a robot that does not speak Groundwave's protocol.
+/// Lines and command strings of a robot that does not use Groundwave's protocol.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OwnRobot {
-    /// The form of its lines; recognized if not given.
+    /// Form of the robot's lines; recognized automatically if not given.
     pub lines: Option<Profile>,
-    /// Its commands by name.
+    /// Commands of the robot, by name.
     pub commands: BTreeMap<String, OwnCommand>,
 }
 
@@ -133,9 +133,9 @@ pub struct OwnRobot {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Clock {
-    /// UTC alone.
+    /// Only the time in UTC.
     Utc,
-    /// Local time beside it.
+    /// UTC and local time.
     Local,
 }
 
@@ -143,11 +143,11 @@ pub enum Clock {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Theme {
-    /// By `NO_COLOR`, `TERM` and `COLORFGBG`.
+    /// The theme that `NO_COLOR`, `TERM` and `COLORFGBG` select.
     Auto,
-    /// For a dark background.
+    /// Colours for a dark background.
     Dark,
-    /// For a light background.
+    /// Colours for a light background.
     Light,
     /// Black, white and yellow.
     HighContrast,
@@ -155,34 +155,34 @@ pub enum Theme {
     Mono,
 }
 
-/// Signs of maps and plots.
+/// Characters of maps and plots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MapSigns {
-    /// Octants in terminals that are known to draw them, else braille.
+    /// Octants in terminals that are known to draw them, else Braille.
     Auto,
-    /// Full eighths of a cell, of Unicode 16.
+    /// Block eighths of a cell (octants, Unicode 16).
     Octant,
-    /// Round dots.
+    /// Braille dots.
     Braille,
-    /// Full quarters of a cell.
+    /// Block quarters of a cell.
     Quadrant,
-    /// The map in pixels where the terminal shows pictures, else as `Auto`.
+    /// The map as a picture if the terminal shows pictures, else as `Auto`.
     Pixels,
 }
 
-/// `[recording]`
+/// Settings of recordings: `[recording]`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Recording {
-    /// Minutes before its start that are included in a recording begun in the dashboard.
+    /// Number of minutes before its start that a recording begun in the dashboard includes.
     pub keep_minutes: Option<u16>,
-    /// As `--rotate`.
+    /// Time or size after which another file is started, like `--rotate`.
     pub rotate: Option<Rotation>,
 }
 
 impl Config {
-    /// Names of the command strings of every configured robot: a station that is reached by its address may serve any.
+    /// Names of the command strings of all configured robots, because a station reached by its address may serve any of them.
     pub(super) fn all_own_commands(&self) -> Vec<String> {
         let robots = self.robots.values();
         let names: BTreeSet<_> = robots.flat_map(|robot| robot.commands.keys()).collect();
@@ -203,13 +203,13 @@ impl Config {
 }
 
 impl OwnRobot {
-    /// The note about the form of its lines, for a recording.
+    /// Metadata for a recording: the form of the robot's own lines.
     pub(super) fn note(&self) -> Option<(String, String)> {
         let profile = serde_json::to_string(self.lines.as_ref()?).ok()?;
         Some((Session::LINES.to_owned(), profile))
     }
 
-    /// Reads the robot's lines; of an unknown form if none is configured.
+    /// Recognizer for the robot's own lines; recognizes the form itself if none is configured.
     pub(super) fn recognizer(&self) -> Result<Recognizer, Fault> {
         let usage = |error| Fault::new(Exit::Usage, error);
         let configured = self.lines.as_ref().map(Recognizer::new);
@@ -230,20 +230,20 @@ impl Recording {
 }
 
 impl Link {
-    /// As `--latency`.
+    /// Configured latency of the radio.
     #[must_use]
     pub fn latency(&self) -> Option<Duration> {
         self.latency_ms.map(|ms| Duration::from_millis(ms.into()))
     }
 }
 
-/// Reads the named file, or the one at the default path if it exists.
+/// Reads the named file, or the file at the default path if it exists.
 pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
     let (config, fault) = load_lenient(named);
     fault.map_or(Ok(config), Err)
 }
 
-/// Reads the configuration without the settings that are wrong, and reports those as a fault.
+/// Reads the configuration without its wrong settings, and reports those as a fault.
 pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     let Some(path) = named.map(Path::to_path_buf).or_else(usual_place) else {
         return (Config::default(), None);
@@ -279,19 +279,26 @@ pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     }
 }
 
-/// The mistakes, one per line, in the form that editors recognize.
+/// Maximum mistakes that are listed: the first ones.
+const LISTED_MAX: usize = 100;
+
+/// The fault for mistakes in the configuration: one per line, in the format that editors recognize.
 fn blame(path: &Path, mistakes: &[Mistake]) -> Fault {
     let path = path.display();
     let mut lines = Vec::new();
     if mistakes.len() > 1 {
         lines.push(format!("{} mistakes in the configuration:", mistakes.len()));
     }
-    lines.extend(mistakes.iter().map(|mistake| format!("{path}:{mistake}")));
+    let listed = mistakes.iter().take(LISTED_MAX);
+    lines.extend(listed.map(|mistake| format!("{path}:{mistake}")));
+    if mistakes.len() > LISTED_MAX {
+        lines.push(format!("and {} more", mistakes.len() - LISTED_MAX));
+    }
     lines.push("`groundwave config` prints every setting with its values".to_owned());
     Fault::of_lines(Exit::Usage, &lines)
 }
 
-/// Default path: `~/.config/groundwave/config.toml`, or that of the system.
+/// Default path: `~/.config/groundwave/config.toml`, or the system's equivalent.
 pub(super) fn usual_place() -> Option<PathBuf> {
     let strategy = etcetera::choose_base_strategy().ok()?;
     Some(strategy.config_dir().join("groundwave").join("config.toml"))

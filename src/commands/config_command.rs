@@ -30,7 +30,7 @@ pub(super) fn run(options: &ConfigArgs, named: Option<&Path>) -> Result<(), Faul
     }
 }
 
-/// Where the configuration is read from.
+/// Describes where the configuration is read from.
 fn place(named: Option<&Path>) -> String {
     match named.map(Path::to_path_buf).or_else(config::usual_place) {
         Some(path) => {
@@ -72,7 +72,7 @@ fn summary(config: &Config) -> String {
     let table = Keymap::default();
     let others = config.keys.manual().zip(table.manual());
     let changed = others.filter(|(now, then)| now[2] != then[2]);
-    // A key for STOP counts in many places.
+    // A key for STOP counts in several contexts.
     let (stops, others): (Vec<_>, Vec<_>) = changed.partition(|(now, _)| now[3] == "stop");
     let keys = match others.len() + usize::from(!stops.is_empty()) {
         0 => "default keys".to_owned(),
@@ -86,7 +86,7 @@ fn summary(config: &Config) -> String {
     )
 }
 
-/// The whole default file, with the keys.
+/// The complete default file, with the keys.
 fn commented() -> String {
     let mut text = config::DEFAULT.to_owned();
     text += "\n# Keys by action: one such as \"F12\", several such as [\"F12\", \"Ctrl-B\"], or none: []. Actions that are not named keep\n\

@@ -4,7 +4,7 @@ use super::cli::LinkArgs;
 use super::{Exit, Fault, say};
 use crate::io::link::{Connection, LinkSpec};
 
-/// Opens a link; with `--wait`, as soon as it is there.
+/// Opens a link; with `--wait`, waits until the link appears.
 pub(super) fn connect(spec: &LinkSpec, baud: u32, options: &LinkArgs) -> Result<Connection, Fault> {
     let opened = match options.wait {
         None => Connection::open(spec, baud),

@@ -1,4 +1,4 @@
-//! `cut`: a time range of captures.
+//! `cut`: cuts a time range out of captures.
 
 use std::ops::ControlFlow;
 use std::path::Path;

@@ -1,10 +1,11 @@
-//! `export`: captures as tables, pictures, recordings and raw text.
+//! `export`: exports captures as tables, pictures, recordings and raw text.
 
 mod recorded;
 
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Duration;
 
 use super::cli::{Export, ExportFormat};
 use super::output::{Output, Target, targets};
@@ -13,14 +14,15 @@ use super::{Exit, Fault, batch, input, say};
 use crate::capture::decode::{DecodeError, Format, decode};
 use crate::capture::diagnosis;
 use crate::capture::picture::Picture;
+use crate::capture::runs::Label;
 use crate::capture::track::Track;
 
-/// The result for a capture.
+/// Result of the export of a capture.
 #[derive(Default)]
 struct Made {
     /// A short description.
     what: String,
-    /// Why the result is incomplete.
+    /// Reason why the result is incomplete.
     problem: Option<Fault>,
     /// Mistakes in the robot's lines, in one clause.
     mistakes: Option<String>,
@@ -68,7 +70,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
             {
                 let name = files[index].display();
                 say(format_args!(
-                    "{name}: mistakes of the robot: {clause}; `groundwave check` tells more"
+                    "{name}: mistakes of the robot: {clause}; `groundwave check` shows more"
                 ));
             }
             made.problem.map_or(Ok(ControlFlow::Continue(())), Err)
@@ -81,9 +83,10 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
     let mut output = Output::create(target)?;
     let (mut lines, mut mistakes) = (0, None);
     let decoded = if path == Path::new("-") {
-        decode(&mut capture, format, &mut EachLine(&mut output))
+        decode(&mut capture, &[], format, &mut EachLine(&mut output))
     } else {
-        decode(&mut capture, format, &mut output)
+        let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error))?;
+        decode(&mut capture, &label.notes, format, &mut output)
     };
     let problem = match decoded {
         Ok(seen) if seen.lines == 0 => {
@@ -95,7 +98,7 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
             None
         }
         Err(DecodeError::Output(error)) => return output.fault(&error).map(|()| Made::default()),
-        // The readable part is written; report that it is not all.
+        // The readable part is written; report that a part is missing.
         Err(DecodeError::Capture(error)) => Some(Fault::from(error)),
     };
     output.finish()?;
@@ -110,7 +113,7 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
     })
 }
 
-/// Passes each line on at once, for a live stream.
+/// Flushes the output after each line, for a live stream.
 struct EachLine<'a>(&'a mut Output);
 
 impl Write for EachLine<'_> {
@@ -132,9 +135,18 @@ fn picture(
     draw: impl Fn(&Picture) -> Result<Vec<u8>, String>,
 ) -> Result<Made, Fault> {
     let mut capture = input::open_capture(path, progress)?;
-    let (track, problem) = Track::read(&mut capture);
+    // Without its label a picture has no marks.
+    let label = Label::of(path).unwrap_or_else(|error| {
+        say(format_args!("{error}"));
+        Label::default()
+    });
+    let marks = label.notes.into_iter().filter_map(|note| {
+        let at = Duration::try_from_secs_f64(note.at_s?).ok()?;
+        Some((at, note.text))
+    });
+    let (track, problem) = Track::read_with_marks(&mut capture, marks.collect());
     let name = path.file_stem().unwrap_or_default().display().to_string();
-    let picture = Picture::of_track(&name, &track, problem.as_ref());
+    let picture = Picture::of_track(&name, label.name.as_deref(), &track, problem.as_ref());
     let problem = problem.map(Fault::from);
     let Some(picture) = picture else {
         return Err(problem.unwrap_or_else(|| {

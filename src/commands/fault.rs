@@ -9,8 +9,11 @@ use crate::capture::{Capture, CaptureError, content};
 use crate::hint;
 use crate::safe_text;
 
-/// Bytes of a file without a line that are examined.
+/// Number of bytes examined in a file without a line.
 const CONTENT_BYTES: usize = 64 * 1024;
+
+/// Maximum characters of a line of a message.
+const MESSAGE_MAX: usize = 1000;
 
 /// Exit codes of the program; scripts rely on the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +55,7 @@ impl Exit {
             Self::Failed => "failed, or a capture was read only in part",
             Self::Usage => "wrong usage, or a bad input file",
             Self::NotConfirmed => {
-                "the robot did not confirm in time, and holds the old route or the new one, whole; or a condition did not come"
+                "the robot did not confirm in time, and has the whole old route or the whole new one; or a condition was not met"
             }
             Self::NoLink => "the link cannot be opened: missing, busy or no permission",
             Self::Refused => "the robot refused, for the reason given",
@@ -61,7 +64,7 @@ impl Exit {
     }
 }
 
-/// An error message, safe to show, and the exit code it leads to.
+/// An error message, safe to show, and its exit code.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Fault {
@@ -73,13 +76,14 @@ impl Fault {
     pub(super) fn new(exit: Exit, message: impl Display) -> Self {
         Self {
             exit,
-            message: safe_text::line(&hint::plain(&message.to_string())).into_owned(),
+            message: shortened(&safe_text::line(&hint::plain(&message.to_string()))),
         }
     }
 
     /// A fault with a message of several lines.
     pub(super) fn of_lines(exit: Exit, lines: &[String]) -> Self {
-        let lines: Vec<_> = lines.iter().map(|line| safe_text::line(line)).collect();
+        let lines = lines.iter().map(|line| shortened(&safe_text::line(line)));
+        let lines: Vec<String> = lines.collect();
         Self {
             exit,
             message: lines.join("\n"),
@@ -128,8 +132,19 @@ impl Fault {
     }
 }
 
+/// A message that quotes a long text, without the middle.
+fn shortened(message: &str) -> String {
+    let count = message.chars().count();
+    if count <= MESSAGE_MAX {
+        return message.to_owned();
+    }
+    let begin: String = message.chars().take(MESSAGE_MAX / 2).collect();
+    let end: String = message.chars().skip(count - MESSAGE_MAX / 2).collect();
+    format!("{begin} ... {end}")
+}
+
 impl From<CaptureError> for Fault {
-    /// A usage fault for a file that cannot or must not be used; a failure for a failing disk.
+    /// Makes a usage fault for a file that cannot or must not be used, and a failure for a failing disk.
     fn from(error: CaptureError) -> Self {
         let exit = match error {
             CaptureError::Exists { .. }
@@ -152,7 +167,7 @@ impl From<CaptureError> for Fault {
     }
 }
 
-/// What a file without a line holds; `None` of a stream, which is gone.
+/// Describes the content of a file without a line; `None` for a stream, which cannot be read again.
 fn content_words(path: &Path) -> Option<String> {
     let mut capture = path.is_file().then(|| Capture::open(path).ok()).flatten()?;
     let (mut head, mut diagnosis) = (Vec::new(), Diagnosis::default());
@@ -164,7 +179,7 @@ fn content_words(path: &Path) -> Option<String> {
     }
     let mistakes = diagnosis::clause(&diagnosis.findings());
     Some(match mistakes {
-        Some(clause) => format!("lines with mistakes: {clause}; `groundwave check` tells more"),
+        Some(clause) => format!("lines with mistakes: {clause}; `groundwave check` shows more"),
         None => content::words(&head).to_owned(),
     })
 }

@@ -28,17 +28,17 @@ const CHECK_EVERY: Duration = Duration::from_secs(1);
 /// Interval of the link statistics.
 const STATISTICS_EVERY: Duration = Duration::from_secs(10);
 
-/// Maximum lines that wait for standard output.
+/// Maximum number of lines queued for standard output.
 const LINES_MAX: usize = 1 << 14;
 
-/// Lines that one step of the session may bring.
+/// Maximum number of lines that one step of the session can produce.
 const ROOM: usize = LINES_MAX / 2;
 
-/// Time for standard output to take the last lines after a signal to leave.
+/// Maximum time for standard output to take the last lines after a signal to leave.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Runs until a signal, the end of standard input, or a closed pipe. If `waits`, a slow reader of standard output delays the
-/// session; else it loses lines, and no command and no recording waits for it.
+/// session; otherwise the reader loses lines, and neither commands nor recordings wait for it.
 pub(super) async fn run(
     mut driver: Driver,
     keeper: &Keeper,
@@ -104,7 +104,7 @@ pub(super) async fn run(
     }
 }
 
-/// Tells the alarms that an event, or the time that passed, raises or ends.
+/// Reports the alarms that an event or the passing of time raises or ends.
 pub(super) fn watch_alarms(facts: &mut Facts, driver: &mut Driver, event: &Event) {
     let now = driver.now();
     facts.update(now, event);
@@ -115,7 +115,7 @@ pub(super) fn watch_alarms(facts: &mut Facts, driver: &mut Driver, event: &Event
 
 /// Waits until half of the queue is free, or the printing thread has ended.
 async fn room(lines: &mpsc::Sender<Vec<u8>>) {
-    // The caller learns of an end by itself.
+    // The caller notices the end itself.
     let _ = lines.reserve_many(ROOM).await;
 }
 
@@ -123,15 +123,15 @@ fn failed(what: &str, error: &dyn std::fmt::Display) -> Fault {
     Fault::new(Exit::Failed, format!("cannot {what}: {error}"))
 }
 
-/// Prints lines on a thread, so that an unread standard output stalls nothing else.
+/// Prints lines on its own thread. An unread standard output stalls no other thread.
 struct Printer {
     lines: mpsc::Sender<Vec<u8>>,
-    /// The end of the thread: no more lines, or an error of standard output.
+    /// Result of the thread: all lines printed, or an error of standard output.
     ended: oneshot::Receiver<io::Result<()>>,
-    /// Number of all lines.
+    /// Number of lines taken so far.
     taken: usize,
     printed: Arc<AtomicUsize>,
-    /// Lines lost to a full queue since the last notice.
+    /// Number of lines lost since the last notice because the queue was full.
     lost: usize,
 }
 
@@ -216,7 +216,7 @@ impl Printer {
 fn output(result: Result<io::Result<()>, oneshot::error::RecvError>) -> Result<(), Fault> {
     match result {
         Ok(Err(error)) => Fault::output(&error),
-        // A thread that panicked has said so.
+        // A thread that panicked has reported the panic.
         Ok(Ok(())) | Err(_) => Ok(()),
     }
 }
@@ -242,7 +242,7 @@ fn json_line(at: Moment, event: &Event) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(text))
 }
 
-/// A line as `export --to jsonl` writes it, with the key `event`.
+/// A line of the robot as `export --to jsonl` writes it, with the key `event`.
 fn line_json(at: Moment, received: &Received) -> io::Result<Vec<u8>> {
     let mut decoded = Vec::new();
     decode::write_json(&mut decoded, at, received)?;
@@ -304,7 +304,7 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
     Some(value)
 }
 
-/// A line of the robot's own with its values by name.
+/// A line of the robot's own as JSON, with its values by name.
 fn own_json(line: &OwnLine) -> Value {
     let (status, samples) = match &line.content {
         Content::Values(samples) => ("values", &samples[..]),

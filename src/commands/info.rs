@@ -1,4 +1,4 @@
-//! `info`: summaries of captures.
+//! `info`: summarizes captures.
 
 use std::io::{self, Write};
 use std::ops::ControlFlow;
@@ -33,7 +33,7 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
                 Fault::output(&error)?;
                 return Ok(ControlFlow::Break(()));
             }
-            // The readable part has been shown; report that it is not all.
+            // The readable part has been shown; report that a part is missing.
             match info.problem {
                 Some(problem) => Err(Fault::new(Exit::Failed, problem)),
                 None => Ok(ControlFlow::Continue(())),

@@ -37,7 +37,7 @@ pub(super) fn open_capture(path: &Path, progress: &Progress) -> Result<Capture, 
     Capture::read(name, source).map_err(Fault::from)
 }
 
-/// Detects the format by the first bytes; returns it and the whole source.
+/// Detects the format by the first bytes; returns the format and the whole source.
 pub(super) fn detect_form(path: &Path, mut source: Source) -> Result<(Form, Source), Fault> {
     let mut head = Vec::new();
     source

@@ -1,4 +1,4 @@
-//! `label`: the name, notes and validity of a run.
+//! `label`: shows and changes the name, notes and validity of a run.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,7 +19,7 @@ pub(super) fn run(options: &cli::Label) -> Result<(), Fault> {
         let message = "--note is empty; give a text, such as --note 'the glass door'";
         return Err(Fault::new(Exit::Usage, message));
     }
-    // A label needs its capture.
+    // A label needs a capture.
     Capture::open(&options.file)?;
     if let Some(at_s) = options.at {
         check_moment(&options.file, at_s)?;

@@ -1,4 +1,4 @@
-//! `man`: manual pages from the definitions of the command line and the keys.
+//! `man`: writes manual pages from the definitions of the command line and the keys.
 
 use std::path::Path;
 use std::{fs, io};
@@ -79,12 +79,12 @@ fn page(command: &Command) -> Result<(String, Vec<u8>), Fault> {
     Ok((man.get_filename(), text))
 }
 
-/// The text below the options: examples get a section of their own, indented rows keep their lines.
+/// Adds the text below the options. Examples get a separate section, indented rows keep their lines.
 fn after_options(roff: &mut Roff, text: &str) {
     let blocks = text.split("\n\n").filter(|block| !block.is_empty());
     let (examples, notes): (Vec<&str>, Vec<&str>) =
         blocks.partition(|block| block.starts_with("Examples:"));
-    // Exit codes have a section of their own.
+    // Exit codes have a separate section.
     let notes = notes
         .into_iter()
         .filter(|block| !block.starts_with("Exit codes:"));
@@ -110,7 +110,7 @@ fn after_options(roff: &mut Roff, text: &str) {
     }
 }
 
-/// All keys of the dashboard, by place.
+/// Adds all keys of the dashboard, by context.
 fn keys(roff: &mut Roff) {
     roff.control("SH", ["KEYS"]);
     roff.text([roman(

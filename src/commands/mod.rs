@@ -1,4 +1,4 @@
-//! The verbs of the program, one file each; `demo` is beside `watch`, `param` beside `send`.
+//! The verbs of the program, one file each, and shared helpers. `watch` contains `demo`, and `send` contains `param`.
 
 // The verbs.
 mod calibrate;
@@ -23,7 +23,7 @@ mod verify;
 mod watch;
 mod world;
 
-// What verbs share.
+// Helpers shared by the verbs.
 mod appearance;
 mod batch;
 pub mod cli;
@@ -64,7 +64,7 @@ use crate::safe_text::{self, SafeWriter};
 /// clap's error, help or version.
 pub fn parse() -> Result<Cli, clap::Error> {
     Cli::try_parse().map_err(|error| {
-        // The same error about arguments that are safe to show.
+        // The same error, with arguments that are safe to show.
         let safe = |argument: OsString| safe_text::line(&argument.to_string_lossy()).into_owned();
         let again = Cli::try_parse_from(env::args_os().map(safe));
         again.err().unwrap_or(error)
@@ -76,7 +76,7 @@ pub fn parse() -> Result<Cli, clap::Error> {
 pub fn run(cli: &Cli) -> ExitCode {
     watch_for_panics();
     match check_open_files(open_files::ANY_COMMAND).and_then(|()| dispatch(cli)) {
-        // The hook has reported it.
+        // The hook has reported the panic.
         Ok(()) if HAS_PANICKED.load(Ordering::Relaxed) => ExitCode::from(Exit::Failed as u8),
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
@@ -86,7 +86,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     }
 }
 
-/// Fails if `count` files cannot be opened at once.
+/// Fails if the program may not have `count` more files open.
 fn check_open_files(count: usize) -> Result<(), Fault> {
     open_files::ensure(count).map_err(|error| {
         let message = format!("cannot start: {}", hint::words(&error));
@@ -97,7 +97,7 @@ fn check_open_files(count: usize) -> Result<(), Fault> {
 /// Whether any thread has panicked.
 static HAS_PANICKED: AtomicBool = AtomicBool::new(false);
 
-/// Notes a panic in any thread, so that the program does not report success.
+/// Records a panic in any thread, so that the program does not report success.
 fn watch_for_panics() {
     let report = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
@@ -191,7 +191,7 @@ fn show_line(line: impl Display) -> Result<(), Fault> {
         .or_else(|error| Fault::output(&error))
 }
 
-/// Writes a one-line message to standard error; a closed or full one is ignored.
+/// Writes a one-line message to standard error. Write errors are ignored.
 fn say(line: impl Display) {
     let _ = writeln!(SafeWriter(io::stderr()), "{line}");
 }

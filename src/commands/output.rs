@@ -13,7 +13,7 @@ use crate::hint;
 use crate::io::files::beside;
 use crate::io::signals;
 
-/// Where a result is written.
+/// Target of a result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     /// Standard output.
@@ -86,7 +86,7 @@ pub(super) fn targets(
     Ok(targets)
 }
 
-/// Refuses a file name whose extension contradicts the format; `hint` says what to do instead.
+/// Refuses a file name whose extension contradicts the format; `hint` is the suggestion in the message.
 pub(super) fn check_form(target: &Target, form: Form, hint: &str) -> Result<(), Fault> {
     let Target::File(path, _) = target else {
         return Ok(());
@@ -111,7 +111,7 @@ pub(super) fn check_form(target: &Target, form: Form, hint: &str) -> Result<(), 
     ))
 }
 
-/// Refuses an output that is the same file as an input, also by links.
+/// Refuses an output that is the same file as an input, directly or by links.
 pub(super) fn check_inputs(
     output: &Path,
     inputs: impl IntoIterator<Item = impl AsRef<Path>>,
@@ -155,7 +155,7 @@ fn exists(path: &Path) -> Fault {
     Fault::new(Exit::Usage, format!("{} {hint}", path.display()))
 }
 
-/// Writes a whole file, made of the inputs.
+/// Writes a complete file, made from the inputs.
 pub(super) fn write_file(
     path: &Path,
     text: &str,
@@ -171,7 +171,7 @@ pub(super) fn write_file(
     }
 }
 
-/// An output being written; if it is not finished, no file remains.
+/// An output in progress. If it is not finished, no file remains.
 pub(super) struct Output {
     writer: Option<BufWriter<Box<dyn Write + Send>>>,
     file: Option<Unfinished>,
@@ -188,7 +188,7 @@ struct Unfinished {
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 impl Unfinished {
-    /// Creates the file once the signal handler can remove it.
+    /// Creates the file, registered for removal by the signal handler.
     fn create(path: &Path, force: bool) -> io::Result<(File, Self)> {
         static LISTENS: Once = Once::new();
         LISTENS.call_once(|| signals::on_leave(remove_all));
@@ -203,7 +203,7 @@ impl Unfinished {
 
 impl Drop for Unfinished {
     fn drop(&mut self) {
-        // After the renaming there is nothing to remove.
+        // After the rename there is nothing to remove.
         let _ = fs::remove_file(&self.made);
         all_unfinished().retain(|path| *path != self.made);
     }
@@ -213,11 +213,11 @@ fn all_unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all temporary files; the returned guard keeps new ones from being created.
+/// Removes all temporary files; while the returned guard is held, no new ones are created.
 fn remove_all() -> MutexGuard<'static, Vec<PathBuf>> {
     let unfinished = all_unfinished();
     for path in &*unfinished {
-        // The file may be gone already.
+        // The file may no longer exist.
         let _ = fs::remove_file(path);
     }
     unfinished

@@ -1,4 +1,4 @@
-//! `ports`: the serial ports of this machine.
+//! `ports`: lists the serial ports of this machine.
 
 use std::io::{self, Write};
 

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use super::{erase_progress, say_progress};
 
-/// Shorter work shows no progress.
+/// Minimum duration of work that shows progress.
 const SHOW_AFTER: Duration = Duration::from_millis(500);
 
-/// Bytes read of all files together.
+/// Counts the bytes read from all files together.
 pub(super) struct Progress {
     done: Arc<AtomicU64>,
     total: u64,
@@ -55,7 +55,7 @@ impl Progress {
     }
 }
 
-/// `43 %, 0:12 left`
+/// Progress as text: `43 %, 0:12 left`.
 fn describe(done: u64, total: u64, passed: Duration) -> String {
     let share = (done as f64 / total.max(1) as f64).min(1.0);
     if share <= 0.0 {

@@ -1,4 +1,4 @@
-//! `record`: received bytes into a file, without a dashboard.
+//! `record`: records received bytes without a dashboard.
 
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
@@ -43,7 +43,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         ));
     }
     let sharing = options.sharing.or(config);
-    // A recorder alone is never heard on the air; one that is shared sends what its clients ask for.
+    // A recorder by itself never sends; with a shared link, its clients may send.
     let radio = if sharing.share.is_some() || sharing.foxglove.is_some() {
         options.radio.radio(config)
     } else {
@@ -76,7 +76,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     };
     block_on(async {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
-        // Opened first: a port that cannot be opened leaves no empty file behind.
+        // The link is opened first, so that a failure leaves no empty file behind.
         let connection = connect(&spec, baud, &options.radio.link)?;
         let share = sharing::listen(&sharing)?;
         let foxglove = sharing::foxglove(&sharing, &name).await?;

@@ -1,4 +1,4 @@
-//! Recordings as the options ask for them.
+//! Opens, finishes and names recordings according to the options.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::capture::{Existing, Rotation, Session, name};
 use crate::hint::shell_word;
 use crate::runtime::{KeepOptions, Keeper};
 
-/// The note with the rate of a port.
+/// Metadata for a recording: the baud rate of a port.
 pub(super) fn baud_note(port_baud: Option<u32>) -> Option<(String, String)> {
     port_baud.map(|baud| (Session::BAUD.to_owned(), baud.to_string()))
 }
@@ -46,7 +46,7 @@ pub(super) fn open(
     Keeper::open(&keep, started).map_err(Fault::from)
 }
 
-/// Finishes the recording; returns the bytes in the files. Ctrl-C ends the wait and leaves the rest to `recover`; a hangup does
+/// Finishes the recording; returns the number of bytes in the files. Ctrl-C ends the wait and leaves the rest to `recover`; a hangup does
 /// not, because it also follows the end of a closed terminal.
 pub(super) async fn finish(keeper: &Keeper) -> Result<u64, Fault> {
     let status = keeper.status();
@@ -85,7 +85,7 @@ pub(super) fn check_name(path: &Path, config: &Config) -> Result<(), Fault> {
     ))
 }
 
-/// When to start another file: by the command line, else by the configuration.
+/// Time or size after which another file is started: from the command line, else from the configuration.
 pub(super) fn rotation(option: Option<Rotation>, config: &Config) -> Rotation {
     option.or(config.recording.rotate).unwrap_or_default()
 }
@@ -95,7 +95,7 @@ pub(super) fn automatic_name() -> PathBuf {
     PathBuf::from(name::automatic(SystemTime::now()))
 }
 
-/// What to do with an existing file.
+/// Treatment of an existing file, according to the options.
 pub(super) const fn existing(append: bool, force: bool) -> Existing {
     match (append, force) {
         (true, _) => Existing::Append,

@@ -36,7 +36,7 @@ pub(super) fn run(options: &Recover) -> Result<(), Fault> {
                 }
             }
             Err(error) => {
-                // Go on with the others; the last fault is returned.
+                // Continue with the others; the last fault is returned.
                 if let Some(before) = fault.replace(Fault::from(error)) {
                     say_fault(&before);
                 }

@@ -1,4 +1,4 @@
-//! `replay`: a capture in the dashboard.
+//! `replay`: plays a capture in the dashboard.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,6 +10,7 @@ use super::cli::Replay;
 use super::config::Theme;
 use super::{Exit, Fault, block_on, config, input, say_fault, terminal};
 use crate::capture::index;
+use crate::capture::runs::Label;
 use crate::capture::source::unfinished;
 use crate::event::{Event, Level, Moment, Notice, NoticeCode, Recording};
 use crate::model::{Config, Ui};
@@ -18,7 +19,7 @@ use crate::playback::{CaptureState, Player, read_through};
 use crate::playback::{SPEED_MAX, SPEED_MIN};
 use crate::runtime::{CaptureSource, Dashboard, Source, run as run_dashboard};
 
-/// Most findings waiting for the dashboard.
+/// Maximum number of findings queued for the dashboard.
 const FINDINGS: usize = 4;
 
 pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault> {
@@ -35,7 +36,7 @@ pub(super) fn run(options: &Replay, config: &config::Config) -> Result<(), Fault
     replay(options.file.clone(), options.speed, options.theme, config)
 }
 
-/// Replays a capture, then those that the operator chooses from the list of runs.
+/// Replays a capture, then each capture that the operator chooses from the list of runs.
 pub(super) fn replay(
     file: PathBuf,
     speed: f64,
@@ -54,7 +55,7 @@ pub(super) fn replay(
     damage
 }
 
-/// Plays one capture; returns the one to play next, and what could not be read.
+/// Plays one capture; returns the next capture to play, and the reason if reading was incomplete.
 fn play(
     file: &Path,
     speed: f64,
@@ -62,8 +63,9 @@ fn play(
     config: &config::Config,
 ) -> Result<(Option<PathBuf>, Result<(), Fault>), Fault> {
     let tape = index::open(file)?;
+    let label = Label::of(file);
     let name = format!("replay of {}", file.display());
-    // A replay does not ring.
+    // A replay does not ring the bell.
     let config = Arc::new(Config {
         bell: false,
         capture: Some(file.display().to_string()),
@@ -75,6 +77,13 @@ fn play(
             NoticeCode::Damaged,
             Level::Warning,
             unfinished.to_string(),
+        )));
+    }
+    if let Err(error) = &label {
+        first.tell(&Event::Notice(Notice::new(
+            NoticeCode::Label,
+            Level::Warning,
+            error.to_string(),
         )));
     }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
@@ -90,7 +99,15 @@ fn play(
     let started = Instant::now();
     let (length, unix) = (tape.length(), tape.unix());
     let timeline = timeline(tape, first);
-    let player = Player::of_capture(timeline, Moment::ZERO, speed, length, unix);
+    let mut player = Player::of_capture(timeline, Moment::ZERO, speed, length, unix);
+    for note in label.unwrap_or_default().notes {
+        if let Some(at) = note
+            .at_s
+            .and_then(|at_s| Moment::try_from_secs_f64(at_s).ok())
+        {
+            player.add_noted_mark(at, note.text);
+        }
+    }
     let next = block_on(async {
         let dashboard = Dashboard {
             source: Source::Capture(Box::new(CaptureSource {

@@ -1,4 +1,4 @@
-//! `runs`: captures with their labels and figures.
+//! `runs`: lists captures with their labels and figures.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -80,7 +80,7 @@ pub(super) fn run(options: &Runs) -> Result<(), Fault> {
 
 /// Whether a run started within the wanted time; `None` if its start is needed and unknown.
 fn is_within(options: &Runs, start: Option<&str>) -> Option<bool> {
-    // Dates of one form sort as text.
+    // Dates in one format sort as text.
     let since = options.since.map(|since| utc(since.start));
     let until = options.until.map(|until| utc(until.end));
     if since.is_none() && until.is_none() {
@@ -117,7 +117,7 @@ fn fault(error: RunError) -> Fault {
     }
 }
 
-/// The file itself, or the captures in a folder, by name.
+/// The file itself, or the captures in a folder, sorted by name.
 fn captures(path: &Path) -> Result<Vec<PathBuf>, Fault> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);

@@ -1,4 +1,4 @@
-//! `send`: commands from a shell or a script, each confirmed by the robot.
+//! `send`: sends commands from a shell or a script; the robot confirms each.
 
 mod dry_run;
 pub(super) mod faults;

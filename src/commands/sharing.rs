@@ -1,4 +1,4 @@
-//! Shared links as the options ask for them.
+//! Shares links according to the options.
 
 use super::cli::Sharing;
 use super::{Exit, Fault, check_open_files};
@@ -8,7 +8,7 @@ use crate::io::open_files;
 use crate::io::share::{CONNECTIONS_MAX, Share, ShareError, usual_address};
 use crate::share::Address;
 
-/// Parses the address of a share; without a text it is the usual one.
+/// Parses the address of a share; an empty text means the default address.
 pub(super) fn parse_address(text: &str) -> Result<Address, String> {
     if text.is_empty() {
         return usual_address()
@@ -34,7 +34,7 @@ pub(super) fn listen(options: &Sharing) -> Result<Option<Share>, Fault> {
     })
 }
 
-/// Opens the Foxglove server if the options ask for it; must be called within the runtime. Clients show `name`.
+/// Opens the Foxglove server if the options ask for it; must be called within the runtime. Clients display `name`.
 pub(super) async fn foxglove(options: &Sharing, name: &str) -> Result<Option<Foxglove>, Fault> {
     let Some(address) = &options.foxglove else {
         return Ok(None);

@@ -15,7 +15,7 @@ use crate::io::signals::{Signal, Signals, stop_myself};
 /// Interval of the checks for the end of a simulation with a duration.
 const CHECK_EVERY: Duration = Duration::from_millis(50);
 
-/// A boot number from the clock. It differs from that of a simulator killed a moment ago, so that a station notices the
+/// A boot number from the clock. It differs from the number of a recently killed simulator, so that a station notices the
 /// new robot even without an EEPROM file.
 fn boots_now() -> u16 {
     let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
@@ -33,7 +33,7 @@ fn eeprom(options: &Sim) -> Option<PathBuf> {
     named.or_else(|| options.pty.as_ref().and_then(beside))
 }
 
-/// Refuses outputs that are one file, or the world's, or a named pipe, because opening one can block.
+/// Refuses two outputs to one file, an output to the world's file, and named pipes, because opening a pipe can block.
 fn check_outputs(options: &Sim) -> Result<(), Fault> {
     let outputs = [&options.trace, &options.wav, &eeprom(options)];
     let mut taken: Vec<&PathBuf> = Vec::new();
@@ -161,7 +161,7 @@ pub(super) fn run(options: &Sim) -> Result<(), Fault> {
     Err(Fault::new(Exit::Failed, message))
 }
 
-/// Says the errors of files as they come, because the robot goes on; returns whether there were none.
+/// Prints errors of files when they occur, because the robot continues; returns whether there were none.
 fn say_errors(server: &Server) -> bool {
     let mut is_whole = true;
     while let Some(error) = server.poll_error() {

@@ -24,10 +24,10 @@ const DEFAULT_WORLD: &str = "house";
 /// Id of the simulated robot.
 pub(super) const ROBOT_ID: u8 = 4;
 
-/// How long a robot behind HC-12 modules waits for an answer, in byte times (tests/link.rs).
+/// Time for which a robot behind HC-12 modules waits for an answer, in byte times (tests/link.rs).
 const HC_12_PATIENCE_BYTES: u8 = 160;
 
-/// How long a robot behind `XBee` modules waits for an answer, in byte times.
+/// Time for which a robot behind `XBee` modules waits for an answer, in byte times.
 const XBEE_PATIENCE_BYTES: u8 = 60;
 
 /// The simulation that the options describe.
@@ -130,8 +130,8 @@ pub(super) fn link_to(address: &str) -> LinkSpec {
 /// The simulated robot behind a link `sim`; dropping it ends the simulation.
 pub(super) type Embedded = Option<Server>;
 
-/// Stands in for a link called `sim`: starts a robot and links to it. The robot lives as long as the
-/// server that comes back.
+/// Replaces the link `sim` by a link to a new simulated robot. The robot runs until the returned
+/// server is dropped.
 pub(super) fn embed(link: &LinkSpec, radio: RadioKind) -> Result<(LinkSpec, Embedded), Fault> {
     if *link != LinkSpec::Sim {
         return Ok((link.clone(), None));

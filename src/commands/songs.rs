@@ -1,4 +1,4 @@
-//! `songs`: the robot's songs as notes and as sound.
+//! `songs`: lists the robot's songs as notes, and saves them as sound.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -16,7 +16,7 @@ use crate::capture::songs::{Notes, for_each_song, length};
 use crate::capture::{Capture, CaptureError};
 use crate::hint;
 
-/// Why the list ended early.
+/// Reason why the list ended early.
 enum End {
     Capture(CaptureError),
     Output(io::Error),
@@ -60,7 +60,7 @@ pub(super) fn run(options: &Songs) -> Result<(), Fault> {
     }
 }
 
-/// Prints a song. Standard output is flushed at line feeds, so that songs of a live stream appear at once.
+/// Prints a song. Standard output is flushed at each line feed, so that songs of a live stream appear at once.
 fn list(number: u32, at: Duration, song: &SongLine) -> io::Result<()> {
     writeln!(
         out(),

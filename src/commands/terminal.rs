@@ -1,4 +1,4 @@
-//! The terminal that a dashboard needs.
+//! Checks that the dashboard has a terminal, and reports terminal errors.
 
 use std::io;
 
@@ -6,7 +6,7 @@ use super::{Exit, Fault};
 use crate::hint;
 use crate::io::terminal;
 
-/// Refuses a dashboard without a terminal; `instead` is the command that needs none.
+/// Refuses to show a dashboard without a terminal; `instead` names a command that needs none.
 pub(super) fn needed(instead: &str) -> Result<(), Fault> {
     if terminal::is_there() {
         return Ok(());
@@ -17,7 +17,7 @@ pub(super) fn needed(instead: &str) -> Result<(), Fault> {
     ))
 }
 
-/// The fault for a terminal error; a terminal that is gone only ends the session.
+/// The fault for a terminal error. A closed terminal is not a fault; it ends the session.
 pub(super) fn failed(error: &io::Error) -> Result<(), Fault> {
     if !terminal::is_there() {
         return Ok(());

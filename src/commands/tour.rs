@@ -1,16 +1,16 @@
-//! Whether the operator has seen the tour of the demo: a file in the state folder.
+//! Remembers that the operator has seen the tour of the demo, by a file in the state folder.
 
 use std::fs;
 use std::path::PathBuf;
 
 use etcetera::BaseStrategy as _;
 
-/// Whether the tour has not been ended yet.
+/// Whether the tour has not been completed yet.
 pub(super) fn is_due() -> bool {
     path().is_none_or(|path| !path.exists())
 }
 
-/// Notes that the tour has ended. Where nothing can be written, the next demo gives it again.
+/// Records that the tour has ended. If the file cannot be written, the next demo shows the tour again.
 pub(super) fn end() {
     if let Some(path) = path() {
         let _ = path.parent().map(fs::create_dir_all);

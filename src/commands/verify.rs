@@ -1,28 +1,27 @@
 //! `verify`: checks captures for damage and gaps.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::cli::Verify;
 use super::{Exit, Fault, batch, input, out};
-use crate::capture::CaptureError;
 use crate::capture::source::Form;
 use crate::capture::verify::{RawCopy, Verdict, verify_mcap, verify_raw};
+use crate::capture::{CaptureError, files};
 
 pub(super) fn run(options: &Verify) -> Result<(), Fault> {
-    let files = batch::files(&options.captures)?;
-    if options.raw.is_some() && files.len() > 1 {
+    let captures = batch::files(&options.captures)?;
+    if options.raw.is_some() && captures.len() > 1 {
         let problem =
             "--raw takes one capture; several are compared with the raw files beside them";
         return Err(Fault::new(Exit::Usage, problem));
     }
     batch::each(
-        &files,
+        &captures,
         options.captures.quiet,
         |index, progress| {
-            let path = &files[index];
+            let path = &captures[index];
             let source = input::open(path, progress)?;
             let (form, source) = input::detect_form(path, source)?;
             let verdict = match form {
@@ -36,7 +35,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
             Ok(verdict)
         },
         |index, verdict| {
-            if let Err(error) = write(options, &files[index], &verdict) {
+            if let Err(error) = write(options, &captures[index], &verdict) {
                 Fault::output(&error)?;
                 return Ok(ControlFlow::Break(()));
             }
@@ -46,21 +45,21 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
             let count = verdict.fault_count;
             let faults = if count == 1 { "fault" } else { "faults" };
             Err(input::not_whole(
-                &files[index],
+                &captures[index],
                 &format!("{count} {faults}"),
             ))
         },
     )
 }
 
-/// The raw file to compare: the one named, or the one beside the recording.
+/// The raw file to compare: the named file, or the file beside the recording.
 fn raw_file(options: &Verify, path: &Path) -> Result<Option<RawCopy>, Fault> {
     let is_file = path != Path::new("-");
     let raw = || Some(path.with_extension("txt")).filter(|raw| is_file && raw.is_file());
     let Some(raw) = options.raw.clone().or_else(raw) else {
         return Ok(None);
     };
-    match File::open(&raw) {
+    match files::open(&raw) {
         Ok(file) => Ok(Some(RawCopy {
             source: Box::new(file),
             is_named: options.raw.is_some(),

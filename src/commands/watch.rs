@@ -26,7 +26,7 @@ use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, LiveSource, Source, run};
 use crate::share::Address;
 
-/// How long the last words wait for a stalled terminal.
+/// Maximum time for which the last messages wait for a stalled terminal.
 const REPORT_PATIENCE: Duration = Duration::from_secs(1);
 
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
@@ -156,7 +156,7 @@ fn address(server: &Server, index: usize) -> &str {
 struct Plan {
     name: String,
     spec: LinkSpec,
-    /// The station that the operator named; another server at its address is refused.
+    /// Address of the station that the operator named; a different kind of server there is refused.
     via: Option<Address>,
     baud: u32,
     opening: LinkArgs,
@@ -166,16 +166,16 @@ struct Plan {
     sharing: Sharing,
     notes: BTreeMap<String, String>,
     config: config::Config,
-    /// The world of a simulated robot, which ends with the program.
+    /// The world of a simulated robot, which ends with the program; `None` for a real robot.
     truth: Option<Truth>,
-    /// Begin the tour.
+    /// Whether to begin the tour.
     tour: bool,
-    /// The theme of `--theme`, also for a replay that follows.
+    /// The theme given with `--theme`; later replays use it, too.
     theme: Option<config::Theme>,
 }
 
 impl Plan {
-    /// What the robot does after the end of the program, by its last words.
+    /// Describes what the robot does after the program has ended.
     fn robot_after(&self, last: Option<&str>) -> Option<String> {
         if self.truth.is_some() {
             return Some("the simulated robot ended with the program".to_owned());
@@ -183,7 +183,7 @@ impl Plan {
         last.map(str::to_owned)
     }
 
-    /// Opens link, servers and recordings, the link first: if it fails, no empty file is left behind.
+    /// Opens the link, then servers and recordings. If the link cannot be opened, no empty file is left behind.
     async fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
         let connection = connect(&self.spec, self.baud, &self.opening)?;
@@ -283,7 +283,7 @@ fn told_of(recordings: &[PathBuf]) -> impl Iterator<Item = String> {
     nothing.into_iter().chain(all)
 }
 
-/// Prints lines; a stalled terminal hardly delays the end.
+/// Prints lines; waits at most [`REPORT_PATIENCE`] for a stalled terminal.
 fn report(lines: impl Iterator<Item = String>) {
     let lines: Vec<String> = lines.collect();
     let (done, ended) = mpsc::channel::<()>();
@@ -294,7 +294,7 @@ fn report(lines: impl Iterator<Item = String>) {
         }
     });
     if reporting.is_ok() {
-        // The end of the thread closes the channel.
+        // The channel closes when the thread ends.
         let _ = ended.recv_timeout(REPORT_PATIENCE);
     }
 }

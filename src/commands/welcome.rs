@@ -10,7 +10,7 @@ use crate::capture::runs::folder;
 use crate::hint::shell_word;
 use crate::io::ports::{Port, list};
 
-/// Most ports shown; a machine may have dozens of built-in ones.
+/// Maximum number of ports shown; a machine may have dozens of built-in ports.
 const PORTS_MAX: usize = 4;
 
 pub(super) fn run(named: Option<&Path>) -> Result<(), Fault> {
@@ -31,7 +31,7 @@ fn lines(profiles: &[&str], ports: &[Port], captures: &Captures) -> Vec<String> 
     for name in profiles {
         offer("from the configuration", &format!("watch {name}"));
     }
-    // Built-in ports are rarely a radio, and those of a PC are often not even there.
+    // Built-in ports are rarely connected to a radio, and often do not exist on a PC.
     let rank = |port: &Port| match () {
         () if port.kind.starts_with("USB") => 0,
         () if !port.name.starts_with("/dev/ttyS") => 1,
@@ -75,7 +75,7 @@ fn lines(profiles: &[&str], ports: &[Port], captures: &Captures) -> Vec<String> 
     heading.into_iter().chain(rows).collect()
 }
 
-/// Captures in this folder.
+/// Captures in the current folder.
 #[derive(Debug, Default)]
 struct Captures {
     /// The newest finished capture.
@@ -107,7 +107,7 @@ fn interrupted() -> Option<PathBuf> {
     Some(newest.strip_prefix(".").unwrap_or(&newest).to_owned())
 }
 
-/// Time of the last change; `None` if there is no such file.
+/// Time of the last change of a file; `None` if there is no such file.
 fn written_at(path: &Path) -> Option<SystemTime> {
     fs::metadata(path).and_then(|file| file.modified()).ok()
 }

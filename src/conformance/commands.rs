@@ -1,4 +1,4 @@
-//! Level 2: STOP, sessions and commands.
+//! Trials of level 2: STOP, sessions and commands.
 
 use groundwave_protocol::command::{Key, Message, Open, Order};
 use groundwave_protocol::digest::digest;
@@ -9,7 +9,7 @@ use super::probe::{LIMIT, Seen};
 use super::rule;
 use super::session::{Ended, Session};
 
-/// Modes in which a robot on a stand is quiet first.
+/// Modes, beginning with those in which a robot on a stand does not move.
 const MODES: [Mode; 8] = [
     Mode::User,
     Mode::Stop,
@@ -21,13 +21,13 @@ const MODES: [Mode; 8] = [
     Mode::GoHome,
 ];
 
-/// Wait for line I after the session has been opened.
+/// Wait for line I after the session has been opened, milliseconds.
 const ABILITIES_MS: u64 = 4000;
 
-/// A letter that no order has.
+/// A letter that is not an order.
 const NO_ORDER: &[u8] = b"Z";
 
-/// An order M with a letter that no mode has.
+/// An order M with a letter that is not a mode.
 const NO_MODE: &[u8] = b"Mz";
 
 pub(super) async fn run(session: &mut Session) -> Result<(), Ended> {
@@ -51,7 +51,7 @@ pub(super) async fn run(session: &mut Session) -> Result<(), Ended> {
     Ok(())
 }
 
-/// The modes of line I.
+/// The abilities in line I; defaults if the robot sent none.
 fn abilities(session: &Session) -> AbilitiesLine {
     let abilities = session.probe.see(|seen| seen.abilities);
     abilities.unwrap_or(AbilitiesLine::FULL)
@@ -102,7 +102,7 @@ async fn stops(session: &mut Session) -> Result<(), Ended> {
     let counted = session.probe.see(sequence) != before;
     session.judge(rule::STOP_AGAIN, again && counted, || {
         if again {
-            "the sequence stands still".to_owned()
+            "the sequence does not change".to_owned()
         } else {
             session.unheard(None)
         }
@@ -231,7 +231,7 @@ async fn commands(session: &mut Session, first: Mode, second: Mode) -> Result<()
     wrong_keys(session, first).await
 }
 
-/// The command under keys with the usual mistakes; keeps the one that the robot takes.
+/// Tries a command with keys computed with the usual mistakes; keeps the key that the robot accepts.
 async fn under_usual_mistakes(session: &mut Session, mode: Mode) -> Option<Outcome> {
     let Session {
         robot_id,
@@ -276,7 +276,7 @@ async fn under_usual_mistakes(session: &mut Session, mode: Mode) -> Option<Outco
     None
 }
 
-/// Commands under keys that differ from the session's in one part.
+/// Tries commands under keys that differ from the session's in one part.
 async fn wrong_keys(session: &mut Session, mode: Mode) -> Result<(), Ended> {
     type Part = fn(&Session) -> (u8, u8, u8, u16);
     let parts: [(_, Part); 4] = [
@@ -301,7 +301,7 @@ async fn wrong_keys(session: &mut Session, mode: Mode) -> Result<(), Ended> {
             session.number,
             session.owner,
         );
-        // With the era that the session has, and with none.
+        // With the session's era, and without an era.
         let era = if session.key == right { 0 } else { session.era };
         let key = Key::session(robot_id, boot, number, owner).in_era(era);
         let frame = Session::command((session.sequence + 1) & 0x3F, Order::Mode(mode), key);
@@ -456,7 +456,7 @@ async fn wraps(session: &mut Session) -> Result<(), Ended> {
     if is_kept { Ok(()) } else { Err(Ended) }
 }
 
-/// STOP while a session is open, and the session after it.
+/// Tries STOP while a session is open, and opens the next session.
 async fn ends(session: &mut Session) -> Result<(), Ended> {
     let before = session.number;
     session.stop().await;

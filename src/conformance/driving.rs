@@ -1,4 +1,4 @@
-//! Level 4: pose, hand drive, failsafe, lines K and C.
+//! Trials of level 4: pose, hand drive, failsafe, lines K and C.
 
 use std::time::Duration;
 
@@ -12,25 +12,25 @@ use super::probe::{LIMIT, RARE, Seen};
 use super::rule;
 use super::session::{Session, in_words};
 
-/// Speed of hand drive: slow, and more than any rounding.
+/// Speed of hand drive, in/s: slow, but greater than any rounding.
 const SPEED_IN_S: i8 = 4;
 
 /// Time between drive frames that must have no effect.
 const DRIVE_PERIOD: Duration = Duration::from_millis(250);
 
-/// Drive frames until the robot must drive.
+/// Number of drive frames after which the robot must drive.
 const DRIVE_FRAMES: usize = 8;
 
-/// When a line A that still shows the speed is a mistake: a second, a line's composition and transmission, the latency.
+/// Maximum time after the last drive frame for lines A to show the speed: a second, a line's composition and transmission, the latency.
 const DRIVE_END: Duration = Duration::from_secs(2);
 
-/// When the ground is not live any more: 2 s and the latency.
+/// Time after which the ground is no longer live, milliseconds: 2 s and the latency.
 const NOT_LIVE_MS: u64 = 3000;
 
-/// Lines between the newest one and an old one.
+/// Number of lines between the newest line and an old line.
 const OLD_LINES: u8 = 40;
 
-/// The failsafe that is tried, and how far its time may be off: lines, and frames that are lost.
+/// Silence of the tried failsafe, and its maximum deviation (lines, and lost frames), seconds.
 const SILENCE_S: u16 = 10;
 const FAILSAFE_EARLY: Duration = Duration::from_secs(1);
 const FAILSAFE_LATE: Duration = Duration::from_secs(20);
@@ -64,7 +64,7 @@ async fn knock(session: &Session) {
         session.not_tried(rule::KNOCK, "the radio is half duplex");
         return;
     }
-    // The lines K that earlier frames brought have passed after four long lines.
+    // After four long lines, the lines K for earlier frames have passed.
     session.pause(6000).await;
     let before = session.probe.see(|seen| seen.quick_acks);
     let is_answered = |seen: &Seen| seen.quick_acks >= before + 3;
@@ -133,7 +133,7 @@ fn is_driven(seen: &Seen) -> bool {
     velocity(seen) != 0
 }
 
-/// A drive frame that names a line so far behind the newest one.
+/// A drive frame that names the line `behind` lines before the newest.
 fn frame(session: &Session, count: u8, behind: u8) -> Vec<u8> {
     let newest = session.probe.see(|seen| seen.sequence);
     let drive = Message::Drive(Drive {
@@ -169,7 +169,7 @@ async fn hand_drive(session: &mut Session) {
         let frames = [keepalive(session), frame(session, session.count, 0)].concat();
         session.probe.send(&frames);
         session.probe.sent().await;
-        // The frame that is seen to be obeyed is the latest one.
+        // The frame that the robot obeys is the latest one.
         if session.probe.until(DRIVE_END, is_driven).await {
             is_obeyed = true;
             break;
@@ -212,7 +212,7 @@ async fn hand_drive(session: &mut Session) {
     }
 }
 
-/// A drive frame that must have no effect.
+/// Sends a drive frame that must have no effect.
 async fn undriven(
     session: &Session,
     rule: &'static rule::Rule,

@@ -1,4 +1,4 @@
-//! Level 3: lists of waypoints.
+//! Trials of level 3: lists of waypoints.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{BLOCK_WAYPOINTS, Message, Order, Slots};
@@ -9,7 +9,7 @@ use super::probe::{RARE, Seen};
 use super::rule;
 use super::session::{Session, in_words};
 
-/// Waypoints of the list: a whole block and a short one.
+/// Number of waypoints in the list: a whole block and a short one.
 const WAYPOINTS: usize = 6;
 
 /// Waypoints of the longest frame.
@@ -80,7 +80,7 @@ async fn send(session: &Session, first_block: u8, list: &[Waypoint]) -> bool {
     session.probe.effect(&frame, session.key, is_staged).await
 }
 
-/// Makes a list active whose second block was not sent, or nothing of it if there is one only.
+/// Tries to activate a list without its second block, or without its only block.
 async fn missing(session: &mut Session, list: &[Waypoint], capacity: u16) {
     if list.len() > BLOCK_WAYPOINTS {
         let is_staged = stage(session, &list[..BLOCK_WAYPOINTS]).await;
@@ -144,11 +144,11 @@ async fn shown(session: &Session, count: usize, digest: u32) {
     );
 }
 
-/// The tag of the list that has just become active.
+/// Tries the tag of the list that has just become active.
 async fn old_tag(session: &Session) {
     let list = [point(0, 300)];
     let frame = Message::Waypoints(Slots::new(session.tag, 0, &list)).encode(session.key);
-    // The latest acknowledgement may still be that of the list under way.
+    // The latest acknowledgement may still be for the list being staged.
     session.probe.lines_after(|_| false).await;
     let is_staged = |seen: &Seen| seen.staged.is_some();
     let has_effect = session.probe.has_effect(frame.as_bytes(), is_staged).await;

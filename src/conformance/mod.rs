@@ -1,7 +1,7 @@
-//! Tries whether a robot keeps the rules of SPEC.md, by frames that a correct robot obeys, refuses or ignores.
+//! Checks whether a robot keeps the rules of SPEC.md, with frames that a correct robot obeys, refuses or ignores.
 //!
-//! Sans-IO, like the station: bytes and times come in, frames and verdicts go out. The script is an `async` function that waits
-//! for lines, polled by hand.
+//! Sans-IO, like the station: the caller passes bytes and times, and gets frames and verdicts. The script is an `async` function that waits
+//! for lines; [`Trials`] polls it.
 
 mod commands;
 mod driving;
@@ -28,7 +28,7 @@ use session::Session;
 /// Bits of a byte on the wire.
 const BITS_PER_BYTE: u32 = 10;
 
-/// Longest wait for the first lines.
+/// Maximum wait for the first lines.
 const FIRST_LINES: Duration = Duration::from_secs(20);
 
 /// The result of a trial.
@@ -36,9 +36,9 @@ const FIRST_LINES: Duration = Duration::from_secs(20);
 pub enum Verdict {
     /// The robot keeps the rule.
     Kept(&'static Rule),
-    /// The robot breaks it: what it did.
+    /// The robot breaks the rule; with a description of its reaction.
     Broken(&'static Rule, String),
-    /// The rule was not tried, and why.
+    /// The rule was not tried, for a reason.
     NotTried(&'static Rule, &'static str),
 }
 
@@ -60,7 +60,7 @@ impl fmt::Debug for Trials {
 }
 
 impl Trials {
-    /// Trials over a link of a rate in bit/s, by a station with this nonce of 10 bits.
+    /// Begins trials over a link with rate `baud`, bit/s. `owner` is the station's nonce, 10 bits.
     #[must_use]
     pub fn new(owner: u16, baud: u32) -> Self {
         let probe = Probe::default();
@@ -75,7 +75,7 @@ impl Trials {
         }
     }
 
-    /// Takes bytes of the robot.
+    /// Takes bytes from the robot.
     pub fn handle_bytes(&mut self, now: Duration, bytes: &[u8]) {
         let mut rest = bytes;
         while let Some(received) = self.decoder.next_own_line(&mut rest) {
@@ -90,25 +90,25 @@ impl Trials {
         }
     }
 
-    /// Lets time pass.
+    /// Handles the passing of time.
     pub fn handle_timeout(&mut self, now: Duration) {
         self.probe.0.borrow_mut().now = now;
         self.poll();
     }
 
-    /// When [`Self::handle_timeout`] is due.
+    /// Time at which [`Self::handle_timeout`] is due.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Duration> {
         self.probe.0.borrow().deadline
     }
 
-    /// Bytes to send.
+    /// The next bytes to send.
     pub fn poll_transmit(&mut self) -> Option<Vec<u8>> {
         let bytes = self.probe.0.borrow_mut().transmit(self.is_turn)?;
         if self.probe.see(|seen| seen.is_half_duplex) {
             self.is_turn = false;
         }
-        // The script may wait for their departure.
+        // The script may wait until they are sent.
         self.poll();
         Some(bytes)
     }
@@ -143,7 +143,7 @@ impl Trials {
         &self.verdicts
     }
 
-    /// The level whose rules, and those below it, were tried and kept; `None` if nothing was tried.
+    /// Highest level whose rules, and those of all lower levels, were tried and kept; `None` if no rule was tried.
     #[must_use]
     pub fn level(&self) -> Option<u8> {
         let claimed = self.probe.see(level);
@@ -157,7 +157,7 @@ impl Trials {
             .min()
     }
 
-    /// STOP for every robot, to send when the trials are left early.
+    /// Bytes of a STOP for every robot, to send when the trials end early.
     #[must_use]
     pub fn farewell() -> Vec<u8> {
         Message::Stop(None)
@@ -179,7 +179,7 @@ impl Trials {
     }
 }
 
-/// The level that line I states.
+/// The level in line I.
 fn level(seen: &probe::Seen) -> u8 {
     match (seen.cannot_hear, seen.abilities) {
         (true, _) => 1,

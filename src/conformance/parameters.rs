@@ -1,4 +1,4 @@
-//! Level 5: parameters.
+//! Trials of level 5: parameters.
 
 use std::time::Duration;
 
@@ -10,17 +10,17 @@ use super::probe::{LIMIT, Seen};
 use super::rule;
 use super::session::{Session, in_words};
 
-/// Time for each line P, because other lines are between, and for other lines that are due.
+/// Time for each line P, including other lines in between.
 const EACH: Duration = Duration::from_secs(1);
 const ROUND: Duration = Duration::from_secs(5);
 
-/// How often the lines P are asked for while the radio loses lines.
+/// Maximum number of requests for the lines P while the radio loses lines.
 const ROUNDS: usize = 20;
 
 /// A name that no robot should have.
 const NO_NAME: &str = "no-such-parameter";
 
-/// Greatest value of an order V.
+/// Maximum value in an order V.
 const ORDER_MAX: i32 = 131_071;
 
 pub(super) async fn run(session: &mut Session) {
@@ -83,7 +83,7 @@ fn first(session: &Session) -> Option<ParameterLine> {
         .see(|seen| seen.parameters.values().next().map(|(_, line)| *line))
 }
 
-/// Sets the first parameter to the value that it has.
+/// Sets the first parameter to its current value.
 async fn set(session: &mut Session, line: &ParameterLine) {
     let order = Order::SetParameter {
         key: key(line.name.as_str()),

@@ -1,4 +1,4 @@
-//! The robot as its lines show it, and the frames to it.
+//! State of the robot by its lines, and transmission of frames.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
@@ -16,28 +16,28 @@ use groundwave_protocol::telemetry::{
 
 use super::Verdict;
 
-/// Latency of the link, both ways together, after which an acknowledgement counts as an answer.
+/// Latency of the link in both directions together, after which an acknowledgement counts as an answer.
 const LATENCY: Duration = Duration::from_millis(300);
 
-/// Byte times from the acknowledgement's snapshot to the end of its line, and more than any frame and line feeds of a turn.
+/// Byte times from the composition of an acknowledgement to the end of its line; longer than any frame with a turn's line feeds.
 const ANSWER_BYTES: u32 = 11;
 
 /// Time between copies of a frame that has had no effect yet.
 const AGAIN: Duration = Duration::from_millis(1200);
 
-/// Time within which a frame must have its effect; radios damage some of its copies, and some answers.
+/// Time within which a frame must have its effect; radios damage some copies and some answers.
 pub(super) const LIMIT: Duration = Duration::from_secs(15);
 
-/// Wait for a line B or C, which comes every 4 s; radios damage half of them.
+/// Maximum wait for a line B or C. One comes every 4 s; radios damage half of them.
 pub(super) const RARE: Duration = Duration::from_mins(1);
 
-/// Copies of a frame that must have no effect, and the pause after each.
+/// Number of copies of a frame that must have no effect, and the pause after each.
 const COPIES: usize = 3;
 
-/// Longest wait for the lines that show an effect that must not be.
+/// Maximum wait for lines that show an effect which must not occur.
 const LISTEN: Duration = Duration::from_secs(20);
 
-/// Most bytes of a half-duplex turn that frames fill.
+/// Maximum number of bytes in a half-duplex turn.
 const TURN_BYTES: usize = 200;
 
 /// The latest lines of the robot.
@@ -45,9 +45,9 @@ const TURN_BYTES: usize = 200;
 pub(super) struct Seen {
     pub(super) robot_id: Option<u8>,
     pub(super) ack: Option<Ack>,
-    /// Boot and session of the latest acknowledgement that showed an era, and the era.
+    /// Boot, session and era of the latest acknowledgement that showed an era.
     pub(super) era: Option<(u8, u8, u16)>,
-    /// Owner in the latest acknowledgement that showed one; none for a receipt.
+    /// Owner in the latest acknowledgement that showed one; `None` for a receipt.
     pub(super) owner: Option<u16>,
     pub(super) receipt: Option<u16>,
     /// Boot and session of the latest acknowledgement with an owner, and whether that session has shown a receipt, too.
@@ -59,9 +59,9 @@ pub(super) struct Seen {
     pub(super) window: u8,
     pub(super) cannot_hear: bool,
     pub(super) sequence: u8,
-    /// Lines missing in the sequence.
+    /// Number of lines missing in the sequence.
     pub(super) missing: u64,
-    /// Lines K, and lines A.
+    /// Number of lines K, and number of lines A.
     pub(super) quick_acks: u64,
     pub(super) states: u64,
     pub(super) state: Option<(Duration, StateLine)>,
@@ -70,14 +70,14 @@ pub(super) struct Seen {
     pub(super) abilities: Option<AbilitiesLine>,
     pub(super) parameters: BTreeMap<u8, (Duration, ParameterLine)>,
     pub(super) is_half_duplex: bool,
-    /// Lines G.
+    /// Number of lines G.
     turns: u64,
 }
 
 impl Seen {
     pub(super) fn take(&mut self, now: Duration, received: &Received) {
         let ahead = (u64::from(received.sequence()) + 199 - u64::from(self.sequence)) % 100;
-        // The first line has none before it.
+        // The first line has no predecessor.
         self.missing += ahead * u64::from(self.ack.is_some());
         self.sequence = received.sequence();
         if let Some(robot_id) = received.robot_id() {
@@ -88,7 +88,7 @@ impl Seen {
         match ack.detail {
             Detail::Idle { owner, .. } => {
                 (self.owner, self.staged) = (Some(owner), None);
-                // A line without the receipt comes in turn with it.
+                // Lines with and without the receipt alternate.
                 if owner != 0 {
                     self.receipt = None;
                     self.open = Some((ack.boot, ack.session));
@@ -128,7 +128,7 @@ impl Seen {
         }
     }
 
-    /// The era of the present session.
+    /// The era of the current session.
     pub(super) fn present_era(&self) -> Option<u16> {
         let ack = self.ack?;
         let (boot, session, era) = self.era?;
@@ -145,15 +145,15 @@ pub(super) struct Shared {
     pub(super) prompts: VecDeque<&'static str>,
     pub(super) awaits_reset: bool,
     pub(super) deadline: Option<Duration>,
-    /// Frames that wait for the radio.
+    /// Frames queued for the radio.
     pub(super) waiting: VecDeque<Vec<u8>>,
-    /// When the last byte of the latest frame has left.
+    /// Time at which the last byte of the latest frame has left.
     left_at: Duration,
     pub(super) byte_time: Duration,
 }
 
 impl Shared {
-    /// The bytes to send now. In half duplex they are complete frames of the turn, which a line G has begun.
+    /// The bytes to send now. In half duplex: complete frames, in the turn that a line G began.
     pub(super) fn transmit(&mut self, is_turn: bool) -> Option<Vec<u8>> {
         if self.seen.is_half_duplex && !is_turn {
             return None;
@@ -192,12 +192,12 @@ impl Probe {
         shared.awaits_reset = true;
     }
 
-    /// When the latest frame has left; the time of its answers begins then.
+    /// Time at which the latest frame has left; the time for its answers begins then.
     pub(super) fn left_at(&self) -> Duration {
         self.0.borrow().left_at
     }
 
-    /// Waits until the condition holds, at most for a time; returns whether it does.
+    /// Waits until the condition holds, at most `limit`; returns whether it does.
     pub(super) async fn until(&self, limit: Duration, holds: impl Fn(&Seen) -> bool) -> bool {
         let end = self.now() + limit;
         poll_fn(|_| {
@@ -218,7 +218,7 @@ impl Probe {
         self.until(time, |_| false).await;
     }
 
-    /// Waits until the frames have left, which takes the robot's turns in half duplex.
+    /// Waits until the frames have left. In half duplex, this depends on the robot's turns.
     pub(super) async fn sent(&self) {
         let end = self.now() + LIMIT;
         poll_fn(|_| {
@@ -241,7 +241,7 @@ impl Probe {
         .await;
     }
 
-    /// Waits for a turn in half duplex, for frames that name the newest line.
+    /// Waits for a turn in half duplex; needed before frames that name the newest line.
     pub(super) async fn turn(&self) {
         let turns = self.see(|seen| seen.turns);
         self.until(LIMIT, |seen| !seen.is_half_duplex || seen.turns != turns)
@@ -283,7 +283,7 @@ impl Probe {
         false
     }
 
-    /// Sends copies of a frame that must have no effect; returns whether it had one.
+    /// Sends copies of a frame that must have no effect; returns whether it had an effect.
     pub(super) async fn has_effect(
         &self,
         frame: &[u8],
@@ -299,7 +299,7 @@ impl Probe {
         self.lines_after(&is_changed).await
     }
 
-    /// Waits for two lines A whose content follows the latest frame; returns whether the condition held before.
+    /// Waits for two lines A composed after the latest frame; returns whether the condition held before.
     pub(super) async fn lines_after(&self, holds: impl Fn(&Seen) -> bool) -> bool {
         let byte_time = self.0.borrow().byte_time;
         let answers_at = self.left_at() + LATENCY + byte_time * ANSWER_BYTES;
@@ -326,7 +326,7 @@ impl Probe {
     }
 }
 
-/// A frame with this type and payload, for content that no message has.
+/// A frame with arbitrary type and payload.
 pub(super) fn raw_frame(key: Key, content: &[u8]) -> Vec<u8> {
     let trailer = crc::characters(crc::update(key.init(), content));
     [b"\n", content, &trailer, b"\n"].concat()

@@ -1,4 +1,4 @@
-//! A reboot, by the person at the robot.
+//! Trials of a reboot by the person at the robot.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use super::probe::{LIMIT, Seen};
 use super::rule;
 use super::session::Session;
 
-/// Wait for the reset.
+/// Maximum wait for the reset.
 const RESET: Duration = Duration::from_mins(1);
 
 /// Rounds of session numbers that a robot has hardly gone through since its boot.
@@ -18,7 +18,7 @@ pub(super) async fn run(session: &mut Session) {
     if session.reopen().await.is_err() {
         return;
     }
-    // As a station would send it in the session before the reset.
+    // As a station would send the command in the session before the reset.
     session
         .probe
         .until(LIMIT, |seen| seen.present_era().is_some())

@@ -1,15 +1,15 @@
-//! The rules that are tried: a stable code, the rule, the likely cause of its breach and the remedy.
+//! The rules tried: stable code, rule, likely cause of a breach, and remedy.
 
-/// A rule of SPEC.md that a robot is tried on.
+/// A rule of SPEC.md that is tried on a robot.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Rule {
     /// Stable code.
     pub code: &'static str,
-    /// Lowest level that it binds.
+    /// Lowest level that the rule binds.
     pub level: u8,
-    /// Section of SPEC.md that holds it.
+    /// Section of SPEC.md that contains the rule.
     pub section: u8,
-    /// The rule.
+    /// The rule as a sentence.
     pub rule: &'static str,
     /// Likely cause of a breach.
     pub cause: &'static str,

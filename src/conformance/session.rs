@@ -1,4 +1,4 @@
-//! A session with the robot under trial.
+//! A session with the robot under test.
 
 use std::time::Duration;
 
@@ -9,10 +9,10 @@ use super::Verdict;
 use super::probe::{LIMIT, Probe, Seen, raw_frame};
 use super::rule::{self, Rule};
 
-/// The robot cannot be tried further.
+/// The trials cannot continue.
 pub(super) struct Ended;
 
-/// The open session, and what the robot is known by.
+/// The open session and the robot's identity.
 pub(super) struct Session {
     pub(super) probe: Probe,
     pub(super) owner: u16,
@@ -67,7 +67,7 @@ impl Session {
         self.probe.0.borrow_mut().verdicts.push_back(verdict);
     }
 
-    /// Kept, or broken in this way.
+    /// Adds a verdict: the rule is kept, or broken in the way that `did` describes.
     pub(super) fn judge(&self, rule: &'static Rule, is_kept: bool, did: impl FnOnce() -> String) {
         if is_kept {
             self.kept(rule);
@@ -76,7 +76,7 @@ impl Session {
         }
     }
 
-    /// Silence after a frame in words, with line C's count of rejected frames if it has grown.
+    /// Describes the silence after a frame, with line C's count of rejected frames if it has grown.
     pub(super) fn unheard(&self, rejected_before: Option<u16>) -> String {
         let rejected = self.rejected();
         match (rejected_before, rejected) {
@@ -94,7 +94,7 @@ impl Session {
             .see(|seen| seen.counters.map(|(_, line)| line.frames_rejected))
     }
 
-    /// Sends STOP until its receipt shows; returns whether it does.
+    /// Sends STOP until lines show its receipt; returns whether they do.
     pub(super) async fn stop(&mut self) -> bool {
         self.receipt = self.receipt & !0x1F | (self.receipt + 1) & 0x1F;
         let receipt = self.receipt;
@@ -105,7 +105,7 @@ impl Session {
             .await
     }
 
-    /// The frame of an open of the present session, with or without its era.
+    /// The message that opens a session after the current one, with or without its era.
     pub(super) fn opening(&self, has_era: bool, owner: u16) -> Option<Open> {
         self.probe.see(|seen| {
             let ack = seen.ack?;
@@ -164,19 +164,19 @@ impl Session {
         message.encode(key).as_bytes().to_vec()
     }
 
-    /// Gives an order as the next command; returns its outcome, and none if it is not acknowledged.
+    /// Gives an order as the next command; returns its outcome, `None` if not acknowledged.
     pub(super) async fn order(&mut self, order: Order) -> Option<Outcome> {
         let frame = Self::command((self.sequence + 1) & 0x3F, order, self.key);
         self.deliver(frame, LIMIT).await
     }
 
-    /// Gives an order under another key; a robot that takes it does so soon.
+    /// Gives an order under another key; returns its outcome. Waits only briefly.
     pub(super) async fn order_under(&mut self, key: Key, order: Order) -> Option<Outcome> {
         let frame = Self::command((self.sequence + 1) & 0x3F, order, key);
         self.deliver(frame, LIMIT / 5).await
     }
 
-    /// Gives an order that this version cannot write.
+    /// Gives an order of arbitrary bytes; returns its outcome.
     pub(super) async fn raw_order(&mut self, order: &[u8]) -> Option<Outcome> {
         let sequence = (self.sequence + 1) & 0x3F;
         let six = groundwave_protocol::sixbit::encode(sequence);
@@ -203,7 +203,7 @@ impl Session {
         Some(outcome)
     }
 
-    /// An order that must have an outcome; says so under a rule, or what else it had.
+    /// Gives an order that must have an outcome, and judges the rule by the actual outcome.
     pub(super) async fn expect(
         &mut self,
         rule: &'static Rule,
@@ -229,7 +229,7 @@ impl Session {
         is_kept
     }
 
-    /// A frame that must have no effect on session, sequence and mode.
+    /// Sends a frame that must have no effect on session, sequence and mode; returns whether it had none.
     pub(super) async fn ignored(&self, rule: &'static Rule, frame: &[u8]) -> bool {
         let before = self.probe.see(Standing::of);
         let is_changed = |seen: &Seen| Standing::of(seen) != before;
@@ -242,7 +242,7 @@ impl Session {
         !has_effect
     }
 
-    /// Makes the session usable again after a rule was broken that may have changed it.
+    /// Opens the session again after a broken rule that may have changed it.
     pub(super) async fn reopen(&mut self) -> Result<(), Ended> {
         if self.open(true).await? {
             return Ok(());
@@ -260,7 +260,7 @@ pub(super) fn in_words(outcome: Outcome) -> String {
     format!("outcome {} ({})", outcome as u8, outcome.code())
 }
 
-/// What a frame without effect leaves as it is.
+/// State that a frame without effect does not change.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Standing {
     session: u8,

@@ -1,37 +1,55 @@
-//! The command that the operator has run at each event of an alarm.
+//! The alarm hook: runs the operator's command for each alarm event.
 //!
-//! A thread runs it, one event after the other, so a slow command delays neither the link nor the screen.
+//! A thread runs the command for one event after another, so a slow command delays neither the link nor the screen.
 
 use std::io::{self, Write as _};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc;
 
 use crate::hint;
 
-/// Most events that wait for the command.
+/// Maximum number of queued events.
 const WAITING_MAX: usize = 64;
 
-/// Longest time that the command may take for one event.
+/// Maximum run time of the command for one event.
 const TIME_MAX: Duration = Duration::from_secs(30);
+
+/// Longest time that it may take once the program ends: it must not outlive it.
+const LAST_TIME_MAX: Duration = Duration::from_secs(1);
 
 /// Period of looks whether it has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Runs a command of the shell for each event.
+/// Runs a command of the shell for each event. Dropping it waits for the command under way, a second at most, and ends it then.
 pub struct AlarmHook {
-    events: SyncSender<String>,
+    events: Option<SyncSender<String>>,
     problems: mpsc::UnboundedReceiver<String>,
+    is_ending: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for AlarmHook {
+    fn drop(&mut self) {
+        self.is_ending.store(true, Ordering::Relaxed);
+        self.events = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic has been reported.
+            let _ = thread.join();
+        }
+    }
 }
 
 impl AlarmHook {
     /// Starts the thread for a command.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     pub fn start(command: &str) -> io::Result<Self> {
         Self::start_for(command, TIME_MAX)
     }
@@ -39,24 +57,36 @@ impl AlarmHook {
     fn start_for(command: &str, time_max: Duration) -> io::Result<Self> {
         let (events, queue) = sync_channel(WAITING_MAX);
         let (tell, problems) = mpsc::unbounded_channel();
-        let command = command.to_owned();
-        thread::Builder::new()
+        let is_ending = Arc::new(AtomicBool::new(false));
+        let runner = Runner {
+            command: command.to_owned(),
+            time_max,
+            is_ending: Arc::clone(&is_ending),
+        };
+        let thread = thread::Builder::new()
             .name("alarm hook".to_owned())
-            .spawn(move || serve(&command, time_max, &queue, &tell))?;
-        Ok(Self { events, problems })
+            .spawn(move || runner.serve(&queue, &tell))?;
+        Ok(Self {
+            events: Some(events),
+            problems,
+            is_ending,
+            thread: Some(thread),
+        })
     }
 
     /// Passes an event, one line of JSON. Never waits.
     ///
     /// # Errors
-    /// When the command is so slow that too many events wait.
+    /// If the command is so slow that too many events wait.
     pub fn pass(&self, event: String) -> Result<(), String> {
-        match self.events.try_send(event) {
-            Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => Err(format!(
+        match self.events.as_ref().map(|events| events.try_send(event)) {
+            Some(Ok(())) => Ok(()),
+            Some(Err(TrySendError::Full(_))) => Err(format!(
                 "{WAITING_MAX} events wait for the alarm hook, so this one is not passed to it"
             )),
-            Err(TrySendError::Disconnected(_)) => Err("the alarm hook has ended".to_owned()),
+            Some(Err(TrySendError::Disconnected(_))) | None => {
+                Err("the alarm hook has ended".to_owned())
+            }
         }
     }
 
@@ -69,49 +99,69 @@ impl AlarmHook {
     }
 }
 
-/// Runs the command for each event until the queue is closed.
-fn serve(
-    command: &str,
+/// The thread's command.
+struct Runner {
+    command: String,
     time_max: Duration,
-    queue: &Receiver<String>,
-    tell: &mpsc::UnboundedSender<String>,
-) {
-    for event in queue {
-        let problem = match run(command, time_max, &event) {
-            Ok(Some(status)) if status.success() => continue,
-            Ok(Some(status)) => format!("ended with {status}"),
-            Ok(None) => format!("took longer than {} s and was ended", time_max.as_secs()),
-            Err(error) => format!("failed: {}", hint::words(&error)),
-        };
-        // Nobody hears of it at the end of the session.
-        let _ = tell.send(format!("alarm hook `{command}` {problem}"));
-    }
+    is_ending: Arc<AtomicBool>,
 }
 
-/// Runs the command with an event on its standard input; `None` if it took too long.
-fn run(command: &str, time_max: Duration, event: &str) -> io::Result<Option<ExitStatus>> {
-    let mut child = shell(command)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()?;
-    if let Some(mut input) = child.stdin.take() {
-        // The command need not read it.
-        let _ = writeln!(input, "{event}");
-    }
-    let begun = Instant::now();
-    while begun.elapsed() < time_max {
-        if let Some(status) = child.try_wait()? {
-            return Ok(Some(status));
+impl Runner {
+    /// Runs the command for each event until the queue is closed.
+    fn serve(&self, queue: &Receiver<String>, tell: &mpsc::UnboundedSender<String>) {
+        for event in queue {
+            if self.is_ending() {
+                return;
+            }
+            let problem = match self.run(&event) {
+                Ok(Some(status)) if status.success() => continue,
+                Ok(Some(status)) => format!("ended with {status}"),
+                Ok(None) => format!(
+                    "took longer than {} s and was ended",
+                    self.time_max.as_secs()
+                ),
+                Err(error) => format!("failed: {}", hint::words(&error)),
+            };
+            // Nobody hears of it at the end of the session.
+            let _ = tell.send(format!("alarm hook `{}` {problem}", self.command));
         }
-        thread::sleep(LOOK_EVERY);
     }
-    end(&mut child);
-    child.wait()?;
-    Ok(None)
+
+    fn is_ending(&self) -> bool {
+        self.is_ending.load(Ordering::Relaxed)
+    }
+
+    /// Runs the command with an event on its standard input; `None` if it took too long.
+    fn run(&self, event: &str) -> io::Result<Option<ExitStatus>> {
+        let mut child = shell(&self.command)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()?;
+        if let Some(mut input) = child.stdin.take() {
+            // The command need not read it.
+            let _ = writeln!(input, "{event}");
+        }
+        let begun = Instant::now();
+        let mut ending_since = None;
+        while begun.elapsed() < self.time_max {
+            if let Some(status) = child.try_wait()? {
+                return Ok(Some(status));
+            }
+            if self.is_ending()
+                && ending_since.get_or_insert_with(Instant::now).elapsed() >= LAST_TIME_MAX
+            {
+                break;
+            }
+            thread::sleep(LOOK_EVERY);
+        }
+        end(&mut child);
+        child.wait()?;
+        Ok(None)
+    }
 }
 
-/// The command in a group of its own: keys of the terminal do not reach it, and its children end with it.
+/// The command in a separate process group: keys of the terminal do not reach it, and its children end with it.
 #[cfg(unix)]
 fn shell(command: &str) -> Command {
     use std::os::unix::process::CommandExt as _;
@@ -130,13 +180,13 @@ fn shell(command: &str) -> Command {
 #[cfg(unix)]
 fn end(child: &mut Child) {
     use rustix::process::{Pid, Signal, kill_process_group};
-    // It may just have ended.
+    // The command may just have ended.
     let _ = kill_process_group(Pid::from_child(child), Signal::KILL);
 }
 
 #[cfg(not(unix))]
 fn end(child: &mut Child) {
-    // It may just have ended.
+    // The command may just have ended.
     let _ = child.kill();
 }
 
@@ -148,7 +198,7 @@ mod tests {
     async fn each_event_is_on_the_standard_input_of_the_command() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("told");
-        // The last event ends with a failure, which tells that all have been passed.
+        // The last event fails, which shows that all events have been passed.
         let command = format!("read -r line; echo \"$line\" >> {path:?}; test \"$line\" != c");
         let mut hook = AlarmHook::start(&command).unwrap();
         for event in ["a", "b", "c"] {
@@ -157,6 +207,24 @@ mod tests {
         let problem = hook.next_problem().await;
         assert!(problem.ends_with("ended with exit status: 1"), "{problem}");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "a\nb\nc\n");
+    }
+
+    #[test]
+    fn a_command_that_hangs_does_not_outlive_the_program() {
+        use rustix::process::{Pid, test_kill_process_group};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pid");
+        let command = format!("echo $$ > {path:?}.new; mv {path:?}.new {path:?}; sleep 1000");
+        let hook = AlarmHook::start(&command).unwrap();
+        hook.pass("a".to_owned()).unwrap();
+        let pid = loop {
+            if let Ok(pid) = std::fs::read_to_string(&path) {
+                break pid.trim().parse().unwrap();
+            }
+            thread::yield_now();
+        };
+        drop(hook);
+        assert!(test_kill_process_group(Pid::from_raw(pid).unwrap()).is_err());
     }
 
     #[tokio::test]
@@ -168,7 +236,9 @@ mod tests {
             problem.ends_with("took longer than 0 s and was ended"),
             "{problem}"
         );
-        let endless = AlarmHook::start("sleep 1000").unwrap();
+        // It ends with the tests.
+        let endless = "while kill -0 $PPID 2> /dev/null; do sleep 0.1; done";
+        let endless = AlarmHook::start(endless).unwrap();
         let full = (0..=WAITING_MAX + 1).find_map(|_| endless.pass(String::new()).err());
         assert!(full.is_some_and(|words| words.starts_with("64 events wait")));
     }

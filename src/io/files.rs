@@ -10,23 +10,23 @@ use crate::capture::text_file;
 use crate::event::SaveProblem;
 use crate::hint;
 
-/// Most files listed: a completion that shows more helps nobody.
+/// Maximum number of files listed for a completion.
 const LISTED_MAX: usize = 1000;
 
-/// Reads a text file; `~/` is the home folder. Refuses pipes and devices: opening one can block.
+/// Reads a text file; `~/` is the home folder. Refuses pipes and devices, because opening one can block.
 ///
 /// # Errors
-/// One line to show: the path, the reason, the remedy.
+/// One line for the user: the path, the reason, the remedy.
 pub fn read_text(path: &str) -> Result<String, String> {
     let full = expand_home(path, env::home_dir().as_deref());
     text_file::read(&full)
         .map_err(|error| format!("cannot read {path}: {}", hint::of_reading(&error)))
 }
 
-/// Writes a text file whole or not at all; `~/` is the home folder. Replaces a file only with `overwrite`.
+/// Writes a complete text file or none; `~/` is the home folder. Replaces a file only with `overwrite`.
 ///
 /// # Errors
-/// Whether a file exists already, or one line to show.
+/// Error message that the file exists, or about another problem, in one line.
 pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SaveProblem> {
     let full = expand_home(path, env::home_dir().as_deref());
     if !overwrite && fs::symlink_metadata(&full).is_ok() {
@@ -46,7 +46,7 @@ pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SavePro
         })
 }
 
-/// The files and folders, in order, whose names begin with a text; folders end with a slash. Hidden ones only if asked for.
+/// Sorted files and folders whose names begin with a text; folders end with a slash. Hidden files only if the text begins with a dot.
 #[must_use]
 pub fn beginning_with(text: &str) -> Vec<String> {
     let (folder, beginning) = text.split_at(text.rfind('/').map_or(0, |slash| slash + 1));
@@ -68,7 +68,7 @@ pub fn beginning_with(text: &str) -> Vec<String> {
     named
 }
 
-/// A temporary name beside `path`, for a rename in one step.
+/// A temporary file name in the folder of `path`, so that a rename is atomic.
 #[must_use]
 pub fn beside(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();

@@ -1,4 +1,4 @@
-//! Mouse clicks and wheel without movements, which would wake the program all the time.
+//! Reports of mouse clicks and the wheel, without movements: those would wake the program constantly.
 
 /// Enables reports of clicks and the wheel.
 #[cfg(not(windows))]
@@ -8,10 +8,10 @@ pub(super) const ENABLE: &[u8] = b"\x1b[?1000h\x1b[?1006h";
 #[cfg(not(windows))]
 pub(super) const DISABLE: &[u8] = b"\x1b[?1006l\x1b[?1000l";
 
-/// Enables or disables reports of the mouse: a call sets a console of Windows, not a sequence.
+/// Enables or disables mouse reports in a Windows console, which takes a call and not a sequence.
 ///
 /// # Errors
-/// When the system refuses.
+/// If the system refuses.
 #[cfg(windows)]
 pub(super) fn report(is_on: bool) -> std::io::Result<()> {
     use crossterm::event::{DisableMouseCapture, EnableMouseCapture};

@@ -1,8 +1,8 @@
-//! The number of files and sockets that the program may open. Libraries panic without them, so there is a check at the start.
+//! The number of files and sockets that the program may open. Libraries panic at the limit, so the program checks it at the start.
 
 use std::io;
 
-/// Files and sockets that any command needs at most, clients of a shared link aside.
+/// Maximum number of files and sockets that any command needs, without clients of a shared link.
 pub const ANY_COMMAND: usize = 24;
 
 /// Makes sure that `count` further files can be opened; raises the program's limit as far as the system allows.
@@ -29,7 +29,7 @@ fn raise_limit() {
     use rustix::process::{Resource, getrlimit, setrlimit};
     let mut limit = getrlimit(Resource::Nofile);
     limit.current = limit.maximum;
-    // The next attempt shows whether it helped.
+    // The next attempt shows whether the limit was raised.
     let _ = setrlimit(Resource::Nofile, limit);
 }
 

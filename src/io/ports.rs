@@ -7,7 +7,7 @@ use serialport::{SerialPortInfo, SerialPortType};
 use super::usb::{Plugged, UsbIdentity};
 use crate::hint;
 
-/// The name of a port as this system names them, for messages and examples.
+/// A typical port name on this system, for messages and examples.
 pub const EXAMPLE: &str = if cfg!(windows) {
     "COM3"
 } else if cfg!(target_os = "macos") {
@@ -27,10 +27,10 @@ pub struct Port {
     pub description: Option<String>,
 }
 
-/// The ports of this machine, by name.
+/// The ports of this machine, sorted by name.
 ///
 /// # Errors
-/// When the system cannot list them.
+/// If the system cannot list them.
 pub fn list() -> Result<Vec<Port>, String> {
     let mut ports: Vec<Port> = available()?
         .into_iter()
@@ -80,7 +80,7 @@ pub(super) fn plugged() -> Vec<Plugged> {
 /// The port of a USB adapter, given as `VID:PID` or `VID:PID:SERIAL` in hexadecimal digits.
 ///
 /// # Errors
-/// When the identity is malformed, or no adapter or several have it.
+/// If the identity is malformed, or no adapter or several adapters match.
 pub fn find_usb(identity: &str) -> Result<String, String> {
     let ports = plugged();
     find_identity(identity, &ports)
@@ -132,7 +132,7 @@ fn available() -> Result<Vec<SerialPortInfo>, String> {
         )
     })?;
     if cfg!(target_os = "macos") {
-        // Opening the other name of a port, /dev/tty.*, waits for a carrier.
+        // Opening a port by its other name, /dev/tty.*, waits for a carrier.
         ports.retain(|port| !port.port_name.starts_with("/dev/tty."));
     }
     Ok(ports)

@@ -15,7 +15,7 @@ const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Pause before another attempt to connect.
 const RETRY_PAUSE: Duration = Duration::from_millis(50);
 
-/// Timeout of a read, so that deadlines are checked.
+/// Timeout of a read; also the period of deadline checks.
 const READ_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// Reason why a station cannot be reached.
@@ -27,8 +27,10 @@ pub enum ShareClientError {
         reason = hint::words(.1)
     )]
     Connect(Address, io::Error),
-    /// The server at the address is no station.
-    #[error("the server at {0} is no groundwave station that shares its link; check the address")]
+    /// The server at the address is not a station.
+    #[error(
+        "the server at {0} is not a groundwave station that shares its link; check the address"
+    )]
     NoStation(Address),
     /// The connection ended.
     #[error("the station at {0} closed the connection{1}")]
@@ -38,13 +40,13 @@ pub enum ShareClientError {
     Silent(Address),
 }
 
-/// Both halves of a socket whose reads time out now and then.
+/// Both halves of a socket with a read timeout.
 pub struct Halves {
     /// The half to read.
     pub reading: Box<dyn Read + Send>,
     /// The half to write.
     pub writing: Box<dyn Write + Send>,
-    /// The token to show first, if it is a port's and known.
+    /// The token to send first, if the address is a port and the token is known.
     pub token: Option<String>,
 }
 
@@ -57,11 +59,11 @@ pub struct ShareClient {
 }
 
 impl ShareClient {
-    /// Connects and says hello. Tries again after a connection that ends before the welcome, because a station with too many
-    /// clients closes some. With `raw` the raw bytes come too.
+    /// Connects and sends hello. Tries again after a connection that ends before the welcome, because a station with too many
+    /// clients closes some. With `raw`, the station also sends the raw bytes.
     ///
     /// # Errors
-    /// When no station answers there in time.
+    /// If no station answers at the address in time.
     pub fn connect(
         address: &Address,
         timeout: Duration,
@@ -95,17 +97,17 @@ impl ShareClient {
         Self::greet(address.clone(), halves, raw, deadline)
     }
 
-    /// Says hello on a new connection, after the station's announcement or before it; with `raw` the raw bytes come too.
+    /// Sends hello on a new connection, before or after the station's announcement. With `raw`, the station also sends the raw bytes.
     ///
     /// # Errors
-    /// When the station does not welcome this program until the deadline.
+    /// If the station does not welcome this program before the deadline.
     pub fn greet(
         address: Address,
         mut halves: Halves,
         raw: bool,
         deadline: Instant,
     ) -> Result<(Self, Welcome), ShareClientError> {
-        // A station that is gone is noticed with its answer; the reason of one that closed the connection can still be read.
+        // Reading the answer detects a closed connection, and still returns the station's reason.
         if let Some(token) = &halves.token {
             let _ = halves.writing.write_all(format!("{token}\n").as_bytes());
         }
@@ -138,7 +140,7 @@ impl ShareClient {
         }
     }
 
-    /// The connection, and the bytes that were read and not used yet.
+    /// The connection, and the bytes read but not used yet.
     #[must_use]
     pub fn into_halves(self) -> (Halves, Vec<u8>) {
         (self.halves, self.unread)
@@ -147,7 +149,7 @@ impl ShareClient {
     /// Sends a line to the station.
     ///
     /// # Errors
-    /// When the station is gone.
+    /// If the connection is closed.
     pub fn send(&mut self, line: &ClientLine) -> Result<(), ShareClientError> {
         self.halves
             .writing
@@ -160,7 +162,7 @@ impl ShareClient {
     /// The station's next line; other bytes, such as the raw bytes before its welcome, are skipped.
     ///
     /// # Errors
-    /// When the station is gone or sends no line until the deadline.
+    /// If the connection is closed, or the station sends no line before the deadline.
     pub fn next(&mut self, deadline: Instant) -> Result<StationLine, ShareClientError> {
         loop {
             while !self.unread.is_empty() {

@@ -5,7 +5,7 @@ use std::io;
 /// A signal that the program handles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// Interrupt, termination, quit or a closed terminal: leave in good order.
+    /// Interrupt, termination, quit or a closed terminal: end the program in an orderly way.
     Leave,
     /// Stop and go to the background.
     Suspend,
@@ -33,7 +33,7 @@ impl Signals {
     /// Begins to listen; must be called within the runtime.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the system refuses.
     pub fn listen() -> io::Result<Self> {
         use tokio::signal::unix::{SignalKind, signal};
         let suspend = SignalKind::from_raw(rustix::process::Signal::TSTP.as_raw());
@@ -67,7 +67,7 @@ impl Signals {
     /// a log-off or a shutdown, even if the program has not finished.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// If the system refuses.
     pub fn listen() -> io::Result<Self> {
         use tokio::signal::windows;
         Ok(Self {
@@ -114,11 +114,11 @@ pub fn on_leave<T>(work: impl FnOnce() -> T + Send + 'static) {
             std::process::exit(INTERRUPTED);
         });
     };
-    // Without a thread the signal has its default effect.
+    // Without a thread, the signal has its default effect.
     let _ = std::thread::Builder::new()
         .name("signals".into())
         .spawn(listen);
-    // Ends when the thread listens, or cannot.
+    // Ends when the thread listens, or has failed to.
     let _ = listens.recv();
 }
 

@@ -24,17 +24,17 @@ use self::drawing::{Device, Drawing};
 pub use self::input::events;
 use super::mouse;
 
-/// The drawing thread of the terminal in use: a panic ends it.
+/// The drawing thread of the terminal in use; a panic ends it.
 static CURRENT: Mutex<Option<Drawing>> = Mutex::new(None);
 
-/// Time that a terminal has to take its last bytes.
+/// Maximum time for a terminal to take the last bytes.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The highest speed of a serial line that is believed, in bit/s: systems give every terminal a higher one.
+/// Maximum speed that is taken for a real serial line, bit/s; systems report a higher speed for every terminal.
 #[cfg(unix)]
 const BELIEVED_BAUD_MAX: u32 = 4800;
 
-/// Slowest serial line for pictures, bit/s.
+/// Minimum speed of a serial line for pictures, bit/s.
 #[cfg(unix)]
 const PICTURES_BAUD_MIN: u32 = 1_000_000;
 
@@ -42,7 +42,7 @@ const PICTURES_BAUD_MIN: u32 = 1_000_000;
 #[cfg(unix)]
 const BITS_PER_BYTE: u32 = 10;
 
-/// Largest screen that is drawn, columns and rows: more than a display of 7680 x 4320 pixels shows in characters of 8 x 16.
+/// Maximum screen that is drawn, columns and rows: more than a display of 7680 x 4320 pixels shows in characters of 8 x 16.
 /// A terminal that claims 65535 x 65535 would need 4 G cells.
 const SIZE_MAX: (u16, u16) = (1000, 500);
 
@@ -52,7 +52,7 @@ pub fn is_there() -> bool {
     io::stdout().is_terminal()
 }
 
-/// What the drawing thread writes after a frame.
+/// Makes the bytes that the drawing thread writes after a frame.
 pub type After = Box<dyn FnOnce() -> Vec<u8> + Send>;
 
 /// The terminal while the dashboard runs. Dropping it restores the terminal.
@@ -63,11 +63,11 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Sets the terminal up, for clicks and the wheel too if `has_mouse`. It asks the terminal nothing: a terminal that does
+    /// Sets up the terminal, also for clicks and the wheel if `has_mouse`. Does not query the terminal: a terminal that does
     /// not answer would cost seconds.
     ///
     /// # Errors
-    /// When standard output is no terminal, or the system refuses.
+    /// If standard output is not a terminal, or the system refuses.
     pub fn take(has_mouse: bool) -> io::Result<Self> {
         restore_on_panic();
         let size = size()?;
@@ -81,46 +81,46 @@ impl Screen {
     /// Rings the terminal's bell.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub fn ring(&self) -> io::Result<()> {
         self.drawing.ring()
     }
 
-    /// Asks the terminal to put a text on the clipboard (OSC 52). Not every terminal does.
+    /// Asks the terminal to put a text on the clipboard (OSC 52). Not every terminal supports this.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub fn copy(&self, text: &str) -> io::Result<()> {
         self.drawing.copy(text)
     }
 
-    /// Columns and rows.
+    /// Size of the screen, columns and rows.
     #[must_use]
     pub const fn size(&self) -> (u16, u16) {
         (self.size.width, self.size.height)
     }
 
-    /// Takes a new size and writes the next frame whole.
+    /// Sets a new size; the next frame is written completely.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub fn resize(&mut self, width: u16, height: u16) -> io::Result<()> {
         self.size = area(width, height);
         self.drawing.redraw()
     }
 
-    /// Draws a frame in memory and hands it to the drawing thread. A terminal that is busy gets the newest when it has room.
+    /// Draws a frame in memory and passes it to the drawing thread. A busy terminal gets only the newest frame.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub fn draw(&self, draw: impl FnOnce(&mut Buffer) -> Option<After>) -> io::Result<()> {
         self.drawing.draw(self.size, draw)
     }
 
-    /// Takes the terminal's size again and writes the next frame whole.
+    /// Reads the terminal's size again; the next frame is written completely.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub fn redraw(&mut self) -> io::Result<()> {
         self.size = size()?;
         self.drawing.redraw()
@@ -129,7 +129,7 @@ impl Screen {
     /// Restores the terminal, runs `meanwhile` and sets the terminal up again.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub fn suspend(&mut self, meanwhile: impl FnOnce()) -> io::Result<()> {
         leave();
         meanwhile();
@@ -155,7 +155,7 @@ fn area(width: u16, height: u16) -> Rect {
     Rect::new(0, 0, width.min(columns), height.min(rows))
 }
 
-/// Starts a drawing thread that sets the terminal up.
+/// Starts a drawing thread, which sets up the terminal.
 fn enter(size: Rect, has_mouse: bool) -> io::Result<Drawing> {
     #[cfg(windows)]
     if !crossterm::ansi_support::supports_ansi() {
@@ -176,14 +176,14 @@ fn start(size: Rect, has_mouse: bool) -> io::Result<Drawing> {
     queue!(
         enter,
         terminal::EnterAlternateScreen,
-        // Characters that a terminal draws wider than we count end at its margin.
+        // Characters that are wider on the terminal than counted end at the margin.
         terminal::DisableLineWrap,
         EnableBracketedPaste,
         ResetColor,
         terminal::Clear(terminal::ClearType::All),
         cursor::Hide
     )?;
-    // A console of Windows reports releases of keys unasked, and refuses this command.
+    // A Windows console always reports releases of keys, and refuses this command.
     #[cfg(not(windows))]
     queue!(
         enter,
@@ -234,7 +234,7 @@ fn leave() {
         .take();
     let Some(drawing) = current else { return };
     if drawing.is_current() {
-        // The drawing thread panics: it cannot wait for itself.
+        // The drawing thread itself panicked; it cannot wait for itself.
         let _ = leaving().and_then(|sequences| output().write_all(&sequences));
     } else {
         drawing.end(PATIENCE);
@@ -257,7 +257,7 @@ fn output() -> Box<dyn Write + Send> {
     Box::new(io::stdout())
 }
 
-/// Time for one byte at the terminal's speed if that is a low one (`stty 2400`); otherwise zero.
+/// Time for one byte at the terminal's speed if the speed is low (`stty 2400`); otherwise zero.
 #[cfg(unix)]
 fn byte_time() -> Duration {
     let settings = rustix::termios::tcgetattr(io::stdout());
@@ -267,7 +267,7 @@ fn byte_time() -> Duration {
     }
 }
 
-/// Whether standard output is a serial line too slow for pictures. A pseudo-terminal is none, whatever its speed says.
+/// Whether standard output is a serial line too slow for pictures. A pseudo-terminal is not, whatever speed it reports.
 #[cfg(unix)]
 #[must_use]
 pub fn is_slow_line() -> bool {

@@ -1,11 +1,11 @@
-//! Finding a USB adapter again: after an unplugging it may have another name.
+//! Finds a USB adapter again, whose name may have changed after it was unplugged.
 
 /// Identity of a USB adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UsbIdentity {
     /// Vendor and product number.
     pub product: (u16, u16),
-    /// Serial number, if it has one.
+    /// Serial number, if the adapter has one.
     pub serial: Option<String>,
     /// Number of the port on an adapter with several.
     pub interface: Option<u8>,
@@ -23,13 +23,13 @@ pub struct Plugged {
 /// Location of a known adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Whereabouts {
-    /// Under this name.
+    /// The adapter has this name.
     Here(String),
-    /// Not plugged in.
+    /// The adapter is not plugged in.
     Absent,
-    /// Not plugged in, and another device has its name.
+    /// The adapter is not plugged in, and another device has its name.
     Replaced,
-    /// Several alike, none with the old name.
+    /// Several adapters match, but none has the old name.
     Ambiguous(Vec<String>),
 }
 
@@ -145,7 +145,7 @@ mod tests {
         );
     }
 
-    /// The system creates such a path a moment after the device.
+    /// The system creates such a path shortly after the device.
     #[test]
     fn an_adapter_given_by_a_stable_path_is_found() {
         let known = adapter(None);

@@ -23,48 +23,48 @@ pub use rules::Limits;
 use rules::{Look, Sight};
 pub(crate) use rules::{PRESSED_S, Rule, Source, rules};
 
-/// An alarm that was raised and is active, or not acknowledged.
+/// A raised alarm that is active or not acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Raised {
-    /// When its cause began.
+    /// Time at which the cause began.
     pub(crate) at: Moment,
-    /// When its cause ended; `None` while it is active.
+    /// Time at which the cause ended; `None` while the alarm is active.
     pub(crate) over_at: Option<Moment>,
     pub(crate) is_acknowledged: bool,
-    /// The worst figure since it was raised.
+    /// Worst value since the alarm was raised.
     pub(crate) worst: Option<f64>,
-    /// The latest figure while it is active.
+    /// Latest value while the alarm is active.
     pub(crate) latest: Option<f64>,
-    /// How often it was raised since the last acknowledgement.
+    /// Number of times the alarm was raised since the last acknowledgement.
     pub(crate) times: u32,
 }
 
-/// A rule as it stands.
+/// A rule and its current state.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shown<'a> {
-    /// Its place in the table.
+    /// Index in the table.
     pub(crate) index: usize,
     pub(crate) rule: &'a Rule,
-    /// Whether its cause is known at all.
+    /// Whether the state of the cause is known.
     pub(crate) is_known: bool,
     /// The latest figure.
     pub(crate) value: Option<f64>,
-    /// Its alarm, unless it is acknowledged and over.
+    /// The rule's alarm, unless it is acknowledged and over.
     pub(crate) raised: Option<Raised>,
-    /// The moment until which it does not call.
+    /// Time until which the alarm is shelved.
     pub(crate) shelved_until: Option<Moment>,
 }
 
-/// The latest time that one rule was raised.
+/// The latest time for which one rule was raised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Episode {
-    /// When its cause began.
+    /// Time at which the cause began.
     began_at: Moment,
     raised_at: Moment,
     over_at: Option<Moment>,
     worst: Option<f64>,
     latest: Option<f64>,
-    /// How often the rule has been raised.
+    /// Number of times the rule has been raised.
     times: u32,
 }
 
@@ -72,16 +72,16 @@ struct Episode {
 #[derive(Clone, Debug)]
 pub(crate) struct AlarmChange {
     pub(crate) rule: Rule,
-    /// Raised, or else ended.
+    /// Whether the alarm was raised; `false` if it ended.
     pub(crate) is_active: bool,
-    /// When its cause began.
+    /// Time at which the cause began.
     pub(crate) began_at: Moment,
-    /// The latest figure, in the rule's unit.
+    /// Latest value, in the rule's unit.
     pub(crate) value: Option<f64>,
 }
 
 impl AlarmChange {
-    /// The event that tells it.
+    /// The event that reports the change.
     pub(super) fn event(&self, now: Moment) -> AlarmEvent {
         AlarmEvent {
             ago: now.saturating_sub(self.began_at),
@@ -101,7 +101,7 @@ impl AlarmChange {
 struct Standing {
     /// The latest value of the field.
     reading: Option<Operand>,
-    /// Since when the limit is passed, while that is too short to raise the alarm.
+    /// Time since which the limit is exceeded, while that is too short to raise the alarm.
     pending_since: Option<Moment>,
     episode: Option<Episode>,
     /// The latest figure.
@@ -171,7 +171,7 @@ impl Alarms {
         changes
     }
 
-    /// When the next pending alarm is raised.
+    /// Time at which the next pending alarm is raised.
     pub(super) fn next_due(&self) -> Option<Moment> {
         let due = self.rules.iter().zip(&self.standings);
         let due = due.map(|(rule, standing)| {
@@ -181,7 +181,7 @@ impl Alarms {
         due.flatten().min()
     }
 
-    /// When the age of an unacknowledged alarm, or the time left of a shelved one, changes on the screen.
+    /// Time at which the age of an unacknowledged alarm, or the remaining time of a shelved one, changes on the screen.
     pub(super) fn next_tick(&self, seen: &Attended, now: Moment) -> Option<Moment> {
         let calling = self.calling(seen);
         let ages = calling
@@ -191,17 +191,17 @@ impl Alarms {
         ages.chain(shelved).min()
     }
 
-    /// The place of an alarm by its code.
+    /// Index of the alarm with a code.
     pub(super) fn find(&self, code: &str) -> Option<usize> {
         self.rules.iter().position(|rule| rule.code == code)
     }
 
-    /// Every alarm, the worst first.
+    /// Every rule, the worst first.
     pub(crate) fn rules(&self) -> &[Rule] {
         &self.rules
     }
 
-    /// Every rule as it stands, the worst first.
+    /// Every rule and its current state, the worst first.
     pub(crate) fn all(&self, seen: &Attended) -> impl Iterator<Item = Shown<'_>> {
         let standings = (0..).zip(self.rules.iter().zip(&self.standings));
         standings.map(|(index, (rule, standing))| {
@@ -230,7 +230,7 @@ impl Alarms {
         })
     }
 
-    /// Unacknowledged alarms that are not shelved: active before over, the worst first.
+    /// Unacknowledged alarms that are not shelved: active ones first, then those that are over; the worst first.
     pub(crate) fn calling(&self, seen: &Attended) -> Vec<(&Rule, Raised)> {
         let calling = self.all(seen).filter(|shown| shown.shelved_until.is_none());
         let mut calling: Vec<_> = calling
@@ -248,7 +248,7 @@ impl Standing {
             .is_some_and(|episode| episode.over_at.is_none())
     }
 
-    /// Checks the rule.
+    /// Checks a rule.
     fn look(&mut self, rule: &Rule, inputs: &Inputs<'_>) {
         let bounds = rule.bounds;
         let sight = match &rule.look {
@@ -267,7 +267,7 @@ impl Standing {
             Sight::No => (false, bounds.persists),
             Sight::Yes => (true, bounds.persists),
             Sight::Certain => (true, Moment::ZERO),
-            // Hysteresis: a raised alarm lasts until the figure is clear of the limit.
+            // Hysteresis: a raised alarm lasts until the value is clear of the limit.
             Sight::Is(value) if is_up => (!bounds.is_clear(value), bounds.persists),
             Sight::Is(value) => (bounds.reaches(value), bounds.persists),
         };
@@ -288,7 +288,7 @@ impl Standing {
         }
         self.pending_since = None;
         let began = match sight {
-            // The figure is the age of the cause.
+            // The value is the age of the cause.
             Sight::Is(s) if rule.is_age() => {
                 inputs.now.saturating_sub(Moment::from_secs_f64(s.max(0.0)))
             }

@@ -11,14 +11,14 @@ use super::{Facts, Panel, Ui, age};
 use crate::event::{AlarmEvent, AlarmStatus, Effect, Moment};
 use crate::suggest;
 
-/// Times for which the key shelves an alarm, one after the other.
+/// Times for which the key shelves an alarm, at successive presses.
 const SHELF_TIMES: [Duration; 3] = [
     Duration::from_mins(10),
     Duration::from_hours(1),
     Duration::from_hours(8),
 ];
 
-/// Longest time on the shelf.
+/// Maximum time for which an alarm is shelved.
 const SHELF_MAX: Duration = Duration::from_hours(24);
 
 impl Ui {
@@ -34,28 +34,34 @@ impl Ui {
         };
         let listed: Vec<usize> = self.listed(facts).iter().map(|shown| shown.index).collect();
         let last = listed.len().saturating_sub(1);
-        let at = listed.iter().position(|&index| index == self.alarm);
-        let at = at.unwrap_or(0).saturating_add_signed((-north).into());
-        self.alarm = listed.get(at.min(last)).copied().unwrap_or(0);
+        let chosen = self.chosen_alarm(facts);
+        let at = listed.iter().position(|&index| Some(index) == chosen);
+        let at = at.map_or(0, |at| at.saturating_add_signed((-north).into()));
+        self.alarm = listed.get(at.min(last)).copied();
         true
     }
 
-    /// The chosen alarm, while the arrows choose one.
-    pub(crate) fn chosen_alarm(&self) -> Option<usize> {
-        self.chooses_alarms().then_some(self.alarm)
+    /// The chosen alarm, while the arrows choose one: before a choice the first raised one.
+    pub(crate) fn chosen_alarm(&self, facts: &Facts) -> Option<usize> {
+        let first = || {
+            let first = self.listed(facts).into_iter().next();
+            first.filter(|shown| shown.raised.is_some())
+        };
+        let chosen = self.alarm.or_else(|| first().map(|shown| shown.index));
+        chosen.filter(|_| self.chooses_alarms())
     }
 
-    /// Every alarm as its panel lists it: the raised ones first.
+    /// Every alarm in the order of its panel: raised alarms first.
     pub(crate) fn listed<'a>(&self, facts: &'a Facts) -> Vec<Shown<'a>> {
         let mut listed: Vec<_> = facts.alarms.all(&self.attended).collect();
         listed.sort_by_key(|shown| shown.raised.is_none());
         listed
     }
 
-    /// The alarm that a key concerns: the chosen one in its panel, else the one under the status line.
+    /// Index of the alarm that a key acts on: the chosen one in the panel of alarms, else the one under the status line.
     fn concerned(&self, facts: &Facts) -> Option<usize> {
         if self.chooses_alarms() {
-            return Some(self.alarm);
+            return self.chosen_alarm(facts);
         }
         let calling = facts.alarms.calling(&self.attended);
         let (rule, _) = calling.first()?;
@@ -97,7 +103,7 @@ impl Ui {
         events.map(Effect::Alarm).collect()
     }
 
-    /// Shelves an alarm; longer at each press, until it is taken from the shelf.
+    /// Shelves an alarm, for a longer time at each press; the last press unshelves it.
     pub(super) fn shelve_one(&mut self, facts: &Facts, now: Moment) -> Vec<Effect> {
         let shelved = self.last_shelved.filter(|_| !self.chooses_alarms());
         let Some(index) = self.concerned(facts).or(shelved) else {
@@ -111,7 +117,7 @@ impl Ui {
         self.shelve(facts, now, index, time)
     }
 
-    /// Shelves an alarm for a time, or takes it from the shelf.
+    /// Shelves an alarm for a time, or unshelves it.
     fn shelve(
         &mut self,
         facts: &Facts,
@@ -140,7 +146,7 @@ impl Ui {
         })]
     }
 
-    /// Takes alarms whose time is over from the shelf.
+    /// Unshelves alarms whose time is over.
     pub(super) fn unshelve_expired(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
         let expired = self.attended.expire(now).into_iter();
         let rules = expired.filter_map(|index| facts.alarms.rules().get(index));
@@ -148,7 +154,7 @@ impl Ui {
         events.map(Effect::Alarm).collect()
     }
 
-    /// Whether every alarm that came with the latest event is shelved.
+    /// Whether every alarm raised by the latest event is shelved.
     pub(super) fn is_shelved_alone(&self, facts: &Facts) -> bool {
         let mut begun = facts.alarm_changes.iter().filter(|change| change.is_active);
         let is_shelved = |code: &str| {

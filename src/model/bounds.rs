@@ -1,12 +1,12 @@
 //! Rectangles on the floor, and the one to show while the map follows the robot.
 
-/// Step by which the known bounds grow, inches, so that the picture does not creep.
+/// Step by which the known bounds grow, inches; keeps the picture from moving constantly.
 const STEP_IN: f64 = 24.0;
 
-/// Part of the margin that is left before another part of the floor is shown.
+/// Minimum remaining share of the margin; below it, another part of the floor is shown.
 const LEFT: f64 = 1.0 / 3.0;
 
-/// A part of the floor this many times wider or higher than needed gives way to a smaller one.
+/// Maximum ratio of the shown width or height to the necessary one; above it, a smaller part is shown.
 const GENEROUS: f64 = 1.5;
 
 /// A rectangle on the floor, inches.
@@ -70,7 +70,7 @@ impl Bounds {
         )
     }
 
-    /// The smallest rectangle around both.
+    /// The smallest rectangle around two rectangles.
     pub(crate) const fn union(self, other: Self) -> Self {
         Self {
             min: (self.min.0.min(other.min.0), self.min.1.min(other.min.1)),
@@ -78,7 +78,7 @@ impl Bounds {
         }
     }
 
-    /// Larger on every side, inches.
+    /// The rectangle enlarged on every side, inches.
     fn grown(self, by_in: f64) -> Self {
         Self {
             min: (self.min.0 - by_in, self.min.1 - by_in),
@@ -86,8 +86,8 @@ impl Bounds {
         }
     }
 
-    /// The part of the floor to show, so that all of this is seen with a margin: the part shown so far, while it has room
-    /// for this and is not much too large.
+    /// The part of the floor that shows this rectangle with a margin: the part shown so far if it has room
+    /// for the rectangle and is not much too large.
     pub(super) fn followed_from(self, shown: Option<Self>, margin_in: f64) -> Self {
         let ideal = self.grown(margin_in);
         let still_good = shown.filter(|shown| {
@@ -110,7 +110,7 @@ mod tests {
     const MARGIN_IN: f64 = 108.0;
 
     proptest! {
-        /// The robot, its route and its target are always well inside, and a second look changes nothing.
+        /// The robot, its route and its target are always well inside, and a second call changes nothing.
         #[test]
         fn robot_route_and_target_are_inside(
             points in prop::collection::vec((-2000.0..2000.0, -2000.0..2000.0), 1..40)

@@ -16,22 +16,22 @@ const MARKS_MAX: usize = 256;
 /// Radius of the robot, inches.
 pub(crate) const ROBOT_RADIUS_IN: f64 = 5.5;
 
-/// Least distance between two marks of a kind, inches.
+/// Minimum distance between two marks of a kind, inches.
 const MARK_SPACING_IN: f64 = 6.0;
 
 /// Time without a pose after which the trail has a gap, if lines have no sequence.
 const SILENCE: Moment = Moment::from_secs(2);
 
-/// Time without a line in which a robot may have sent a hundred short ones, which the sequence does not show.
+/// Time in which a robot can send a hundred short lines. The sequence does not show a loss of so many.
 const HUNDRED_LINES: Moment = Moment::from_secs(5);
 
-/// Most lines by which a late or repeated line is behind the newest.
+/// Maximum number of lines by which a late or repeated line is behind the newest.
 const LATE_LINES_MAX: u8 = 5;
 
-/// A greater distance between two lines is a jump, inches.
+/// Distance between two lines above which the position has jumped, inches.
 const JUMP_IN: f64 = 60.0;
 
-/// Distance the robot may stray from the middle at the operator's scale, inches.
+/// Maximum distance of the robot from the middle of the picture at the operator's scale, inches.
 const FOLLOW_SLACK_IN: f64 = 24.0;
 
 /// The place of a contact or a detection.
@@ -41,7 +41,7 @@ pub(crate) struct Mark {
     pub(crate) y_in: f64,
 }
 
-/// Floor shown around the robot, its route and its target, inches; more where rooms are known.
+/// Minimum margin shown around the robot, its route and its target, inches; larger if the rooms are known.
 const MARGIN_IN: f64 = 72.0;
 const ROOMS_MARGIN_IN: f64 = 108.0;
 
@@ -82,17 +82,17 @@ pub(crate) struct Chart {
     pose: Option<Reading<Pose>>,
     /// The part of the floor around the robot, its route and its target; `None` before a pose.
     pub(super) followed: Option<Bounds>,
-    /// Near the robot: the middle of the picture at the operator's scale.
+    /// Middle of the picture at the operator's scale; near the robot.
     pub(super) near: (f64, f64),
     was_touching: bool,
-    /// When the newest line arrived, and its sequence.
+    /// Arrival time and sequence of the newest line.
     newest: Option<(Moment, u8)>,
     /// Whether lines were lost since the newest line A.
     is_interrupted: bool,
 }
 
 impl Chart {
-    /// Takes the sequence of any line: lines lost before it are a gap in the trail.
+    /// Takes the sequence of any line; lost lines before it are a gap in the trail.
     pub(super) fn take_sequence(&mut self, now: Moment, sequence: u8) {
         let Some((at, newest)) = self.newest else {
             self.newest = Some((now, sequence));
@@ -131,7 +131,7 @@ impl Chart {
         began.then(|| self.take_bump(pose, bump_direction(state.bump)))
     }
 
-    /// Takes a contact, in degrees to the right of straight ahead; returns its place.
+    /// Takes a contact in a direction, degrees to the right of straight ahead; returns its place.
     pub(super) fn take_bump(&mut self, pose: Pose, right_deg: f64) -> (f64, f64) {
         let (x_in, y_in) = pose.ahead(right_deg, ROBOT_RADIUS_IN);
         add_mark(&mut self.bumps, x_in, y_in);
@@ -156,7 +156,7 @@ impl Chart {
         self.stay_near(pose);
     }
 
-    /// Clears trail and marks: the robot's frame has a new origin.
+    /// Clears trail and marks, because the robot's frame has a new origin.
     pub(super) fn start_afresh(&mut self) {
         self.trail = Trail::default();
         self.bumps.clear();
@@ -169,7 +169,7 @@ impl Chart {
         self.is_interrupted = false;
     }
 
-    /// Follows the robot and the points that it heads for.
+    /// Follows the robot and its next points.
     pub(super) fn follow(&mut self, ahead: impl Iterator<Item = (f64, f64)>) {
         let Some(pose) = self.pose() else {
             return;

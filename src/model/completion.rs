@@ -9,7 +9,7 @@ use crate::request::dashboard_commands;
 use crate::wait::field_named;
 
 impl Ui {
-    /// Completes the word before the caret as far as it is certain, and shows what may follow.
+    /// Completes the word before the caret as far as it is unambiguous, and shows the candidates.
     pub(super) fn complete(&mut self, facts: &Facts) -> Vec<Effect> {
         let Overlay::Text(entry) = &self.overlay else {
             return Vec::new();
@@ -65,7 +65,7 @@ impl Ui {
         }
     }
 
-    /// Takes the files that begin with a text, unless another one was typed meanwhile.
+    /// Takes the files that begin with a text, unless the operator has typed another text meanwhile.
     pub(super) fn take_files(&mut self, beginning: &str, files: Vec<String>) -> bool {
         let candidate = |text| Candidate { text, about: "" };
         self.take_candidates(beginning, files.into_iter().map(candidate).collect());
@@ -119,7 +119,7 @@ mod tests {
         entry
     }
 
-    /// The text of the prompt, and what may follow, after a tab.
+    /// The text of the prompt and the candidates after a tab.
     fn completed(typed: &str) -> (String, String) {
         let mut scene = Scene::new(Config::default());
         scene.type_text(":");

@@ -10,47 +10,47 @@ use super::keys::Keymap;
 pub struct Config {
     /// Colours.
     pub colors: Colors,
-    /// Draw with ASCII only.
+    /// Whether to draw with ASCII only.
     pub ascii: bool,
-    /// The signs of maps and plots, unless only ASCII is drawn.
+    /// Characters of maps and plots, unless only ASCII is drawn.
     pub marker: Marker,
-    /// What the lines of the map are drawn with.
+    /// Style of the lines on the map.
     pub lines: MapLines,
-    /// How to see raw lines in another terminal, shown above the keys.
+    /// Command that shows raw lines in another terminal; displayed above the keys.
     pub raw_copy: Option<String>,
-    /// The capture shown; `None` in a live session.
+    /// Name of the replayed capture; `None` in a live session.
     pub capture: Option<String>,
-    /// Ring the bell for alarms and songs.
+    /// Whether to ring the bell for alarms and songs.
     pub bell: bool,
-    /// Use the mouse.
+    /// Whether to use the mouse.
     pub mouse: bool,
-    /// What every key does.
+    /// Actions of the keys.
     pub keys: Keymap,
     /// Names of the robot's command strings.
     pub own_commands: Vec<String>,
     /// Limits of the alarms.
     pub limits: Limits,
-    /// Alarms of the configuration, and changes to the built-in ones.
+    /// Alarms of the configuration, and changes to the built-in alarms.
     pub alarms: Vec<AlarmSetting>,
     /// Time since 1970 at the start of the session; `None` shows no clock.
     pub unix: Option<Duration>,
-    /// Seconds by which local time is ahead of UTC; `None` shows UTC alone.
+    /// Offset of local time from UTC, seconds; `None` shows only UTC.
     pub local_offset_s: Option<i32>,
 }
 
-/// Characters of 2 by 4 dots, or fewer, for maps and plots.
+/// Characters for maps and plots, of up to 2 by 4 dots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Marker {
-    /// Round dots, which nearly every font has.
+    /// Braille dots, which almost every font has.
     #[default]
     Braille,
-    /// Full eighths of a cell, of Unicode 16.
+    /// Block eighths of a cell (octants, Unicode 16).
     Octant,
-    /// Full quarters of a cell.
+    /// Block quarters of a cell.
     Quadrant,
 }
 
-/// What the lines of the map are drawn with.
+/// Style of the lines on the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MapLines {
     /// Characters: the markers, or ASCII.
@@ -63,10 +63,10 @@ pub enum MapLines {
 /// Colours of the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colors {
-    /// For a dark background.
+    /// Colours for a dark background.
     #[default]
     Dark,
-    /// For a light background.
+    /// Colours for a light background.
     Light,
     /// Black, white and yellow.
     HighContrast,
@@ -75,7 +75,7 @@ pub enum Colors {
 }
 
 impl Colors {
-    /// Its name in the configuration.
+    /// Name in the configuration.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Dark => "dark",
@@ -85,7 +85,7 @@ impl Colors {
         }
     }
 
-    /// The one after this; after the last comes the first.
+    /// The next colours; after the last come the first.
     pub(crate) const fn next(self) -> Self {
         match self {
             Self::Dark => Self::Light,

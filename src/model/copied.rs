@@ -39,7 +39,7 @@ fn traced(facts: &Facts, at: usize) -> Option<String> {
     line.get(first - 1..last).map(str::to_owned)
 }
 
-/// A line with a space for each byte that cannot be shown.
+/// A line as text, with a space for each byte that cannot be shown.
 pub(crate) fn printable(raw: &[u8; LINE_BYTES]) -> String {
     raw.iter()
         .map(|&byte| match byte {

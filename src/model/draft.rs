@@ -6,16 +6,16 @@ use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 
 use super::chart::Pose;
 
-/// Most changes that can be undone.
+/// Maximum number of changes that can be undone.
 const UNDO_MAX: usize = 64;
 
 /// Distance ahead of a new waypoint without a previous leg, inches.
 const STEP_IN: f64 = 12.0;
 
-/// A change of the draft that was refused; for [`Keymap::with_keys`](super::keys::Keymap::with_keys).
+/// Reason why a change of the draft was refused. The text is for [`Keymap::with_keys`](super::keys::Keymap::with_keys).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum DraftError {
-    #[error("the robot's list holds no more than {WAYPOINTS_MAX} waypoints")]
+    #[error("the robot's route holds no more than {WAYPOINTS_MAX} waypoints")]
     Full,
     #[error("a waypoint would lie farther than {WAYPOINT_LIMIT_IN} in from the origin")]
     TooFar,
@@ -32,11 +32,11 @@ pub(crate) enum DraftError {
 /// A change of the draft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Edit {
-    /// Adds a waypoint behind the selected, continuing the last leg.
+    /// Adds a waypoint after the selected one, continuing the last leg.
     Append,
-    /// Adds a waypoint halfway between the previous and the selected.
+    /// Adds a waypoint halfway between the previous and the selected one.
     Insert,
-    /// Adds a waypoint at this place, behind the selected.
+    /// Adds a waypoint at a place, after the selected one.
     AppendAt(f64, f64),
     Delete,
     /// Moves the selected waypoint, inches east and north.
@@ -49,12 +49,12 @@ pub(crate) enum Edit {
     Mirror,
     /// Scales the route about its middle.
     Scale(f64),
-    /// Reverses the order.
+    /// Reverses the order of the waypoints.
     Reverse,
     Clear,
 }
 
-/// A place on the floor, inches; fractions are kept so that rotations can be reverted.
+/// A place on the floor, inches; fractions are kept, because rotations must be reversible.
 type Place = (f64, f64);
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -94,7 +94,7 @@ impl Draft {
         self.present.selected = self.present.selected.saturating_add_signed(steps).min(last);
     }
 
-    /// Selects the waypoint of an index.
+    /// Selects the waypoint with an index.
     pub(super) fn choose(&mut self, n: usize) {
         self.present.selected = n.min(self.waypoints.len().saturating_sub(1));
     }
@@ -132,7 +132,7 @@ impl Draft {
     /// Changes the draft; the route begins at `robot`.
     ///
     /// # Errors
-    /// Why the change was refused.
+    /// The reason why the change was refused.
     pub(crate) fn edit(&mut self, edit: Edit, robot: Option<Pose>) -> Result<(), DraftError> {
         let mut next = self.present.clone();
         next.apply(edit, robot)?;
@@ -148,7 +148,7 @@ impl Draft {
     /// Undoes the last change.
     ///
     /// # Errors
-    /// When there is none.
+    /// If there is no such change.
     pub(super) fn undo(&mut self) -> Result<(), DraftError> {
         let before = self.past.pop_back().ok_or(DraftError::NothingToUndo)?;
         let present = self.show(before);
@@ -156,10 +156,10 @@ impl Draft {
         Ok(())
     }
 
-    /// Redoes the change undone last.
+    /// Redoes the last undone change.
     ///
     /// # Errors
-    /// When there is none.
+    /// If there is no such change.
     pub(super) fn redo(&mut self) -> Result<(), DraftError> {
         let after = self.future.pop().ok_or(DraftError::NothingToRedo)?;
         let present = self.show(after);
@@ -180,7 +180,7 @@ impl Draft {
         self.future.clear();
     }
 
-    /// Replaces the present version and returns it.
+    /// Replaces the current version and returns it.
     fn show(&mut self, version: Version) -> Version {
         let shown = std::mem::replace(&mut self.present, version);
         self.round();
@@ -263,7 +263,7 @@ impl Version {
         (self.selected + 1).min(self.places.len())
     }
 
-    /// The place that continues the leg to the selected waypoint; for an empty draft the robot's.
+    /// The place that continues the leg to the selected waypoint; for an empty draft, the robot's place.
     fn onward(&self, robot: Option<Pose>) -> Place {
         let here = robot.map(|pose| (pose.x_in, pose.y_in));
         let Some(&(x, y)) = self.places.get(self.selected) else {
@@ -271,7 +271,7 @@ impl Version {
         };
         let before = self.selected.checked_sub(1).map(|n| self.places[n]);
         let leg = before.map(|(from_x, from_y)| (x - from_x, y - from_y));
-        // The leg from the moving robot says nothing about the route's direction.
+        // The leg from the moving robot does not determine the route's direction.
         let (dx, dy) = leg
             .filter(|(dx, dy)| dx.hypot(*dy) >= 1.0)
             .unwrap_or_else(|| step(robot));
@@ -317,7 +317,7 @@ impl Version {
     }
 }
 
-/// The step of a route without a leg: ahead of the robot.
+/// The step of a route without a leg: straight ahead of the robot.
 fn step(robot: Option<Pose>) -> Place {
     robot.map_or((0.0, STEP_IN), |pose| {
         let (x, y) = pose.ahead(0.0, STEP_IN);

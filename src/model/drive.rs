@@ -12,22 +12,22 @@ const SPEED_DEFAULT_IN_S: i8 = 8;
 const SPEED_MAX_IN_S: i8 = 12;
 const SPEED_STEP_IN_S: i8 = 2;
 
-/// One axis of the stick.
+/// One axis of the virtual stick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Axis {
     direction: i8,
     until: Moment,
 }
 
-/// The virtual stick: the motion that the held arrows request.
+/// The virtual stick: the motion requested by held arrow keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stick {
     ahead: Axis,
     right: Axis,
-    /// Speed of a push, in/s.
+    /// Speed requested by an arrow key, in/s.
     pub(crate) speed_in_s: i8,
     moving: bool,
-    /// The terminal reports key releases.
+    /// Whether the terminal reports key releases.
     tells_releases: bool,
 }
 
@@ -122,12 +122,12 @@ impl Stick {
         self.ahead.direction * self.speed_in_s
     }
 
-    /// Commanded left minus right, in/s.
+    /// Commanded speed of the left wheel minus that of the right wheel, in/s.
     pub(crate) const fn rotation_in_s(&self) -> i8 {
         self.right.direction * self.speed_in_s
     }
 
-    /// When the next lease ends.
+    /// Time at which the next lease ends.
     pub(super) fn next_expiry(&self) -> Option<Moment> {
         [self.ahead, self.right]
             .into_iter()
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn two_arrows_that_are_held_make_a_curve_where_a_terminal_tells_when_they_go_up() {
+    fn two_held_arrows_make_a_curve_on_a_terminal_that_reports_releases() {
         for tells in [true, false] {
             let mut stick = Stick::default();
             stick.push(ms(0), 1, 0, false);
@@ -178,7 +178,7 @@ mod tests {
             let velocity_in_s = if tells { 8 } else { 0 };
             assert_eq!(stick.velocity_in_s(), velocity_in_s, "{tells}");
             assert_eq!(stick.rotation_in_s(), 8);
-            // Nothing comes any more.
+            // No more effects follow.
             assert_eq!(stick.expire(ms(1950)), Some(Effect::DriveEnd));
         }
     }

@@ -19,9 +19,9 @@ const GROWTH: f64 = 1.1;
 /// The state of the open route editor.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Editor {
-    /// The arrows move the whole route.
+    /// Whether the arrows move the whole route.
     pub(crate) whole: bool,
-    /// Why the last key did nothing.
+    /// Reason why the last key had no effect.
     pub(crate) problem: Option<String>,
 }
 
@@ -120,7 +120,7 @@ impl Ui {
         Vec::new()
     }
 
-    /// The cursor, if the mouse put it elsewhere than on the selected waypoint.
+    /// Place of the cursor, if the mouse moved it away from the selected waypoint.
     fn pointed_at(&self) -> Option<Waypoint> {
         let selected = self.map.draft.selected_waypoint();
         self.map.cursor.filter(|at| Some(*at) != selected)

@@ -1,4 +1,4 @@
-//! Facts about the robot, the link and the recording, from events alone.
+//! Facts about the robot, the link and the recording, derived from events alone.
 
 use std::sync::Arc;
 
@@ -29,10 +29,10 @@ use crate::event::{
 use crate::playback::Tally;
 use crate::request::{Request, Tuning};
 
-/// Everything that follows from events.
+/// All state that follows from events.
 #[derive(Clone, Debug)]
 pub struct Facts {
-    /// Fixed for a session.
+    /// Settings of the session.
     pub(crate) config: Arc<Config>,
     pub(crate) link: Link,
     pub(crate) robot: Robot,
@@ -51,21 +51,21 @@ pub struct Facts {
     pub(crate) recording: Recording,
     life: Life,
     counted: Counted,
-    /// An alarm or a song came with the event under way.
+    /// Whether the current event brought an alarm or a song.
     calls: bool,
 }
 
-/// What an event changed.
+/// Effect of an event on the facts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
-    /// The screen shows it.
+    /// Whether the screen shows the change.
     pub is_shown: bool,
-    /// The bell rings for it.
+    /// Whether the bell rings for the change.
     pub calls: bool,
 }
 
 impl Facts {
-    /// Nothing known yet.
+    /// Facts before the first event.
     #[must_use]
     pub fn new(config: Arc<Config>) -> Self {
         Self {
@@ -89,7 +89,7 @@ impl Facts {
         }
     }
 
-    /// Whether an event can change facts by more than the time that passed.
+    /// Whether an event can change facts apart from the passing of time.
     #[must_use]
     pub const fn takes(event: &Event) -> bool {
         !matches!(
@@ -108,7 +108,7 @@ impl Facts {
         )
     }
 
-    /// Takes an event; returns what it changed.
+    /// Takes an event; returns its effect.
     pub fn update(&mut self, now: Moment, event: &Event) -> Change {
         let mut is_shown = true;
         match event {
@@ -131,11 +131,11 @@ impl Facts {
             }
             Event::Counters(counters) => {
                 self.link.take_counters(now, counters);
-                // The line that changed the totals is drawn anyway; damaged lines can wait for the next line,
-                // unless none came yet.
+                // The line that changed the totals is drawn anyway; damaged lines can wait for the next line
+                // unless there has been no line yet.
                 is_shown = counters.lines == 0;
             }
-            // Drawn with the next line.
+            // The change is drawn with the next line.
             Event::Statistics(statistics) => {
                 self.link.take_statistics(statistics);
                 self.plots.take_statistics(now, statistics, &self.link);
@@ -173,7 +173,7 @@ impl Facts {
         }
     }
 
-    /// What the robot does when its operator leaves, in words; `None` if it was never heard.
+    /// Describes what the robot does when the operator leaves; `None` if no line was received.
     #[must_use]
     pub fn last_words(&self, now: Moment) -> Option<String> {
         let state = self.robot.state?;
@@ -195,14 +195,14 @@ impl Facts {
         Some(does + &failsafe.unwrap_or_default())
     }
 
-    /// When to send [`Event::Tick`] at the latest: the next pending alarm is due.
+    /// Latest time for the next [`Event::Tick`]: when the next pending alarm is due.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         let alarm = self.alarms.next_due();
         alarm.filter(|_| !self.link.is_frozen())
     }
 
-    /// Landmarks so far.
+    /// Number of landmarks so far.
     #[must_use]
     pub const fn tally(&self) -> Tally {
         Tally {
@@ -211,7 +211,7 @@ impl Facts {
         }
     }
 
-    /// When the newest line arrived.
+    /// Time at which the newest line arrived.
     #[must_use]
     pub const fn newest_line_at(&self) -> Option<Moment> {
         self.link.newest_line_at()
@@ -257,7 +257,7 @@ impl Facts {
             .map(move |change| change.event(now))
     }
 
-    /// Logs what the operator did about an alarm; returns whether there was something to log.
+    /// Logs the operator's answer to an alarm; returns whether there was one.
     fn take_alarm(&mut self, now: Moment, alarm: &AlarmEvent) -> bool {
         let name = &alarm.name;
         let text = match (alarm.status, alarm.shelved_for) {
@@ -351,7 +351,7 @@ impl Facts {
         }
     }
 
-    /// Whether a panel has something to show, or may have.
+    /// Whether a panel has content for this robot, or may have.
     pub(crate) fn offers(&self, panel: Panel) -> bool {
         match panel {
             Panel::Sensors | Panel::Above | Panel::Plots => !self.link.has_only_own_lines(),
@@ -365,7 +365,7 @@ impl Facts {
         self.robot.contacts = self.robot.contacts.saturating_add(1);
     }
 
-    /// The robot restarted: its list is gone, and its frame begins where it stands.
+    /// Takes a restart of the robot: its list is lost, and its frame begins at its place.
     fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
         self.robot.take_restart();
@@ -413,7 +413,7 @@ impl Facts {
         }
     }
 
-    /// Keeps the robot, the route that it has yet to drive, and its target in the picture.
+    /// Keeps the robot, the rest of its route and its target in the picture.
     fn follow(&mut self) {
         let active = self.ledger.active().filter(|active| !active.is_driven());
         let route = active.map_or(&[][..], |active| &active.waypoints);
@@ -469,6 +469,9 @@ impl Facts {
         if let (CommandStatus::Confirmed { .. }, Request::Parameter(Tuning::Save)) = (status, asked)
         {
             self.parameters.take_saved();
+        }
+        if let (CommandStatus::Confirmed { .. }, Some(mode)) = (status, asked.mode()) {
+            self.robot.take_confirmed_mode(mode);
         }
         let (level, text) = match status {
             CommandStatus::Queued

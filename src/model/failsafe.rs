@@ -1,4 +1,4 @@
-//! The robot's failsafe: what it does by itself when the ground station is silent.
+//! The robot's failsafe: the mode that the robot enters when the ground station is silent.
 
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::Link;
@@ -8,29 +8,29 @@ use super::robot::Robot;
 use super::words;
 use crate::event::Level;
 
-/// The setting in the latest line C, or of a command that the robot took after it.
+/// The setting in the latest line C, or of a later confirmed command.
 fn setting(link: Link, robot: &Robot, ledger: &Ledger) -> Option<Failsafe> {
     let reported = robot.counters.and_then(|counters| counters.value.failsafe);
     match ledger.failsafe() {
         Some((Some(at), setting)) if robot.counters.is_none_or(|c| c.at <= at) => setting,
-        // The line that confirms a command shows its effect first.
+        // The line that confirms a command is the first to show its effect.
         Some((None, setting)) if link != Link::Ok && reported.is_none() => setting,
         _ => reported,
     }
 }
 
-/// The setting in words: "home after 30 s of silence".
+/// The setting as text: "home after 30 s of silence".
 fn words_of(setting: Option<Failsafe>) -> String {
     match setting {
         Some(Failsafe { silence_s, mode }) => {
             format!("{} after {silence_s} s of silence", words::mode(mode))
         }
-        // Line A comes first, and line C every four seconds.
+        // Line A arrives first; line C arrives every four seconds.
         None => "setting not known yet".to_owned(),
     }
 }
 
-/// The state in the latest line A, in words; `None` when it is not set or unknown.
+/// Describes the state in the latest line A; `None` if the failsafe is not set or unknown.
 pub(crate) fn standing(robot: &Robot, ledger: &Ledger) -> Option<(Link, String)> {
     let link = robot.state.map_or(Link::Ok, |state| state.value.link);
     let setting = setting(link, robot, ledger);
@@ -133,7 +133,7 @@ mod tests {
             mode: Mode::GoHome,
         });
         scene.ask(1, Request::Failsafe(setting));
-        // The line that confirms it comes first.
+        // The line that confirms the command comes first.
         scene.state.link = Link::Armed;
         scene.hear();
         scene.status_of(1, CommandStatus::Confirmed { digest: None });

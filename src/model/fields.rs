@@ -8,16 +8,16 @@ use super::chart::Pose;
 use super::plots::Series;
 use crate::event::Moment;
 
-/// Least age at which a value is stale.
+/// Minimum age of a stale value.
 const STALE_MIN: Moment = Moment::from_secs(2);
 
-/// Greatest age at which a value is not yet stale.
+/// Age above which any value is stale.
 const STALE_MAX: Moment = Moment::from_mins(1);
 
-/// Usual intervals without a value after which it is stale.
+/// Number of usual intervals without a new value after which a value is stale.
 const STALE_INTERVALS: u32 = 3;
 
-/// A greater step of the sequence is another count, not lost lines.
+/// Maximum step of the sequence that counts as lost lines; a larger step is another count.
 const LOST_MAX: f64 = 1e6;
 
 /// A field and its values.
@@ -26,7 +26,7 @@ pub(crate) struct Known {
     pub(crate) field: Arc<Field>,
     /// The newest value.
     pub(crate) value: Value,
-    /// When it came.
+    /// Time at which the value arrived.
     pub(crate) at: Moment,
     /// Numbers over time.
     pub(crate) series: Series<f32>,
@@ -57,17 +57,17 @@ impl Known {
         self.at = now;
     }
 
-    /// Its age.
+    /// Age of the newest value.
     pub(crate) fn age(&self, now: Moment) -> Moment {
         now.saturating_sub(self.at)
     }
 
-    /// Age from which on it is stale: some of its usual intervals.
+    /// Age from which the value is stale: some of its usual intervals.
     pub(crate) fn stale_after(&self) -> Moment {
         (self.interval * STALE_INTERVALS).clamp(STALE_MIN, STALE_MAX)
     }
 
-    /// Its newest number, in the program's own unit for its role.
+    /// The newest number, in the standard unit of the field's role.
     pub(crate) fn standard(&self) -> Option<f64> {
         match self.value {
             Value::Number(number) => Some(self.field.standard(number)),
@@ -75,7 +75,7 @@ impl Known {
         }
     }
 
-    /// Its newest value in words, without its unit.
+    /// The newest value as text, without its unit.
     pub(crate) fn words(&self) -> String {
         match &self.value {
             Value::Number(number) => words(*number),
@@ -84,7 +84,7 @@ impl Known {
     }
 }
 
-/// A number with at most six significant digits.
+/// A number as text, with at most six significant digits.
 pub(crate) fn words(number: f64) -> String {
     let magnitude = number.abs();
     if magnitude >= 1e9 || magnitude > 0.0 && magnitude < 1e-4 {
@@ -101,18 +101,18 @@ pub(crate) fn words(number: f64) -> String {
     }
 }
 
-/// Values of roles that came with one line.
+/// Values with a role in one line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Found {
     /// The robot's pose.
     pub(super) pose: Option<Pose>,
     /// The new mode.
     pub(super) mode: Option<String>,
-    /// The bumper was pressed.
+    /// Whether the bumper was pressed.
     pub(super) is_bumped: bool,
     /// Text for the log.
     pub(super) text: Option<String>,
-    /// Lines lost before this one, by the sequence.
+    /// Number of lines lost before this line, by the sequence.
     pub(super) lost: u64,
 }
 
@@ -120,18 +120,18 @@ pub(super) struct Found {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fields {
     known: Vec<Known>,
-    /// Lines with or without values.
+    /// Number of lines, with or without values.
     pub(crate) lines: u64,
-    /// Lines that could not be read.
+    /// Number of lines that could not be read.
     pub(crate) damaged: u64,
-    /// Lines lost, by the sequence.
+    /// Number of lines lost, by the sequence.
     pub(crate) lost: u64,
     /// The newest line.
     pub(crate) newest: Option<String>,
 }
 
 impl Fields {
-    /// Takes a line; returns the values of roles.
+    /// Takes a line; returns its values with a role.
     pub(super) fn take(&mut self, now: Moment, line: &OwnLine) -> Found {
         self.newest = Some(line.text.clone());
         let samples = match &line.content {
@@ -168,7 +168,7 @@ impl Fields {
                         Some(Value::Number(before)) => Some(before),
                         _ => None,
                     };
-                    // A smaller number is a restart, or the modulus, which is unknown.
+                    // A smaller number means a restart, or a wrap at an unknown modulus.
                     let steps = before.zip(number).map(|(before, number)| number - before);
                     let steps = steps.filter(|steps| (1.0..LOST_MAX).contains(steps));
                     found.lost = steps.map_or(0, |steps| steps as u64 - 1);
@@ -181,7 +181,7 @@ impl Fields {
         found
     }
 
-    /// Takes a value; returns the one before.
+    /// Takes a value; returns the previous one.
     fn take_sample(&mut self, now: Moment, sample: &Sample) -> Option<Value> {
         let is_it = |known: &&mut Known| {
             Arc::ptr_eq(&known.field, &sample.field) || known.field.name == sample.field.name
@@ -220,7 +220,7 @@ impl Fields {
         &self.known
     }
 
-    /// Whether a line of the robot's own came.
+    /// Whether a line of the robot's own has arrived.
     pub(crate) const fn are_known(&self) -> bool {
         self.lines > 0
     }
@@ -233,7 +233,7 @@ fn value_words(value: &Value) -> String {
     }
 }
 
-/// Whether the value of a bumper means pressed.
+/// Whether the value of a bumper means "pressed".
 fn is_set(value: &Value) -> bool {
     match value {
         Value::Number(number) => *number != 0.0,

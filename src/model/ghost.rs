@@ -1,4 +1,4 @@
-//! Where a silent robot may be: dead reckoning from its last wheel speeds, with the
+//! Estimated place of a silent robot: dead reckoning from its last wheel speeds, with the
 //! uncertainty.
 
 use groundwave_protocol::telemetry::StateLine;
@@ -16,7 +16,7 @@ const DRIFT_IN_S: f64 = 1.0;
 /// Uncertainty as a share of the reckoned distance.
 const STRAYING: f64 = 0.5;
 
-/// Longest time to reckon ahead.
+/// Maximum time of dead reckoning.
 const RECKONED_MAX: Moment = Moment::from_mins(1);
 
 /// The estimated place.
@@ -27,7 +27,7 @@ pub(crate) struct Ghost {
     pub(crate) radius_in: f64,
 }
 
-/// Where the robot may be after its last line; `None` while it is heard.
+/// The estimated place of the robot after its last line; `None` while lines arrive.
 pub(crate) fn ghost(last: &Reading<StateLine>, now: Moment) -> Option<Ghost> {
     let age = last.age(now);
     if age < STATE_STALE {

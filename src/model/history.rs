@@ -4,10 +4,10 @@ use crate::event::Moment;
 
 const SAMPLES_MAX: usize = 128;
 
-/// The spacing a session starts with.
+/// Spacing at the beginning of a session.
 const FIRST_SPACING: Moment = Moment::from_secs(2);
 
-/// Samples of one value, oldest first, `spacing` apart. When there is no room for another, every other
+/// Samples of one value, oldest first, `spacing` apart. When the memory is full, every other
 /// sample is dropped and the spacing doubles.
 #[derive(Clone, Debug)]
 pub(crate) struct History {

@@ -1,4 +1,4 @@
-//! Turns keys into changes of the screen and effects.
+//! Converts keys to changes of the screen and to effects.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ impl Ui {
             return effects;
         }
         let keys = &self.config.keys;
-        // Redraw and suspend work in every context, the prompt wherever characters are keys.
+        // Redraw and suspend work in every context, and the prompt wherever characters are keys.
         let types = matches!(self.context(), Context::Text | Context::Palette);
         let everywhere = |action: &Action| match action {
             Action::Redraw | Action::Suspend => true,
@@ -76,8 +76,8 @@ impl Ui {
         Vec::new()
     }
 
-    /// Takes Esc and a key in one burst, which reads as Alt and a key; nothing is bound to Alt. Of the second
-    /// key only STOP counts, for Alt may have been meant.
+    /// Takes Esc and a key that arrive together, which read as Alt and a key; Alt has no bindings. Of the second
+    /// key only STOP counts, because the operator may have pressed Alt.
     fn take_escape_and(
         &mut self,
         facts: &Facts,
@@ -105,18 +105,18 @@ impl Ui {
         Some(effects)
     }
 
-    /// Whether the terminal is too small to show what a key does; `false` while its size is unknown.
+    /// Whether the terminal is too small to show the effect of keys; `false` while its size is unknown.
     const fn is_too_small(&self) -> bool {
         let (width, height) = self.size;
         (width > 0 && width < SIZE_MIN.0) || (height > 0 && height < SIZE_MIN.1)
     }
 
-    /// Takes pasted text: its first line into an open prompt, else a route as the draft.
+    /// Takes pasted text: into an open prompt (first line only), otherwise as a route for the draft.
     pub(super) fn take_paste(&mut self, text: &str) -> bool {
         if self.is_too_small() {
             return false;
         }
-        // Terminals send the ends of lines as the Enter key would.
+        // Terminals send line ends as the Enter key does.
         let text = text.replace("\r\n", "\n").replace('\r', "\n");
         if self.overlay == Overlay::None {
             let route = route::parse("pasted", &text).map_err(|error| error.to_string());
@@ -264,7 +264,7 @@ impl Ui {
         self.pass_on(now, Passing::Words(words));
     }
 
-    /// STOP, or in a replay, which has no robot, pause.
+    /// The effect of STOP; in a replay, which has no robot, it pauses.
     fn stop(&mut self) -> Effect {
         if self.is_replay() {
             return Effect::Playback(Control::TogglePause);
@@ -290,9 +290,9 @@ impl Ui {
                 self.note(Level::Info, self.with_keys(text));
             }
             Action::AddWaypoint if !map.add_waypoint(robot) => {
-                self.warn("the robot's list holds no more waypoints");
+                self.warn("the robot's route holds no more waypoints");
             }
-            // Nothing to undo needs no words: the map shows it.
+            // "Nothing to undo" needs no message: the map shows this.
             Action::UndoDraft => {
                 let _ = map.draft.undo();
             }
@@ -342,7 +342,10 @@ impl Ui {
             (Action::EraseCharacter, Overlay::Palette(palette)) => palette.erase(1),
             (Action::EraseAll, Overlay::Palette(palette)) => palette.erase(usize::MAX),
             (Action::Choose(steps), Overlay::Palette(palette)) => {
-                palette.choose(&palette.found(&self.config), steps);
+                let mut palette = palette.clone();
+                let found = palette.found(self, facts);
+                palette.choose(&found, steps);
+                self.overlay = Overlay::Palette(palette);
             }
             (Action::Choose(steps), Overlay::Runs(runs)) => runs.choose(steps),
             (Action::Submit, Overlay::Runs(_)) => return self.replay_run(),
@@ -365,7 +368,7 @@ impl Ui {
         Vec::new()
     }
 
-    /// Ends driving by hand, if the operator drives; the robot stays in mode user until another command.
+    /// Ends driving by hand, if active; the robot stays in mode user until another command.
     fn let_go(&mut self) -> Vec<Effect> {
         if !matches!(self.overlay, Overlay::Drive(_)) {
             return Vec::new();
@@ -392,7 +395,7 @@ impl Ui {
         let (text, then) = match &request {
             Request::Mode(Mode::User) => (self.with_keys(DRIVE_QUESTION), Then::Drive),
             Request::Route(_) => (
-                "Clear the robot's list of waypoints?".to_owned(),
+                "Clear the robot's route?".to_owned(),
                 Then::Send(vec![request]),
             ),
             Request::Pose {

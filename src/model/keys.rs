@@ -12,10 +12,10 @@ use super::panel::Panel;
 use super::text_entry::Caret;
 use crate::playback::{Control, Landmark};
 
-/// The part of the screen that has the keyboard.
+/// The part of the screen that gets the keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Context {
-    /// The panels.
+    /// The dashboard with its panels.
     Dashboard,
     /// The route editor.
     Route,
@@ -23,7 +23,7 @@ pub(crate) enum Context {
     Drive,
     /// A prompt for a command, a file name or a time.
     Text,
-    /// A question.
+    /// A yes-or-no question.
     Question,
     /// The list of keys.
     Help,
@@ -35,7 +35,7 @@ pub(crate) enum Context {
     Jump,
     /// A value and its columns.
     Trace,
-    /// The reasons for the robot's action.
+    /// The reasons for the robot's behaviour.
     Why,
     /// The list of runs, or two runs over each other.
     Runs,
@@ -64,7 +64,7 @@ impl Context {
         Self::Parameters,
     ];
 
-    /// Its name in the configuration.
+    /// Name of the context in the configuration.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Dashboard => "dashboard",
@@ -93,13 +93,13 @@ pub use map::{KeyMistake, Keymap, Rebinding};
 #[derive(Clone, Copy, Debug)]
 struct Binding {
     context: Context,
-    /// The keys as the help writes them.
+    /// The keys, as the help shows them.
     label: &'static str,
     keys: &'static [(KeyCode, KeyModifiers)],
     action: Action,
-    /// The action, for the help; empty when another row describes it.
+    /// Description for the help; empty if another row describes the action.
     help: &'static str,
-    /// The action, for the footer; empty when it is not shown there.
+    /// Description for the footer; empty if the footer does not show the action.
     footer: &'static str,
 }
 
@@ -142,7 +142,7 @@ use Context::{
     Trace, Why,
 };
 
-/// Every key. STOP is the first of each context: Space, and Ctrl-S where Space is a character.
+/// Every key. STOP is the first row of each context: Space, or Ctrl-S where Space is a character.
 #[rustfmt::skip]
 const TABLE: &[Binding] = &[
     row(Dashboard, "Space", &[plain(' '), ctrl('s')], Action::Stop, "STOP (Ctrl-S while typing)", "STOP"),
@@ -159,17 +159,17 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "v", &[plain('v')], Action::Scan, "look around once", ""),
     row(Dashboard, "O", &[plain('O')], Action::ResetPose, "make this the origin (asks)", ""),
     row(Dashboard, "P", &[plain('P')], Action::ShowParameters, "the robot's parameters", ""),
-    row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "give up commands under way", "give up"),
+    row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "cancel unfinished commands", "give up"),
     row(Dashboard, ":", &[plain(':')], Action::AskCommand, "type a command, in any window", "command"),
-    row(Dashboard, "Ctrl-P", &[ctrl('p')], Action::AskPalette, "find it by a few letters", "find"),
+    row(Dashboard, "Ctrl-P", &[ctrl('p')], Action::AskPalette, "find a key or command", "find"),
     row(Dashboard, "w", &[plain('w'), bare(KeyCode::Enter)], Action::AddWaypoint, "draft a waypoint (Enter)", "add"),
-    row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "take a change back", "undo"),
-    row(Dashboard, "Ctrl-R", &[ctrl('r')], Action::RedoDraft, "make it again", ""),
+    row(Dashboard, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::UndoDraft, "undo a change", "undo"),
+    row(Dashboard, "Ctrl-R", &[ctrl('r')], Action::RedoDraft, "redo a change", ""),
     row(Dashboard, "e", &[plain('e')], Action::EditRoute, "edit the draft in a list", "edit"),
     row(Dashboard, "U", &[plain('U')], Action::DiscardDraft, "discard the draft", ""),
     row(Dashboard, "S", &[plain('S')], Action::SendDraft, "send the draft; <modes/mode-prowl> drives it", "send"),
     row(Dashboard, "r", &[plain('r')], Action::AskRouteFile, "load a route file as draft", "load"),
-    row(Dashboard, "C", &[plain('C')], Action::ClearList, "clear the robot's list (asks)", ""),
+    row(Dashboard, "C", &[plain('C')], Action::ClearList, "clear the sent route (asks)", ""),
     row(Dashboard, "arrows", &[bare(KeyCode::Left), plain('h')], Action::MoveCursor { east: -1, north: 0 }, "move the cursor (also hjkl)", "move"),
     row(Dashboard, "", &[bare(KeyCode::Right), plain('l')], Action::MoveCursor { east: 1, north: 0 }, "", ""),
     row(Dashboard, "", &[bare(KeyCode::Up), plain('k')], Action::MoveCursor { east: 0, north: 1 }, "", ""),
@@ -194,7 +194,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "z", &[plain('z')], Action::Enlarge, "enlarge panel, map, ladder", "enlarge"),
     row(Dashboard, "PgUp", &[bare(KeyCode::PageUp), plain('[')], Action::TurnPage(-1), "PgDn, or [ ]: turn the pages", "pages"),
     row(Dashboard, "", &[bare(KeyCode::PageDown), plain(']')], Action::TurnPage(1), "", ""),
-    row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: over a longer time", "longer"),
+    row(Dashboard, "T", &[plain('T')], Action::NextPlotWindow, "plots: longer period", "longer"),
     row(Dashboard, "A", &[plain('A')], Action::AcknowledgeAlarms, "acknowledge alarms", "ack"),
     row(Dashboard, "E", &[plain('E')], Action::AcknowledgeAlarm, "acknowledge one alarm", "ack one"),
     row(Dashboard, "Z", &[plain('Z')], Action::ShelveAlarm, "shelve an alarm for a time", "shelve"),
@@ -202,10 +202,10 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "i", &[plain('i')], Action::Trace, "trace a value to its columns", "trace"),
     row(Dashboard, "/", &[plain('/')], Action::AskSearch, "search the log", "search"),
     row(Dashboard, "c", &[plain('c')], Action::Copy, "copy the newest line", ""),
-    row(Dashboard, "y", &[plain('y')], Action::Why, "explain: why does it do that?", "why"),
+    row(Dashboard, "y", &[plain('y')], Action::Why, "explain the robot's actions", "why"),
     row(Dashboard, "R", &[plain('R')], Action::ToggleRecording, "record, or stop recording", "record"),
-    row(Dashboard, "p", &[plain('p')], Action::Playback(Control::TogglePause), "pause, or go on", "pause"),
-    row(Dashboard, ", .", &[plain(',')], Action::Playback(Control::Step { forward: false }), "a line back, a line on", "line"),
+    row(Dashboard, "p", &[plain('p')], Action::Playback(Control::TogglePause), "pause, or continue", "pause"),
+    row(Dashboard, ", .", &[plain(',')], Action::Playback(Control::Step { forward: false }), "a line back, a line forward", "line"),
     row(Dashboard, "", &[plain('.')], Action::Playback(Control::Step { forward: true }), "", ""),
     row(Dashboard, "< >", &[plain('<')], Action::Speed(-1), "slower, faster", "speed"),
     row(Dashboard, "", &[plain('>')], Action::Speed(1), "", ""),
@@ -217,11 +217,11 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "G", &[plain('G'), bare(KeyCode::End)], Action::Playback(Control::Newest), "now, or the end (End)", "newest"),
     row(Dashboard, "Home", &[bare(KeyCode::Home)], Action::Playback(Control::Oldest), "to the beginning", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
-    row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "put the cursor away", "back"),
+    row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "hide the cursor", "back"),
     row(Dashboard, "Ctrl-T", &[ctrl('t')], Action::NextTheme, "other colours", ""),
-    row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "draw the screen anew", ""),
-    row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "to the shell; fg comes back", ""),
-    row(Dashboard, "q", &[plain('q'), ctrl('c')], Action::Quit, "leave; the robot carries on", "quit"),
+    row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "redraw the screen", ""),
+    row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "to the shell; fg returns", ""),
+    row(Dashboard, "q", &[plain('q'), ctrl('c')], Action::Quit, "leave; the robot continues", "quit"),
     row(Route, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Route, "arrows", &[bare(KeyCode::Left), plain('h')], Action::Route(RouteAction::Step { east: -1, north: 0, fine: false }), "move the waypoint by 6 in", "move"),
     row(Route, "", &[bare(KeyCode::Right), plain('l')], Action::Route(RouteAction::Step { east: 1, north: 0, fine: false }), "", ""),
@@ -231,14 +231,14 @@ const TABLE: &[Binding] = &[
     row(Route, "", &[plain('L'), shift(KeyCode::Right)], Action::Route(RouteAction::Step { east: 1, north: 0, fine: true }), "", ""),
     row(Route, "", &[plain('K'), shift(KeyCode::Up)], Action::Route(RouteAction::Step { east: 0, north: 1, fine: true }), "", ""),
     row(Route, "", &[plain('J'), shift(KeyCode::Down)], Action::Route(RouteAction::Step { east: 0, north: -1, fine: true }), "", ""),
-    row(Route, "n b", &[plain('n'), bare(KeyCode::Tab), bare(KeyCode::PageDown)], Action::Route(RouteAction::Select(1)), "the next one, the one before", "next"),
+    row(Route, "n b", &[plain('n'), bare(KeyCode::Tab), bare(KeyCode::PageDown)], Action::Route(RouteAction::Select(1)), "next or previous waypoint", "next"),
     row(Route, "", &[plain('b'), bare(KeyCode::BackTab), bare(KeyCode::PageUp)], Action::Route(RouteAction::Select(-1)), "", ""),
-    row(Route, "w", &[plain('w'), bare(KeyCode::Enter)], Action::Route(RouteAction::Append), "add one behind it", "add"),
+    row(Route, "w", &[plain('w'), bare(KeyCode::Enter)], Action::Route(RouteAction::Append), "add one after it", "add"),
     row(Route, "i", &[plain('i')], Action::Route(RouteAction::Insert), "insert one before it", "insert"),
-    row(Route, "p", &[plain('p')], Action::Route(RouteAction::AppendAtRobot), "add one where the robot is", "here"),
+    row(Route, "p", &[plain('p')], Action::Route(RouteAction::AppendAtRobot), "add one at the robot", "here"),
     row(Route, "x", &[plain('x'), bare(KeyCode::Delete)], Action::Route(RouteAction::Delete), "delete it", "delete"),
-    row(Route, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::Route(RouteAction::Undo), "take a change back", "undo"),
-    row(Route, "Ctrl-R", &[ctrl('r')], Action::Route(RouteAction::Redo), "make it again", ""),
+    row(Route, "u", &[plain('u'), bare(KeyCode::Backspace)], Action::Route(RouteAction::Undo), "undo a change", "undo"),
+    row(Route, "Ctrl-R", &[ctrl('r')], Action::Route(RouteAction::Redo), "redo a change", ""),
     row(Route, "g", &[plain('g')], Action::Route(RouteAction::Whole), "<route/route-step-left..> move one, or all", "all"),
     row(Route, "< >", &[plain('<')], Action::Route(RouteAction::Rotate(-15)), "turn the route by 15 degrees", "turn"),
     row(Route, "", &[plain('>')], Action::Route(RouteAction::Rotate(15)), "", ""),
@@ -247,8 +247,8 @@ const TABLE: &[Binding] = &[
     row(Route, "+ -", &[plain('+'), plain('=')], Action::Route(RouteAction::Scale(1)), "larger, smaller", ""),
     row(Route, "", &[plain('-'), plain('_')], Action::Route(RouteAction::Scale(-1)), "", ""),
     row(Route, "m", &[plain('m')], Action::Route(RouteAction::Mirror), "mirror it, east for west", ""),
-    row(Route, "R", &[plain('R')], Action::Route(RouteAction::Reverse), "the other way round", ""),
-    row(Route, "y", &[plain('y')], Action::Route(RouteAction::TakeRobots), "copy the robot's list", ""),
+    row(Route, "R", &[plain('R')], Action::Route(RouteAction::Reverse), "reverse the order", ""),
+    row(Route, "y", &[plain('y')], Action::Route(RouteAction::TakeRobots), "copy the robot's route", ""),
     row(Route, "U", &[plain('U')], Action::Route(RouteAction::Clear), "discard it", ""),
     row(Route, "r", &[plain('r')], Action::Route(RouteAction::AskToLoad), "load a file", ""),
     row(Route, "s", &[plain('s')], Action::Route(RouteAction::AskToSave), "save it to a file", "save"),

@@ -17,22 +17,22 @@ const ENTRIES_MAX: usize = 64;
 pub(crate) struct Entry {
     pub(crate) id: CommandId,
     pub(crate) request: Request,
-    /// Name of the remote operator, if it came over the shared link.
+    /// Name of the client that sent the command over the shared link; `None` for this station's operator.
     pub(crate) by: Option<String>,
-    /// Queued, sent, or how it ended.
+    /// Latest status.
     pub(crate) status: CommandStatus,
     pub(crate) attempts: u32,
-    /// Waypoints acknowledged, and in total.
+    /// Number of acknowledged waypoints, and of all waypoints.
     pub(crate) progress: Option<(u16, u16)>,
-    /// When the status changed.
+    /// Time at which the status changed.
     pub(crate) at: Moment,
-    /// When it was queued.
+    /// Time at which the command was queued.
     pub(crate) asked_at: Moment,
-    /// From the command to its confirmation.
+    /// Time from the queueing to the confirmation.
     pub(crate) confirmed_after: Option<Moment>,
-    /// Why the robot refused and what to do, where more than the outcome is known.
+    /// Reason for a refusal and what to do, if more than the outcome is known.
     pub(crate) reason: Option<String>,
-    /// How far its list was driven by the latest line B.
+    /// The robot's progress in the command's list, from the latest line B.
     pub(crate) driven: Option<ListPlace>,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct ActiveList {
     pub(crate) id: CommandId,
     pub(crate) digest: u32,
     pub(crate) waypoints: Vec<Waypoint>,
-    /// How far it has been driven, by a line B with the same digest; `None` before one.
+    /// The robot's progress in the list, from a line B with the same digest; `None` before such a line.
     pub(crate) driven: Option<ListPlace>,
 }
 
@@ -77,7 +77,7 @@ impl Ledger {
         self.entries.iter().any(|entry| !entry.is_over())
     }
 
-    /// Takes a new status; returns its entry, if known.
+    /// Takes a new status of a command; returns the command's entry, if known.
     pub(super) fn take_command_status(
         &mut self,
         now: Moment,
@@ -115,16 +115,16 @@ impl Ledger {
         Some(entry)
     }
 
-    /// The request of a command, while it is remembered.
+    /// The request of a command, while the ledger has it.
     pub(super) fn request(&self, id: CommandId) -> Option<&Request> {
         let entry = self.entries.iter().rev().find(|entry| entry.id == id)?;
         Some(&entry.request)
     }
 
-    /// Takes a command that was asked for, by a client of the shared link if one is named.
+    /// Takes a queued command; `by` names the client of the shared link that gave it.
     pub(super) fn add(&mut self, now: Moment, id: CommandId, request: Request, by: Option<String>) {
         if self.entries.len() == ENTRIES_MAX {
-            // A command under way stays longer than one that has ended.
+            // A command in progress is kept longer than a command that has ended.
             let victim = self.entries.iter().position(Entry::is_over).unwrap_or(0);
             self.entries.remove(victim);
         }
@@ -143,7 +143,7 @@ impl Ledger {
         });
     }
 
-    /// Takes a line B, which confirms the active list or reports another.
+    /// Takes a line B, which confirms the active list or reports another list.
     pub(super) fn take_status(&mut self, status: &StatusLine) {
         if let Some(active) = &mut self.active {
             if active.digest == status.digest {
@@ -158,12 +158,12 @@ impl Ledger {
         }
     }
 
-    /// The robot restarted: its list is gone.
+    /// Takes a restart of the robot: its list is lost.
     pub(super) fn take_restart(&mut self) {
         self.active = None;
     }
 
-    /// Oldest first.
+    /// The commands, oldest first.
     pub(crate) fn entries(&self) -> impl DoubleEndedIterator<Item = &Entry> {
         self.entries.iter()
     }
@@ -173,14 +173,14 @@ impl Ledger {
         self.entries.iter().max_by_key(|entry| entry.at)
     }
 
-    /// Notes why the robot refused a command.
+    /// Sets the reason why the robot refused a command.
     pub(super) fn take_reason(&mut self, id: CommandId, reason: Option<String>) {
         if let Some(entry) = self.entries.iter_mut().rev().find(|entry| entry.id == id) {
             entry.reason = reason;
         }
     }
 
-    /// The failsafe setting of the newest command that did not fail, and when the robot confirmed it.
+    /// The failsafe setting of the newest command that did not fail, and the time of its confirmation, if confirmed.
     pub(crate) fn failsafe(&self) -> Option<(Option<Moment>, Option<Failsafe>)> {
         let entries = self.entries.iter().rev();
         let mut entries =
@@ -196,7 +196,7 @@ impl Ledger {
         self.active.as_ref()
     }
 
-    /// The newest list under way.
+    /// The newest list that is being sent.
     pub(crate) fn pending_route(&self) -> Option<&[Waypoint]> {
         self.entries
             .iter()
@@ -208,7 +208,7 @@ impl Ledger {
             })
     }
 
-    /// The newest command for a layer, allow or forbid, that is pending or confirmed since the robot's report of its layers.
+    /// The newest command that allows or forbids a layer, and is pending or was confirmed after the robot's latest report of its layers.
     pub(crate) fn asked_of(&self, layer: Layer, reported_at: Option<Moment>) -> Option<bool> {
         let asks = |mask: &LayerMask| mask.contains(layer);
         let is_newer = |entry: &&Entry| match entry.confirmed_at() {

@@ -12,7 +12,7 @@ use super::trace::{self, TRACED};
 use crate::event::{LinkEvent, Moment, Reception};
 use crate::statistics::Statistics;
 
-/// Window of rate and loss.
+/// Time over which rate and loss are measured.
 const WINDOW: Moment = Moment::from_secs(20);
 
 /// Time without a line after which the robot is silent.
@@ -24,31 +24,31 @@ const WEAK_SHARE: f64 = 0.05;
 /// The state of the connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Connection {
-    /// Not open yet.
+    /// The link is not open yet.
     #[default]
     Opening,
-    /// Open.
+    /// The link is open.
     Open,
-    /// Lost; the station keeps trying.
+    /// The link is lost; the station keeps trying.
     Lost { reason: String, since: Moment },
-    /// Ended; it is not opened again.
+    /// The link has ended and is not opened again.
     Ended,
 }
 
-/// The link at a glance.
+/// Health of the link, in one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Health {
-    /// No line yet.
+    /// No line has arrived yet.
     Waiting,
-    /// Lines arrive, few are lost.
+    /// Lines arrive, and few are lost.
     Good,
-    /// Lines arrive, many are lost.
+    /// Lines arrive, but many are lost.
     Weak,
-    /// The link is open and no line arrives.
+    /// The link is open, but no line arrives.
     Silent,
     /// The link is lost; the station keeps trying.
     Lost,
-    /// Ended; it is not opened again.
+    /// The link has ended and is not opened again.
     Ended,
 }
 
@@ -60,12 +60,12 @@ pub(crate) struct Shares {
 }
 
 impl Shares {
-    /// Lost or damaged.
+    /// Share of lines lost or damaged.
     pub(crate) fn unusable(self) -> f64 {
         self.lost + self.damaged
     }
 
-    /// `loss 6.0 %`, and `damaged 2.0 %` where there are any.
+    /// The shares as text: `loss 6.0 %`, and `damaged 2.0 %` if there are damaged lines.
     pub(crate) fn words(self) -> Vec<String> {
         let loss = format!("loss {:.1} %", self.lost * 100.0);
         let damaged = format!("damaged {:.1} %", self.damaged * 100.0);
@@ -82,19 +82,19 @@ pub(crate) struct Link {
     pub(crate) name: String,
     pub(crate) can_send: bool,
     pub(crate) connection: Connection,
-    /// When the session ended.
+    /// Time at which the session ended.
     frozen_at: Option<Moment>,
     newest_line_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
     /// The newest line of each traced kind.
     traced: [Option<Reading<[u8; LINE_BYTES]>>; TRACED.len()],
-    /// The kind of bytes received, and since when.
+    /// The kind of received bytes, and the time at which it began.
     reception: Option<(Reception, Moment)>,
     counters: Counters,
     statistics: Option<Statistics>,
     /// Lines of the robot's own in each second of the window, newest last.
     own: VecDeque<(Moment, u32)>,
-    /// The decoder's totals at most once a second, for as long as the window.
+    /// The decoder's totals during the window, at most one per second.
     totals: VecDeque<(Moment, Counters)>,
 }
 
@@ -129,7 +129,7 @@ impl Link {
         self.reception = Some((reception, since));
     }
 
-    /// The kind of bytes received instead of lines, and for how long; `None` while lines arrive or before it is known.
+    /// The kind of bytes received instead of lines, and the duration; `None` while lines arrive or the kind is unknown.
     pub(crate) fn instead_of_lines(&self, now: Moment) -> Option<(Reception, Moment)> {
         let (reception, since) = self.reception?;
         let age = self.clock(now).saturating_sub(since);
@@ -163,12 +163,12 @@ impl Link {
         }
     }
 
-    /// Whether the robot speaks, and not one line of Groundwave's came.
+    /// Whether lines of the robot's own arrive, but no Groundwave line.
     pub(crate) fn has_only_own_lines(&self) -> bool {
         self.newest_raw.is_none() && self.newest_line_at.is_some()
     }
 
-    /// Lines of the robot's own a second over the window.
+    /// Lines of the robot's own per second over the window.
     fn own_per_s(&self, now: Moment) -> f64 {
         let now = self.clock(now);
         let window = || {
@@ -182,7 +182,7 @@ impl Link {
             Some(age) if age < SILENT_AFTER => self.newest_line_at.unwrap_or(now),
             _ => now,
         };
-        // The first line begins the time in which the others came.
+        // The first line begins the measured time, so it is not counted.
         let lines: u32 = window().map(|(_, lines)| lines).sum();
         f64::from(lines - 1) / until.saturating_sub(*since).as_secs_f64().max(1.0)
     }
@@ -192,7 +192,7 @@ impl Link {
         !self.can_send && self.connection != Connection::Opening
     }
 
-    /// Bytes received.
+    /// Number of bytes received.
     pub(crate) const fn bytes(&self) -> u64 {
         self.counters.bytes
     }
@@ -252,7 +252,7 @@ impl Link {
         self.frozen_at.is_some()
     }
 
-    /// When the newest line arrived.
+    /// Time at which the newest line arrived.
     pub(crate) const fn newest_line_at(&self) -> Option<Moment> {
         self.newest_line_at
     }
@@ -269,7 +269,7 @@ impl Link {
         wire + self.own_per_s(now)
     }
 
-    /// Acknowledgement lines a second over the window.
+    /// Number of acknowledgement lines per second over the window.
     pub(crate) fn acks_per_s(&self, now: Moment) -> f64 {
         self.rate(now, |counters| {
             counters.ack_lines - counters.other_ack_lines
@@ -290,10 +290,10 @@ impl Link {
         lines as f64 / until.saturating_sub(at).as_secs_f64().max(1.0)
     }
 
-    /// Shares of lines lost and damaged over the window, 0 to 1; `None` without lines. Where the number of lost lines is an
+    /// Shares of lines lost and damaged over the window, 0 to 1; `None` without lines. If the number of lost lines is an
     /// interval, its upper end counts.
     pub(crate) fn shares(&self, now: Moment) -> Option<Shares> {
-        // Lines of the robot's own are no damaged ones of Groundwave's.
+        // Lines of the robot's own are not damaged Groundwave lines.
         if self.has_only_own_lines() {
             return None;
         }
@@ -323,7 +323,7 @@ impl Link {
             .find(|(at, _)| now.saturating_sub(*at) <= WINDOW)
     }
 
-    /// The link at a glance.
+    /// Health of the link, in one word.
     pub(crate) fn health(&self, now: Moment) -> Health {
         match &self.connection {
             Connection::Lost { .. } => return Health::Lost,
@@ -344,7 +344,7 @@ impl Link {
         }
     }
 
-    /// When an age on the screen changes.
+    /// Time at which an age on the screen changes.
     pub(super) fn next_tick(&self, now: Moment) -> Option<Moment> {
         if self.is_frozen() {
             return None;

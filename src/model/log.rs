@@ -6,16 +6,16 @@ use crate::event::{Level, Moment};
 
 const ENTRIES_MAX: usize = 256;
 
-/// The longest text, bytes: a recording may hold any, and kept states of a replay hold copies.
+/// Maximum length of a text, bytes. A recording may contain longer texts, and the keyframes of a replay contain copies.
 const TEXT_BYTES_MAX: usize = 512;
 
-/// Least time between two log lines about the holder of the motors.
+/// Minimum time between two log lines about the holder of the motors.
 const HOLDER_REST: Moment = Moment::from_millis(1500);
 
-/// The same for routine steering.
+/// Minimum time between two log lines about routine steering.
 const ROUTINE_REST: Moment = Moment::from_secs(6);
 
-/// The subject of an entry: its mark on the screen.
+/// The subject of an entry; determines its mark on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
     /// The holder of the motors or the mode changed.
@@ -41,13 +41,13 @@ pub(crate) struct Entry {
     pub(crate) level: Level,
     pub(crate) subject: Subject,
     pub(crate) text: String,
-    /// Repetitions in a row.
+    /// Number of consecutive repetitions.
     pub(crate) times: u32,
 }
 
 impl Entry {
-    /// Whether the hint line shows it as news. Commands and the link
-    /// have places of their own.
+    /// Whether the hint line shows the entry as news. Commands and the link
+    /// are shown elsewhere.
     pub(crate) fn is_news(&self) -> bool {
         match self.subject {
             Subject::Station => true,
@@ -103,7 +103,7 @@ impl Log {
         });
     }
 
-    /// Adds a change of holder, at most one in a while: the ladder shows each.
+    /// Adds a change of holder, with a minimum time between two entries; the ladder shows every change.
     pub(super) fn add_holder(&mut self, at: Moment, routine: bool, text: impl FnOnce() -> String) {
         let rest = if routine { ROUTINE_REST } else { HOLDER_REST };
         if self
@@ -120,12 +120,12 @@ impl Log {
         self.alarms
     }
 
-    /// Newest first, each with its number, which it keeps.
+    /// The entries with their permanent numbers, newest first.
     pub(crate) fn numbered(&self) -> impl Iterator<Item = (u64, &Entry)> {
         (0..self.added).rev().zip(self.newest_first())
     }
 
-    /// Newest first.
+    /// The entries, newest first.
     pub(crate) fn newest_first(&self) -> impl Iterator<Item = &Entry> {
         self.entries.iter().rev()
     }

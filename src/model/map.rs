@@ -11,7 +11,7 @@ use super::draft::{Draft, Edit};
 /// Distance that one press of an arrow moves the cursor, inches.
 const CURSOR_STEP_IN: i16 = 6;
 
-/// Least and greatest side of the floor shown by zooming, inches.
+/// Minimum and maximum side of the floor shown by zooming, inches.
 const SIDE_IN: [f64; 2] = [72.0, 20_000.0];
 
 /// The part of the floor in the picture.
@@ -20,7 +20,7 @@ pub(crate) enum Focus {
     /// The robot, its route and its target.
     #[default]
     Follow,
-    /// The robot, in the middle of a width and height chosen by zooming, inches.
+    /// The robot, in the middle of an area with a width and height chosen by zooming, inches.
     Robot((f64, f64)),
     /// Everything known.
     Everything,
@@ -31,17 +31,17 @@ pub(crate) enum Focus {
 /// The operator's view of the map.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MapView {
-    /// The waypoint list that the operator is making; the robot does not have it.
+    /// The route that the operator is editing; the robot does not have it.
     pub(crate) draft: Draft,
     pub(crate) cursor: Option<Waypoint>,
     pub(crate) truth_hidden: bool,
     pub(crate) focus: Focus,
-    /// Around every draft of the session.
+    /// Bounds of all drafts of the session.
     drafted: Option<Bounds>,
 }
 
 impl MapView {
-    /// The part of the floor to show, before the picture makes room for the cursor.
+    /// The part of the floor to show, without the area around the cursor.
     pub(crate) fn shown(&self, chart: &Chart) -> Bounds {
         match self.focus {
             Focus::Follow => {
@@ -62,7 +62,7 @@ impl MapView {
         chart.bounds.union(drafted)
     }
 
-    /// Follows the robot; shows everything if it follows already.
+    /// Follows the robot; if the map follows it already, shows everything.
     pub(super) fn toggle_follow(&mut self) {
         self.focus = match self.focus {
             Focus::Follow => Focus::Everything,
@@ -85,7 +85,7 @@ impl MapView {
         };
     }
 
-    /// Moves the picture by eighths of itself.
+    /// Moves the picture by eighths of its size.
     pub(super) fn pan(&mut self, chart: &Chart, east: f64, north: f64) {
         let shown = self.shown(chart);
         let (x_in, y_in) = shown.middle();
@@ -99,7 +99,7 @@ impl MapView {
         self.focus = Focus::Floor(Bounds::around(middle, (width_in, height_in)));
     }
 
-    /// Moves the cursor, which starts at the last draft waypoint, else at the robot.
+    /// Moves the cursor; it starts at the last waypoint of the draft, else at the robot.
     pub(super) fn move_cursor(&mut self, robot: Option<Pose>, east: i16, north: i16) {
         let start = self.cursor.unwrap_or_else(|| self.cursor_start(robot));
         let step = |from: i16, steps: i16| {
@@ -123,7 +123,7 @@ impl MapView {
         })
     }
 
-    /// Adds a waypoint at the cursor; `false` when the list is full.
+    /// Adds a waypoint at the cursor; returns `false` when the list is full.
     pub(super) fn add_waypoint(&mut self, robot: Option<Pose>) -> bool {
         let Some(cursor) = self.cursor else {
             self.move_cursor(robot, 0, 0);

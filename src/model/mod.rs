@@ -1,13 +1,14 @@
 //! The dashboard's facts ([`Facts`]) and the operator's view of them ([`Ui`]).
 //!
-//! Facts follow from events alone: replay and time travel keep them. The rest follows from keys. Events go in and
-//! effects come out; nothing here has a clock or does I/O, and its size does not grow with the length of a session.
+//! Facts follow from events alone, and playback keeps them. All other state follows from keys. The model takes events and
+//! returns effects. It has no clock and does no I/O, and its size does not grow with the length of a session.
 
 pub(crate) mod age;
 pub(crate) mod alarms;
 mod attend;
 pub(crate) mod bounds;
 pub(crate) mod chart;
+mod chosen_panel;
 mod completion;
 mod config;
 mod copied;
@@ -29,7 +30,6 @@ pub(crate) mod motors;
 pub(crate) mod news;
 pub(crate) mod palette;
 pub(crate) mod panel;
-mod panels;
 mod parameters;
 mod playback;
 pub(crate) mod plots;
@@ -58,28 +58,28 @@ use std::sync::Arc;
 
 use crate::event::{Effect, Event, Moment};
 pub use alarms::{AlarmSetting, Limits, Operand, Severity};
+pub(crate) use chosen_panel::{Large, SIZE_MIN};
 pub use config::{Colors, Config, MapLines, Marker};
 pub(crate) use copied::printable;
 pub use facts::{Change, Facts};
 pub(crate) use panel::Panel;
-pub(crate) use panels::{Large, SIZE_MIN};
 pub(crate) use text_entry::{Purpose, TextEntry};
 pub(crate) use tour::TourStep;
 pub use ui::Ui;
 pub(crate) use ui::{Overlay, Question};
 
-/// Facts and their view in one, for tests, benches and pictures. The program keeps them apart: [`crate::playback`] holds the
-/// facts of each moment, and the view shows one of them.
+/// Facts and their view together, for tests, benches and pictures. The program keeps them apart: [`crate::playback`] holds the
+/// facts of each moment, and the view shows one moment.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The facts.
     pub facts: Facts,
-    /// The operator's view of them.
+    /// The operator's view of the facts.
     pub ui: Ui,
 }
 
 impl Model {
-    /// A dashboard that knows nothing yet.
+    /// A model before the first event.
     #[must_use]
     pub fn new(config: Config) -> Self {
         let config = Arc::new(config);
@@ -108,7 +108,7 @@ impl Model {
         effects
     }
 
-    /// When to send [`Event::Tick`] at the latest.
+    /// Latest time for the next [`Event::Tick`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         let timeouts = [self.facts.poll_timeout(), self.ui.poll_timeout()];
@@ -116,14 +116,14 @@ impl Model {
     }
 }
 
-/// Everything that the screen is drawn from.
+/// All state that the screen shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown<'a> {
     /// The facts at the moment on the screen.
     pub facts: &'a Facts,
-    /// The present facts; the same as `facts` unless the screen shows the past of a live session.
+    /// The facts as of now; the same as `facts` unless the screen shows the past of a live session.
     pub present: &'a Facts,
-    /// The operator's view of them.
+    /// The operator's view of the facts.
     pub ui: &'a Ui,
 }
 
@@ -138,9 +138,9 @@ impl<'a> From<&'a Model> for Shown<'a> {
 }
 
 impl Shown<'_> {
-    /// When the screen changes although nothing happens, because ages do: every second while the newest
-    /// line is young, later every ten, and when news expires; `None` while time stands still, as after the end of
-    /// a session, or passes as it is played.
+    /// Time at which the screen changes without an event, because displayed ages change: every second while the newest
+    /// line is young, later every ten seconds, and when news expires. `None` if time stands still (after the end of
+    /// a session) or playback determines it.
     #[must_use]
     pub fn redraw_at(&self, now: Moment) -> Option<Moment> {
         if self.ui.playback.is_some() {

@@ -1,4 +1,4 @@
-//! The holder of the motors, the beginning of its hold, its share of the time, and the number of changes.
+//! The holder of the motors (the behaviour that controls them): since when, its share of the time, and the number of changes.
 
 use std::collections::VecDeque;
 
@@ -8,19 +8,19 @@ use groundwave_protocol::telemetry::{CountersLine, HOLDERS, StateLine};
 use super::robot::Reading;
 use crate::event::Moment;
 
-/// Modulus of the counts of ticks in line C: how often each behaviour drove the motors.
+/// Modulus of the tick counts in line C (ticks in which each behaviour controlled the motors).
 const TICKS_MODULUS: u16 = 4096;
 
-/// Longest time between two counts without an unseen wrap, at twenty ticks a second.
+/// Maximum time between two counts without an unseen wrap, at twenty ticks per second.
 const TICKS_UNAMBIGUOUS: Moment = Moment::from_mins(3);
 
-/// Window of the shares.
+/// Time over which the shares are measured.
 const SHARE_WINDOW: Moment = Moment::from_mins(1);
 
 /// Steps of the share window.
 const SHARE_STEP: Moment = Moment::from_secs(6);
 
-/// Changes between layers within [`THRASH_WINDOW`] that count as thrashing. Changes to and from prowl
+/// Number of changes between layers within [`THRASH_WINDOW`] that counts as thrashing. Changes to and from prowl
 /// are ordinary steering.
 const THRASH_CHANGES: usize = 6;
 
@@ -31,13 +31,13 @@ const THRASH_WINDOW: Moment = Moment::from_secs(8);
 pub(crate) enum Holder {
     /// One of the eight layers.
     Layer(Layer),
-    /// The default behaviour below them.
+    /// Prowl, the default behaviour below the layers.
     Prowl,
-    /// After the layers: no floor in the winner's direction.
+    /// The cliff guard, which acts after the layers: there is no floor in the winner's direction.
     CliffGuard,
-    /// After the layers: the arm is not stowed yet.
+    /// The arm guard, which acts after the layers: the arm is not stowed yet.
     ArmGuard,
-    /// The motors are off.
+    /// Nothing: the motors are off.
     Nobody,
 }
 
@@ -61,12 +61,12 @@ impl Holder {
         }
     }
 
-    /// Whether it is ordinary steering.
+    /// Whether the holder is ordinary steering.
     pub(super) const fn is_routine(self) -> bool {
         matches!(self, Self::Prowl | Self::Layer(Layer::Sonar | Layer::Photo))
     }
 
-    /// Its index in the ticks won of line C.
+    /// Index of the holder in the tick counts of line C.
     pub(crate) const fn place(self) -> Option<usize> {
         match self {
             Self::Layer(layer) => Some(layer as usize),
@@ -89,7 +89,7 @@ pub(crate) const fn lacks_floor(state: &StateLine) -> bool {
     !matches!(state.cliff, Cliff::None | Cliff::NotFitted)
 }
 
-/// Layers suppressed by a holder, in priority order. A flag raised above the
+/// Layers suppressed by a holder, in order of priority. A flag raised above the
 /// holder was lowered before the line was sent.
 pub(crate) fn suppressed(holder: Holder, state: &StateLine) -> Vec<Holder> {
     let above = match holder {
@@ -138,7 +138,7 @@ impl Motors {
         if let Some(place) = holder.place() {
             won[place] = 1;
         }
-        // Lines without a holder also move the window.
+        // Lines without a holder also advance the window.
         self.samples.add(now, &won);
         if self.holder.is_some_and(|held| held.value == holder) {
             return false;
@@ -170,7 +170,7 @@ impl Motors {
         }
     }
 
-    /// Since when a layer has been in its state; `None` before the first report.
+    /// Time since which a layer has been in its state; `None` before the first report.
     pub(crate) fn since(&self, layer: Layer) -> Option<Moment> {
         self.rungs
             .get(layer as usize)
@@ -206,7 +206,7 @@ impl Motors {
         self.ticks.add(now, &won);
     }
 
-    /// The holder, and since when.
+    /// The holder, and the time at which it took control.
     pub(crate) const fn holder(&self) -> Option<Reading<Holder>> {
         self.holder
     }

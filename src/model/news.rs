@@ -3,7 +3,7 @@
 use super::{Shown, Ui, ledger, log};
 use crate::event::Moment;
 
-/// The newest of the news.
+/// The newest news.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum News<'a> {
     /// A command's latest step.
@@ -17,13 +17,13 @@ pub(crate) enum News<'a> {
 /// Feedback to a key that is not logged.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Passing {
-    /// The list of panels, after another was chosen.
+    /// The list of panels, after the operator chose another panel.
     Panels,
     /// A text.
     Words(String),
 }
 
-/// How long news is shown.
+/// Time for which news is shown.
 const NEWS_FOR: Moment = Moment::from_secs(5);
 
 impl Ui {
@@ -40,7 +40,7 @@ impl<'a> Shown<'a> {
         (now < at + NEWS_FOR).then_some(news)
     }
 
-    /// When the news expires.
+    /// Time at which the news expires.
     pub(super) fn news_until(&self, now: Moment) -> Option<Moment> {
         let (at, _) = self.newest()?;
         Some(at + NEWS_FOR).filter(|until| *until > now)
@@ -53,7 +53,7 @@ impl<'a> Shown<'a> {
         let logged = logged.map(|entry| (entry.at, News::Logged(entry)));
         let passing = self.ui.passing.as_ref();
         let passing = passing.map(|(at, what)| (*at, News::Passing(what)));
-        // The newest wins: a log line after a command replaces it.
+        // The newest news is shown: a log line after a command replaces it.
         command
             .into_iter()
             .chain(logged)

@@ -1,6 +1,6 @@
 //! The panels of the dashboard.
 
-/// A panel; on a small screen one is shown at a time.
+/// A panel; a small screen shows one at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Panel {
     #[default]
@@ -17,7 +17,7 @@ pub(crate) enum Panel {
 }
 
 impl Panel {
-    /// Its name in the list of panels; names and keys of all must fit a row of 80 columns.
+    /// Name in the list of panels; the names and keys of all panels must fit into a row of 80 columns.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Sensors => "sensors",

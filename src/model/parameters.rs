@@ -7,7 +7,7 @@ use crate::event::Effect;
 use crate::request::{Request, Tuning, known_default};
 
 impl Ui {
-    /// Opens the screen; asks the robot for its parameters unless all are known.
+    /// Opens the screen of parameters; requests them from the robot unless all are known.
     pub(super) fn open_parameters(&mut self, facts: &Facts) -> Vec<Effect> {
         self.overlay = Overlay::None;
         self.parameters = Some(0);
@@ -17,7 +17,7 @@ impl Ui {
         Vec::new()
     }
 
-    /// Carries out a key of the screen.
+    /// Carries out a key on the screen of parameters.
     pub(super) fn act_on_parameters(&mut self, facts: &Facts, action: Action) -> Vec<Effect> {
         let Some(chosen) = &mut self.parameters else {
             return Vec::new();
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_changed_saved_and_read_anew() {
+    fn a_value_is_changed_saved_and_read_again() {
         let mut scene = scene();
         scene.press(&[KeyCode::Down, KeyCode::Enter]);
         scene.type_text("11.8");

@@ -1,4 +1,4 @@
-//! Keys that change the moment shown, and commands given while the screen shows the past.
+//! Keys that change the displayed moment, and commands given while the screen shows the past.
 
 use groundwave_protocol::status_codes::Mode;
 
@@ -11,7 +11,7 @@ use crate::event::{Effect, Level, Moment, Remark};
 use crate::playback::{Control, MARKER_REACH, Position, SPEED_MAX, SPEED_MIN};
 use crate::request::Request;
 
-/// Speeds that the keys step through.
+/// Speeds that the keys select.
 const SPEEDS: [f64; 14] = [
     SPEED_MIN, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 250.0, 500.0, SPEED_MAX,
 ];
@@ -30,7 +30,17 @@ impl Ui {
         self.playback.as_ref().is_some_and(|p| !p.is_live)
     }
 
-    /// Whether a search of the unread part is under way.
+    /// Whether a key's action works here: commands only on a link that can send, and only those that the robot understands; recording only
+    /// where a robot is heard.
+    pub(crate) fn offers(&self, facts: &Facts, action: Action) -> bool {
+        let asks = action.asks_the_robot() && action != Action::AskCommand;
+        let is_lacking = facts.link.is_receive_only() && asks
+            || facts.link.has_only_own_lines() && action.needs_protocol()
+            || self.is_replay() && action == Action::ToggleRecording;
+        !is_lacking
+    }
+
+    /// Whether the unread part is being searched.
     pub(super) fn is_looking(&self) -> bool {
         self.playback.as_ref().is_some_and(|p| p.is_looking)
     }
@@ -70,7 +80,7 @@ impl Ui {
             .collect()
     }
 
-    /// Sets a mark and asks for its text; a mark that is here already is removed.
+    /// Sets a mark and asks for its text; removes a mark that is already at this moment.
     pub(super) fn mark(&mut self, now: Moment) -> Vec<Effect> {
         let playback = self.playback.as_ref();
         self.marked_at = playback.map_or(now, |playback| playback.at);
@@ -84,7 +94,7 @@ impl Ui {
         vec![Effect::Playback(Control::Mark)]
     }
 
-    /// Keeps the text of the mark just set: as a note to the capture, else in the log alone.
+    /// Saves the text of the mark just set: as a note to the capture, or only in the log without a capture.
     pub(super) fn name_mark(&mut self, facts: &Facts, now: Moment, text: &str) -> Vec<Effect> {
         let remark = Remark::Note(text.to_owned());
         if let Some(capture) = self.capture_at_hand(facts) {
@@ -114,7 +124,7 @@ impl Ui {
         }
     }
 
-    /// Asks before a command that was given while the screen shows the past, because it reaches the robot as it is
+    /// Asks before a command that was given while the screen shows the past, because the command reaches the robot as it is
     /// now. STOP never asks.
     pub(super) fn ask_from_the_past(
         &mut self,
@@ -146,7 +156,7 @@ impl Ui {
         }
         let sends_draft = matches!(action, Action::SendDraft | Action::Route(RouteAction::Send));
         if sends_draft && (is_dropped || !asked.is_empty()) {
-            // A no keeps the draft; the draft was just taken, so the undo succeeds.
+            // The answer "no" keeps the draft; the draft was just taken, so the undo succeeds.
             let _ = self.map.draft.undo();
         }
         if !asked.is_empty() {
@@ -159,7 +169,7 @@ impl Ui {
         rest
     }
 
-    /// A question, preceded by the age of the moment shown.
+    /// A question, preceded by the age of the displayed moment.
     pub(super) fn said_of_the_past(&self, question: String) -> String {
         match &self.playback {
             Some(playback) if playback.is_live => {
@@ -190,7 +200,7 @@ impl Ui {
             Then::SaveRoute(path) => vec![self.save_route(&path, true)],
             Then::Drive => {
                 self.overlay = Overlay::Drive(Stick::default());
-                // Hand driving needs the present on the screen.
+                // Driving by hand needs the current moment on the screen.
                 let back = self
                     .shows_past()
                     .then_some(Effect::Playback(Control::Newest));
@@ -371,13 +381,13 @@ mod tests {
             ago: Moment::from_secs(7),
         };
         assert_eq!(scene.press(&[KeyCode::Enter]), [label]);
-        // Enter and Esc alone leave the mark without a text.
+        // Enter or Esc without text leaves the mark without a text.
         for key in [KeyCode::Enter, KeyCode::Esc] {
             assert_eq!(scene.type_text("a"), std::slice::from_ref(&mark));
             assert_eq!(scene.press(&[key]), []);
             assert_eq!(scene.model.ui.overlay, Overlay::None);
         }
-        // A mark that is here is removed, not named.
+        // A mark at this moment is removed, not named.
         let mut marked = playback(true);
         marked.markers = vec![marked.at];
         scene.show_moment(Some(marked));

@@ -1,4 +1,4 @@
-//! Figures over time in bounded memory: least and greatest value per stretch, for several windows; and the outages among them.
+//! Values over time in bounded memory: minimum and maximum per stretch of time, for several windows; and the outages.
 
 use std::collections::VecDeque;
 
@@ -10,7 +10,7 @@ use crate::event::Moment;
 use crate::outages::Outage;
 use crate::statistics::Statistics;
 
-/// Stretches in a window.
+/// Number of stretches in a window.
 const STRETCHES: usize = 120;
 
 /// The windows to choose from.
@@ -29,7 +29,7 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// Its length.
+    /// Length of the span.
     pub(crate) fn length(self) -> Moment {
         WINDOWS[self.window].1 / 2_u32.pow(self.halvings)
     }
@@ -38,23 +38,23 @@ impl Span {
 /// A quantity that can be plotted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Trace {
-    /// In/s.
+    /// Measured speed of a wheel, in/s.
     WheelLeft,
     WheelRight,
     /// Commanded wheel speeds, in/s.
     OrderLeft,
     OrderRight,
-    /// Inches.
+    /// Distance of a sonar, inches.
     SonarLeft,
     SonarRight,
-    /// Per cent.
+    /// Darkness at a photocell, per cent.
     DarkLeft,
     DarkRight,
-    /// Decivolts.
+    /// Battery voltage, decivolts.
     Battery,
     /// Lines lost over 20 s, per cent.
     Loss,
-    /// Damaged lines over 20 s.
+    /// Number of damaged lines over 20 s.
     Damaged,
     /// Airtime over 20 s, per cent.
     AirDown,
@@ -63,14 +63,14 @@ pub(crate) enum Trace {
 
 const TRACES: usize = Trace::AirUp as usize + 1;
 
-/// Most halvings of the shortest window while the session is shorter.
+/// Maximum number of halvings of the shortest window while the session is shorter.
 const HALVINGS: u32 = 2;
 
-/// A figure that can be kept over time.
+/// A value that can be kept over time.
 pub(crate) trait Figure: Copy + PartialOrd {
-    /// Not less than any figure.
+    /// A value not less than any other.
     const GREATEST: Self;
-    /// Not greater than any figure.
+    /// A value not greater than any other.
     const LEAST: Self;
 }
 
@@ -84,10 +84,10 @@ impl Figure for f32 {
     const LEAST: Self = Self::NEG_INFINITY;
 }
 
-/// Maximum outages that are kept, the newest.
+/// Maximum number of outages kept; the newest are kept.
 const OUTAGES_MAX: usize = 100;
 
-/// Least and greatest figure of a stretch; empty when the least is greater.
+/// Minimum and maximum of a stretch; empty if the minimum is greater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Stretch<V> {
     least: V,
@@ -121,7 +121,7 @@ impl<V: Figure> Stretch<V> {
     }
 }
 
-/// One figure over one window: a ring of stretches.
+/// One value over one window: a ring of stretches.
 #[derive(Clone, Debug)]
 struct Ring<V> {
     /// Length of one stretch.
@@ -144,7 +144,7 @@ impl<V: Figure> Ring<V> {
         (at.as_millis() / self.length.as_millis()) as u64
     }
 
-    /// Adds a figure; `held` fills the stretches since the previous one, `None` leaves a gap.
+    /// Adds a value; `held` fills the stretches since the previous value, `None` leaves a gap.
     fn push(&mut self, now: Moment, value: V, held: Option<V>) {
         if self.stretches.is_empty() {
             self.stretches = vec![Stretch::NOTHING; STRETCHES];
@@ -162,7 +162,7 @@ impl<V: Figure> Ring<V> {
         self.stretches[at].include(Stretch::of(value));
     }
 
-    /// The stretch `back` stretches before the one of `now`.
+    /// The stretch that is `back` stretches before the current one.
     fn before(&self, now: Moment, back: u64) -> Stretch<V> {
         let Some(number) = self.number(now).max(self.newest).checked_sub(back) else {
             return Stretch::NOTHING;
@@ -175,7 +175,7 @@ impl<V: Figure> Ring<V> {
     }
 }
 
-/// One figure over all windows.
+/// One value over all windows.
 #[derive(Clone, Debug)]
 pub(crate) struct Series<V> {
     rings: [Ring<V>; WINDOWS.len()],
@@ -192,7 +192,7 @@ impl<V: Figure> Default for Series<V> {
 }
 
 impl<V: Figure> Series<V> {
-    /// Adds a figure; the previous one holds until now if it is younger than `joined`.
+    /// Adds a value; the previous value fills the time until now if it is younger than `joined`.
     pub(super) fn push(&mut self, now: Moment, value: V, joined: Moment) {
         let held = self
             .newest
@@ -204,7 +204,7 @@ impl<V: Figure> Series<V> {
         self.newest = Some((now, value));
     }
 
-    /// The figure over a time span until `now`, in `columns` columns, oldest first: least and greatest value of each,
+    /// The value over a time span until `now`, in `columns` columns, oldest first: minimum and maximum of each,
     /// `None` without a value.
     pub(crate) fn columns(&self, span: Span, now: Moment, columns: usize) -> Vec<Option<(V, V)>> {
         let ring = &self.rings[span.window];
@@ -223,21 +223,21 @@ impl<V: Figure> Series<V> {
     }
 }
 
-/// All figures over time.
+/// All values over time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plots {
     series: [Series<i16>; TRACES],
-    /// The first figure of the session.
+    /// Time of the session's first value.
     since: Option<Moment>,
-    /// Begin and end of each outage.
+    /// Beginning and end of each outage.
     outages: VecDeque<(Moment, Moment)>,
-    /// The beginning of an outage after which no line A has come.
+    /// Beginning of an outage since which no line A has arrived.
     silent_since: Option<Moment>,
 }
 
 impl Plots {
     pub(super) fn take_state(&mut self, now: Moment, state: &StateLine, link: &Link) {
-        // The outage itself is reported at the next line C.
+        // The end of the outage is reported only at the next line C.
         if let Some(begin) = self.silent_since.take() {
             self.add_outage(begin, now);
         }
@@ -282,7 +282,7 @@ impl Plots {
         }
     }
 
-    /// The columns of a time span until `now` that outages touch, as ranges from 0 to the number of `columns`.
+    /// The columns of a time span until `now` that overlap outages, as ranges between 0 and `columns`.
     pub(crate) fn outages(
         &self,
         span: Span,
@@ -322,12 +322,12 @@ impl Plots {
         self.series[trace as usize].push(now, value, joined);
     }
 
-    /// Takes the moment of a figure; the first is the beginning of the session's plots.
+    /// Takes the time of a value; the first one is the beginning of the session's plots.
     pub(super) fn begin(&mut self, now: Moment) {
         self.since.get_or_insert(now);
     }
 
-    /// The time span to show of a window of [`WINDOWS`]: a half or a quarter of the shortest while the session is no longer.
+    /// The time span to show for an index in [`WINDOWS`]; a half or a quarter of the shortest window while the session is not longer.
     pub(crate) fn span(&self, window: usize, now: Moment) -> Span {
         let (_, whole) = WINDOWS[window];
         let age = self.since.map_or(whole, |since| now.saturating_sub(since));
@@ -338,13 +338,13 @@ impl Plots {
         }
     }
 
-    /// Forgets the downlink's airtime, which depends on how the bytes arrive.
+    /// Removes the downlink's airtime, which depends on how the bytes arrive.
     #[cfg(test)]
     pub(crate) fn forget_airtime(&mut self) {
         self.series[Trace::AirDown as usize] = Series::default();
     }
 
-    /// A figure over a time span until `now`, as [`Series::columns`] returns it.
+    /// A value over a time span until `now`; see [`Series::columns`].
     pub(crate) fn columns(
         &self,
         trace: Trace,
@@ -355,12 +355,12 @@ impl Plots {
         self.series[trace as usize].columns(span, now, columns)
     }
 
-    /// The newest figure and its moment.
+    /// The newest value and its time.
     pub(crate) fn newest(&self, trace: Trace) -> Option<(Moment, i16)> {
         self.series[trace as usize].newest
     }
 
-    /// How many stretches are held, for tests of what a session costs.
+    /// Number of stretches kept, for tests of a session's memory.
     #[cfg(test)]
     pub(crate) fn size(&self) -> usize {
         let rings = self.series.iter().flat_map(|series| &series.rings);
@@ -411,7 +411,7 @@ mod tests {
         let known: Vec<usize> = (0..120)
             .filter(|&column| columns[column].is_some())
             .collect();
-        // Half a second a column, the newest at the right.
+        // Each column is half a second; the newest is at the right.
         let from = |s: usize| 119 - 2 * (40 - s);
         let expected: Vec<usize> = (from(0)..=from(6)).chain(from(30)..=from(32)).collect();
         assert_eq!(known, expected);

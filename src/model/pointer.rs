@@ -1,4 +1,4 @@
-//! The mouse: a click chooses, the wheel zooms or turns pages. It sends nothing to the robot.
+//! The mouse: a click chooses, the wheel zooms or turns pages. The mouse sends nothing to the robot.
 
 use groundwave_protocol::Waypoint;
 

@@ -8,7 +8,7 @@ use super::{Facts, Overlay, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Level, Moment, remark_from_words, unquoted};
 use crate::request::Request;
 
-/// Page of the commands in the help: the last.
+/// Page of the help with the commands: the last.
 const HELP_OF_COMMANDS: i32 = -1;
 
 impl Ui {
@@ -34,7 +34,7 @@ impl Ui {
             _ => route_file(text).map(|(file, _)| Effect::LoadRoute(unquoted(file))),
         };
         if let Some(effect) = named {
-            // The prompt stays open until the file is read or written, so that its name can be corrected.
+            // The prompt stays open until the file is read or written, so that the operator can correct the name.
             self.overlay = Overlay::Text(TextEntry {
                 waits: true,
                 error: None,
@@ -88,7 +88,7 @@ impl Ui {
         }
     }
 
-    /// Takes a route as the draft; with `--go` sends it and lets the robot prowl.
+    /// Takes a route as the draft; with `--go`, sends it and makes the robot prowl.
     pub(super) fn take_route(
         &mut self,
         path: &str,
@@ -144,7 +144,7 @@ fn route_file(command: &str) -> Option<(&str, bool)> {
 }
 
 impl TextEntry {
-    /// Whether the route is driven at once.
+    /// Whether the robot drives the route at once.
     fn goes(&self) -> bool {
         let is_command = self.purpose == Purpose::Command;
         is_command && route_file(&self.text).is_some_and(|(_, goes)| goes)

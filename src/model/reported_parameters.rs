@@ -1,13 +1,13 @@
-//! The robot's parameters, as it reported them.
+//! The robot's parameters, as reported in lines P.
 
 use groundwave_protocol::telemetry::ParameterLine;
 
-/// The reports of lines P, at most one for each place.
+/// The reported parameters, at most one for each number.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parameters(Vec<ParameterLine>);
 
 impl Parameters {
-    /// Takes the report of one.
+    /// Takes a line P.
     pub(super) fn take(&mut self, line: ParameterLine) {
         match self
             .0
@@ -18,22 +18,22 @@ impl Parameters {
         }
     }
 
-    /// The robot keeps all values over a reset from now on.
+    /// Takes the saving of all parameters: the current values survive a reset.
     pub(super) fn take_saved(&mut self) {
         self.0.iter_mut().for_each(|line| line.kept = line.value);
     }
 
-    /// The robot restarted: its values are those it keeps.
+    /// Takes a restart of the robot: the values are the saved ones.
     pub(super) fn take_restart(&mut self) {
         self.0.iter_mut().for_each(|line| line.value = line.kept);
     }
 
-    /// Those heard, in the robot's order.
+    /// The reported parameters, in the robot's order.
     pub(crate) fn heard(&self) -> &[ParameterLine] {
         &self.0
     }
 
-    /// Whether the robot has others.
+    /// Whether the robot has further parameters.
     pub(crate) fn is_partial(&self) -> bool {
         self.0
             .first()

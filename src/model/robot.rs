@@ -1,6 +1,6 @@
 //! The newest reports of the robot, with their moments.
 
-use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerMask};
+use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{
     AbilitiesLine, Body, CountersLine, Detail, Line, Reading as Measured, StateLine, StatusLine,
 };
@@ -9,7 +9,7 @@ use super::history::History;
 use crate::event::Moment;
 use crate::request::{CLIFF_GUARD, CRITICAL_BATTERY, Standing};
 
-/// A value and the moment it arrived.
+/// A value and the time at which it arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reading<T> {
     pub(crate) value: T,
@@ -17,7 +17,7 @@ pub(crate) struct Reading<T> {
 }
 
 impl<T> Reading<T> {
-    /// Its age.
+    /// Age of the value.
     pub(crate) fn age(&self, now: Moment) -> Moment {
         now.saturating_sub(self.at)
     }
@@ -32,13 +32,13 @@ pub(crate) const STATUS_STALE: Moment = Moment::from_secs(8);
 /// Age at which a line C is stale; one is expected every four seconds.
 pub(crate) const COUNTERS_STALE: Moment = Moment::from_secs(16);
 
-/// The newest line of each kind, and the latest contact and detection.
+/// The newest line of each type, and the latest contact and detection.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Robot {
     pub(crate) state: Option<Reading<StateLine>>,
     pub(crate) status: Option<Reading<StatusLine>>,
     pub(crate) counters: Option<Reading<CountersLine>>,
-    /// Contacts seen since the robot started, or since the session began.
+    /// Number of contacts since the robot started, or since the session began.
     pub(crate) contacts: u16,
     /// The latest contact.
     pub(crate) bump: Option<Reading<Bump>>,
@@ -46,23 +46,36 @@ pub(crate) struct Robot {
     pub(crate) infrared: Option<Reading<Infrared>>,
     /// Battery voltage over the whole session, decivolts.
     pub(crate) volts: History,
-    /// Whether it reports that it cannot hear.
+    /// Whether the robot reports that it cannot hear.
     pub(crate) is_deaf: bool,
-    /// What it can do, by its line I.
+    /// The robot's abilities, from line I.
     pub(crate) abilities: Option<AbilitiesLine>,
     cliff_guard: Switch,
     critical_battery: Switch,
+    /// The mode that the robot confirmed since its newest line A.
+    confirmed_mode: Option<Mode>,
 }
 
 /// Whether a parameter switches a protection off, by the robot's report.
 #[derive(Clone, Copy, Debug, Default)]
 struct Switch {
     is_off: bool,
-    /// Off after a reset too.
+    /// Whether the protection is also off after a reset.
     stays_off: bool,
 }
 
 impl Robot {
+    /// Returns the mode that the newest line A reports, or that the robot has confirmed since.
+    pub(crate) fn mode(&self) -> Option<Mode> {
+        let reported = self.state.map(|state| state.value.mode);
+        self.confirmed_mode.or(reported)
+    }
+
+    /// The robot confirmed that it entered a mode.
+    pub(super) const fn take_confirmed_mode(&mut self, mode: Mode) {
+        self.confirmed_mode = Some(mode);
+    }
+
     pub(super) fn take(&mut self, now: Moment, line: &Line) {
         self.is_deaf = matches!(line.ack.detail, Detail::CannotHear { .. });
         match line.body {
@@ -74,6 +87,7 @@ impl Robot {
                     self.infrared = Some(reading(now, state.infrared));
                 }
                 self.state = Some(reading(now, state));
+                self.confirmed_mode = None;
             }
             Body::Status(status) => {
                 if measures_battery(&status, self.abilities.as_ref()) {
@@ -98,8 +112,9 @@ impl Robot {
         }
     }
 
-    /// The robot restarted: its parameters are those it keeps.
+    /// Takes a restart of the robot: the parameters are the saved ones.
     pub(super) const fn take_restart(&mut self) {
+        self.confirmed_mode = None;
         self.contacts = 0;
         self.cliff_guard.is_off = self.cliff_guard.stays_off;
         self.critical_battery.is_off = self.critical_battery.stays_off;
@@ -110,7 +125,7 @@ impl Robot {
         self.cliff_guard.is_off
     }
 
-    /// The protections that can be switched off, each with whether it is.
+    /// The protections that can be switched off, and whether each is off.
     pub(crate) fn protections(&self) -> [(&'static str, bool); 3] {
         [
             ("BUMPERS OFF", self.forbids(Layer::Bumpers)),
@@ -141,7 +156,7 @@ impl Robot {
         .collect()
     }
 
-    /// Whether it has a reading, as far as known.
+    /// Whether the robot has a reading, as far as known.
     pub(crate) fn measures(&self, reading: Measured) -> bool {
         self.abilities.is_none_or(|robot| robot.measures(reading))
     }
@@ -167,7 +182,7 @@ impl Robot {
         Standing::new(self.state.map(|state| state.value.mode), self.allowed())
     }
 
-    /// Whether a fitted layer is known not to be allowed.
+    /// Whether a fitted layer is known to be forbidden.
     pub(crate) fn forbids(&self, layer: Layer) -> bool {
         !self.lacks(layer)
             && self
@@ -181,7 +196,7 @@ impl Robot {
     }
 }
 
-/// Whether the voltage of a line B is one: 0 V is none, because the robot runs.
+/// Whether a line B contains a measured voltage. 0 V means none, because the robot runs.
 fn measures_battery(status: &StatusLine, abilities: Option<&AbilitiesLine>) -> bool {
     status.battery_dv > 0 && abilities.is_none_or(|robot| robot.measures(Measured::Battery))
 }
@@ -190,21 +205,21 @@ const fn reading<T>(at: Moment, value: T) -> Reading<T> {
     Reading { value, at }
 }
 
-/// Fastest wheel speed, in/s.
+/// Maximum wheel speed, in/s.
 const WHEEL_MAX_IN_S: i32 = 12;
 
-/// Commanded speeds of the left and right wheel, in/s. As in the robot, speed gives way to turning
-/// where a wheel would be too fast.
+/// Commanded speeds of the left and right wheel, in/s. As in the robot, turning takes precedence over speed
+/// if a wheel would be too fast.
 pub(crate) fn ordered_wheels_in_s(state: &StateLine) -> [i32; 2] {
     let most = 2 * WHEEL_MAX_IN_S;
-    // Doubled, so that half of an odd rotation is whole.
+    // Doubled, because half of an odd rotation is not whole.
     let turn = i32::from(state.rotation_in_s).clamp(-most, most);
     let room = most - turn.abs();
     let speed = (2 * i32::from(state.velocity_in_s)).clamp(-room, room);
     [speed + turn, speed - turn].map(|doubled| i32::midpoint(doubled, doubled.signum()))
 }
 
-/// Whether the wheels reach at most half of the ordered speed while the drive gives all it can.
+/// Whether the wheels reach at most half of the ordered speed although the drive is at full power.
 pub(crate) fn is_held(state: &StateLine) -> bool {
     let measured = [state.wheel_left_in_s, state.wheel_right_in_s];
     let mut wheels = ordered_wheels_in_s(state).into_iter().zip(measured);
@@ -214,7 +229,7 @@ pub(crate) fn is_held(state: &StateLine) -> bool {
         })
 }
 
-/// Slowest ordered speed at which a wheel can count as held, in/s: measured speeds are whole.
+/// Minimum ordered speed at which a wheel can count as held, in/s; measured speeds are whole numbers.
 const HELD_ORDER_MIN_IN_S: i32 = 4;
 
 /// Whether the bumper is pressed.
@@ -232,7 +247,7 @@ mod tests {
     use super::*;
     use crate::model::testing::state;
 
-    /// As the robot's own `Motion::wheels` does it.
+    /// The station limits wheel orders as the robot's `Motion::wheels` does.
     #[test]
     fn orders_of_the_wheels_are_held_to_what_the_robot_gives() {
         for (velocity_in_s, rotation_in_s, wheels) in [

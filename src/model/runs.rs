@@ -11,7 +11,7 @@ use crate::figures::{Listed, Overlaid};
 /// The runs overlay.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Runs {
-    /// Files are being read, with the reason.
+    /// Files are being read; contains the text to show.
     Waits(String),
     /// The list of runs.
     Listed {
@@ -23,15 +23,15 @@ pub(crate) enum Runs {
     },
     /// Two runs over each other.
     Overlaid(Arc<Overlaid>),
-    /// Why nothing can be shown.
+    /// The files could not be read, for a reason.
     Failed(String),
 }
 
 impl Ui {
-    /// `runs`, `runs FOLDER` and `compare A B`; `None` for other commands.
+    /// Carries out `runs`, `runs FOLDER` and `compare A B`; `None` for other commands.
     ///
     /// # Errors
-    /// When their arguments are wrong.
+    /// If the arguments are wrong.
     pub(super) fn ask_for_runs(
         &mut self,
         facts: &Facts,
@@ -58,25 +58,25 @@ impl Ui {
     }
 
     fn list_runs(&mut self, folder: String) -> Vec<Effect> {
-        self.overlay = Overlay::Runs(Runs::Waits(format!("reads the captures in {folder}")));
+        self.overlay = Overlay::Runs(Runs::Waits(format!("reading the captures in {folder}")));
         vec![Effect::ListRuns(folder)]
     }
 
     fn compare_runs(&mut self, captures: [String; 2]) -> Vec<Effect> {
         let [a, b] = &captures;
         self.behind = None;
-        self.overlay = Overlay::Runs(Runs::Waits(format!("reads {a} and {b}")));
+        self.overlay = Overlay::Runs(Runs::Waits(format!("reading {a} and {b}")));
         vec![Effect::CompareRuns(captures)]
     }
 
-    /// The capture shown, else the recording under way.
+    /// The replayed capture, else the current recording.
     pub(super) fn capture_at_hand<'a>(&'a self, facts: &'a Facts) -> Option<&'a String> {
         let recording = &facts.recording;
         let recorded = recording.mcap.as_ref().or(recording.tee.as_ref());
         self.config.capture.as_ref().or(recorded)
     }
 
-    /// Its folder.
+    /// Folder of the replayed capture or the current recording.
     fn folder_at_hand(&self, facts: &Facts) -> String {
         let capture = self.capture_at_hand(facts).map(Path::new);
         let folder = capture.and_then(Path::parent).and_then(Path::to_str);
@@ -84,7 +84,7 @@ impl Ui {
         folder.unwrap_or(".").to_owned()
     }
 
-    /// Labels the run shown, or the recording under way.
+    /// Labels the replayed run, or the current recording.
     pub(super) fn label(&mut self, facts: &Facts, remark: Remark, entry: TextEntry) -> Vec<Effect> {
         let Some(capture) = self.capture_at_hand(facts).cloned() else {
             let error =
@@ -144,7 +144,7 @@ impl Ui {
         self.overlay = behind.map_or(Overlay::None, Overlay::Runs);
     }
 
-    /// Replays the selected run; asks first where that ends a live session.
+    /// Replays the selected run; asks first if that ends a live session.
     pub(super) fn replay_run(&mut self) -> Vec<Effect> {
         let Overlay::Runs(Runs::Listed { list, chosen, .. }) = &self.overlay else {
             return Vec::new();
@@ -157,13 +157,13 @@ impl Ui {
             return vec![Effect::Replay(capture)];
         }
         self.overlay = Overlay::Question(Question {
-            text: format!("Leave this session and replay {capture}? The robot goes on as it is."),
+            text: format!("Leave this session and replay {capture}? The robot continues."),
             then: Then::Replay(capture),
         });
         Vec::new()
     }
 
-    /// Takes the selected run as the first of a comparison, or as the second and compares.
+    /// Takes the selected run as the first of a comparison; or as the second, and compares them.
     pub(super) fn pick_run(&mut self) -> Vec<Effect> {
         let Overlay::Runs(Runs::Listed {
             list,
@@ -188,7 +188,7 @@ impl Ui {
                     return effects;
                 }
             }
-            // The same run again: deselects it.
+            // Picking the same run again deselects it.
             None | Some(_) => {}
         }
         Vec::new()

@@ -4,7 +4,7 @@ use super::log::Entry;
 use super::{Facts, Large, Overlay, Panel, TextEntry, Ui};
 use crate::event::Moment;
 
-/// A text in the log, and the entry that was found.
+/// A search of the log: the text, and the entry found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Search {
     pub(crate) text: String,
@@ -22,7 +22,7 @@ impl Ui {
         found.map(|(number, _)| number).collect()
     }
 
-    /// Goes to the newest entry with the typed text.
+    /// Selects the newest entry with the typed text.
     pub(super) fn submit_search(&mut self, facts: &Facts, entry: TextEntry) {
         let text = entry.text.trim().to_owned();
         self.overlay = match self.found(facts, &text).first() {
@@ -38,7 +38,7 @@ impl Ui {
         };
     }
 
-    /// Goes to older entries with the text, or to newer ones; after the last comes the first.
+    /// Selects an older or newer entry with the text; after the last comes the first.
     pub(super) fn find(&mut self, facts: &Facts, steps: i8) {
         let Overlay::Search(search) = &self.overlay else {
             return;
@@ -54,7 +54,7 @@ impl Ui {
 }
 
 impl Entry {
-    /// Whether it has a text; ASCII letters match in either case.
+    /// Whether the entry contains a text; ASCII letters match in either case.
     pub(crate) fn contains(&self, text: &str) -> bool {
         let text = text.to_ascii_lowercase();
         self.text.to_ascii_lowercase().contains(&text)

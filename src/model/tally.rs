@@ -1,16 +1,16 @@
-//! Counts landmarks, so that searches find them.
+//! Counts landmarks; searches use the counts.
 
 use groundwave_protocol::telemetry::Ack;
 
 use crate::event::CommandStatus;
 use crate::playback::Tally;
 
-/// Counts of landmarks; of alarms, only those below the highest level, as the log counts the others.
+/// Counts of landmarks. Alarms of the highest level are not included; the log counts them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counted {
     pub(super) tally: Tally,
     ack: Option<Ack>,
-    /// Command events were seen: acknowledgements are not counted.
+    /// Whether there were command events; then acknowledgements are not counted.
     knows_commands: bool,
 }
 

@@ -1,4 +1,4 @@
-//! A robot made of lines by hand, for the tests of the model and of the screen.
+//! A simulated session of constructed lines, for tests of the model and the screen.
 
 use std::sync::{Arc, LazyLock};
 
@@ -73,12 +73,12 @@ impl Scene {
         }
     }
 
-    /// When the screen changes by itself.
+    /// Time at which the screen changes without an event.
     pub(crate) fn redraw_at(&self) -> Option<Moment> {
         Shown::from(&self.model).redraw_at(self.now)
     }
 
-    /// Unacknowledged alarms.
+    /// Number of unacknowledged alarms.
     pub(crate) fn calling(&self) -> usize {
         let Model { facts, ui } = &self.model;
         facts.alarms.calling(&ui.attended).len()
@@ -88,12 +88,12 @@ impl Scene {
         self.now += Moment::from_millis(ms);
     }
 
-    /// A third of a second passes and a line A arrives.
+    /// Advances time by a third of a second, and receives a line A.
     pub(crate) fn hear(&mut self) {
         self.hear_body(Body::State(self.state));
     }
 
-    /// A line B.
+    /// Receives a line B.
     pub(crate) fn hear_status(&mut self) {
         self.hear_body(Body::Status(self.status));
     }
@@ -129,7 +129,7 @@ impl Scene {
         self.event(Event::Counters(self.counters));
     }
 
-    /// A line, without the totals that follow it.
+    /// Receives a line, without the totals that follow it.
     pub(crate) fn hear_line(&mut self, body: Body) {
         self.wait_ms(333);
         let line = Line {
@@ -195,7 +195,7 @@ impl Scene {
         self.key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL))
     }
 
-    /// The operator asks for a command.
+    /// Queues a command of the operator.
     pub(crate) fn ask(&mut self, id: u32, request: Request) {
         self.event(Event::Asked {
             id: CommandId(id),
@@ -204,13 +204,13 @@ impl Scene {
         });
     }
 
-    /// A command gets a new status.
+    /// Gives a command a new status.
     pub(crate) fn status_of(&mut self, id: u32, status: CommandStatus) {
         let id = CommandId(id);
         self.event(Event::Command { id, status });
     }
 
-    /// A command is asked for, sent, and gets a last status.
+    /// Queues and sends a command, and gives it a last status.
     pub(crate) fn command(&mut self, id: u32, request: Request, last: CommandStatus) {
         self.ask(id, request);
         self.status_of(id, CommandStatus::Sent { frames: 1 });
@@ -288,7 +288,7 @@ pub(crate) fn status() -> StatusLine {
     }
 }
 
-/// Paused at minute one of three.
+/// A playback paused at the first of three minutes.
 pub(crate) fn playback(is_live: bool) -> Playback {
     Playback {
         is_live,
@@ -298,7 +298,7 @@ pub(crate) fn playback(is_live: bool) -> Playback {
         from: Moment::ZERO,
         until: Moment::from_secs(185),
         unix: None,
-        packet: Some(180),
+        line: Some(180),
         read_until: None,
         is_partial: false,
         markers: Vec::new(),
@@ -320,7 +320,7 @@ pub(crate) fn listed() -> Arc<Listed> {
     })
 }
 
-/// Two rounds; the second ends farther from its start.
+/// Two loops; the second ends farther from its start.
 pub(crate) fn overlaid() -> Arc<Overlaid> {
     let round = |side_in: i32, end_in: i32| {
         let east = (0..=side_in).map(|x| (x, 0));

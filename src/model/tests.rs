@@ -1,4 +1,4 @@
-//! The model's facts and effects, from hand-made lines and keys.
+//! The model's facts and effects, from constructed lines and keys.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::failsafe::Failsafe;
@@ -11,7 +11,7 @@ use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 use super::map::Focus;
 use super::motors::{Holder, suppressed};
 use super::testing::{Scene, listed, overlaid, playback, state};
-use super::{Config, Overlay};
+use super::{Config, Overlay, Panel};
 use crate::event::{CommandId, CommandStatus, Effect, Event, Failure, LinkEvent, Moment};
 use crate::request::Request;
 
@@ -37,7 +37,7 @@ fn route(points: &[(i16, i16)]) -> Vec<Waypoint> {
     points.iter().map(waypoint).collect()
 }
 
-/// The boot counter of a line is modulo 8; lines B and C tell boots apart where it agrees.
+/// The boot counter of a line is modulo 8; lines B and C distinguish boots with equal counters.
 #[test]
 fn a_restart_is_noticed_although_the_short_boot_counter_agrees() {
     let restarts = |scene: &Scene| {
@@ -63,7 +63,7 @@ fn a_restart_is_noticed_although_the_short_boot_counter_agrees() {
     let before = restarts(&scene);
     scene.hear_ticks(3, [0; 9]);
     assert_eq!(restarts(&scene), before, "the count of seconds goes round");
-    // One restart is logged once, by whichever line comes first.
+    // A restart is logged once, at the first line that shows it.
     scene.ack.boot = (scene.ack.boot + 1) % 8;
     scene.hear();
     scene.hear_status();
@@ -127,7 +127,7 @@ fn a_long_session_takes_no_more_room_than_a_short_one() {
 }
 
 #[test]
-fn an_adapter_that_is_back_under_another_name_says_so() {
+fn an_adapter_that_is_back_under_another_name_is_reported() {
     let mut scene = scene();
     let opened = |name: &str| {
         Event::Link(LinkEvent::Opened {

@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use crate::request::completion::Candidate;
 
-/// Longest line that can be typed or pasted.
+/// Maximum length of a line that is typed or pasted, bytes.
 pub(super) const TEXT_MAX: usize = 512;
 
-/// Most lines in the history.
+/// Maximum number of lines in the history.
 const TYPED_MAX: usize = 64;
 
 /// The purpose of a prompt.
@@ -29,17 +29,17 @@ pub(crate) enum Purpose {
 pub(crate) struct TextEntry {
     pub(crate) purpose: Purpose,
     pub(crate) text: String,
-    /// Characters after the caret.
+    /// Number of characters after the caret.
     pub(super) behind: usize,
-    /// Why the submitted text was refused.
+    /// Reason why the submitted text was refused.
     pub(crate) error: Option<String>,
-    /// What may follow, as completion found it.
+    /// Candidates found by completion.
     pub(crate) candidates: Vec<Candidate>,
-    /// The named file is being read or written.
+    /// Whether the named file is being read or written.
     pub(crate) waits: bool,
-    /// Place in the history, 0 for a new line.
+    /// Position in the history; 0 for a new line.
     pub(super) ago: usize,
-    /// The new line, while one of the history is shown.
+    /// The new line, while a line of the history is shown.
     pub(super) unsent: String,
 }
 
@@ -65,7 +65,7 @@ impl TextEntry {
             unsent: String::new(),
         }
     }
-    /// Clears what was about the previous text.
+    /// Clears error and candidates of the previous text.
     fn changed(&mut self) {
         self.error = None;
         self.candidates.clear();
@@ -141,7 +141,7 @@ impl TextEntry {
     }
 }
 
-/// Submitted lines, the latest last.
+/// Submitted lines, latest last.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Typed(VecDeque<(Purpose, String)>);
 

@@ -24,7 +24,7 @@ pub(super) enum Tour {
 struct Step {
     /// The instruction, with the names of its keys.
     text: &'static str,
-    /// Whether the operator has just done it.
+    /// Whether the operator has just done the step.
     is_done: fn(&Ui, &[Effect]) -> bool,
 }
 
@@ -67,12 +67,12 @@ const STEPS: [Step; 8] = [
     },
 ];
 
-/// The step that is shown.
+/// The displayed step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TourStep {
-    /// Its number, from 1.
+    /// Number of the step, from 1.
     pub(crate) number: usize,
-    /// The number of all.
+    /// Total number of steps.
     pub(crate) of: usize,
     /// The instruction, with the names of its keys.
     pub(crate) text: &'static str,
@@ -84,7 +84,7 @@ impl Ui {
         self.tour = Tour::At(0);
     }
 
-    /// The step that is shown.
+    /// The displayed step.
     pub(crate) fn tour_step(&self) -> Option<TourStep> {
         let Tour::At(step) = self.tour else {
             return None;
@@ -100,7 +100,7 @@ impl Ui {
         self.tour == Tour::Ended
     }
 
-    /// Whether the key for closing dismisses the tour, because nothing else is there to be closed.
+    /// Whether the key for closing dismisses the tour, because nothing else can be closed.
     pub(crate) fn closing_ends_tour(&self) -> bool {
         self.context() == Context::Dashboard && !self.can_put_away() && !self.is_looking()
     }
@@ -111,7 +111,7 @@ impl Ui {
         }
     }
 
-    /// Goes on if the step shown is done; returns whether it is.
+    /// Advances the tour if the displayed step is done; returns whether it is.
     pub(super) fn advance_tour(&mut self, effects: &[Effect]) -> bool {
         let Tour::At(step) = self.tour else {
             return false;

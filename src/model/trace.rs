@@ -2,15 +2,15 @@
 
 use groundwave_protocol::telemetry::LineType;
 
-/// Types of lines whose columns are traced.
+/// Line types whose columns are traced.
 pub(crate) const TRACED: [LineType; 3] = [LineType::State, LineType::Status, LineType::Counters];
 
-/// Place of a type among [`TRACED`].
+/// Index of a type in [`TRACED`].
 pub(crate) fn place(line_type: LineType) -> Option<usize> {
     TRACED.iter().position(|traced| *traced == line_type)
 }
 
-/// One value.
+/// A value and its columns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Field {
     pub(crate) line_type: LineType,
@@ -94,7 +94,7 @@ pub(crate) const fn step(at: usize, steps: i8) -> usize {
     (at as isize + steps as isize).rem_euclid(count) as usize
 }
 
-/// The first field of the next line, or of the one before.
+/// Index of the first field of the next or previous line type.
 pub(crate) fn next_line(at: usize, steps: i8) -> usize {
     let field = FIELDS.get(at).and_then(|field| place(field.line_type));
     let next = field.unwrap_or(0) as isize + isize::from(steps);

@@ -4,13 +4,13 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
-/// Most points of the line.
+/// Maximum number of points in the line.
 const RECENT_MAX: usize = 1024;
 
 /// Distance between two points of the line, inches.
 const SPACING_IN: f64 = 3.0;
 
-/// Most grid cells.
+/// Maximum number of grid cells.
 const OLDER_MAX: usize = 4096;
 
 /// First side of a grid cell, inches.
@@ -29,7 +29,7 @@ pub(crate) struct TrailPoint {
 #[derive(Clone, Debug)]
 pub(crate) struct Trail {
     recent: VecDeque<TrailPoint>,
-    /// Shared with the kept states of other moments.
+    /// Grid cells of older parts; shared with the keyframes of other moments.
     older: Arc<BTreeSet<(i32, i32)>>,
     cell_in: f64,
 }

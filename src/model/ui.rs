@@ -1,9 +1,10 @@
-//! The operator's view of the facts: everything that follows from keys.
+//! The operator's view of the facts: all state that follows from keys.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::alarms::Attended;
+use super::chosen_panel::Large;
 use super::config::Config;
 use super::drive::Stick;
 use super::editor::Editor;
@@ -13,7 +14,6 @@ use super::map::MapView;
 use super::news::Passing;
 use super::palette::Palette;
 use super::panel::Panel;
-use super::panels::Large;
 use super::plots::WINDOWS;
 use super::runs::Runs;
 use super::search::Search;
@@ -24,7 +24,7 @@ use crate::event::{CommandId, CommandStatus, Effect, Event, Level, Moment, Notic
 use crate::playback::Playback;
 use crate::request::Request;
 
-/// A window over the panels that takes the keyboard.
+/// A window over the panels that gets the keys.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) enum Overlay {
     #[default]
@@ -42,9 +42,9 @@ pub(crate) enum Overlay {
     },
     /// A value and its columns: an index into [`trace::FIELDS`].
     Trace(usize),
-    /// The reasons for the robot's action.
+    /// The reasons for the robot's behaviour.
     Why,
-    /// The list of runs, or two of them over each other.
+    /// The list of runs, or two runs over each other.
     Runs(Runs),
     /// A text found in the log.
     Search(Search),
@@ -57,7 +57,7 @@ pub(crate) struct Question {
     pub(super) then: Then,
 }
 
-/// What to do after a yes.
+/// Action after the answer "yes".
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Then {
     Send(Vec<Request>),
@@ -72,15 +72,15 @@ pub(super) enum Then {
 #[derive(Clone, Debug)]
 pub struct Ui {
     pub(crate) config: Arc<Config>,
-    /// Ring the bell for alarms and songs.
+    /// Whether to ring the bell for alarms and songs.
     pub(crate) bell: bool,
     pub(crate) panel: Panel,
-    /// Pages turned in the chosen panel; the view wraps around.
+    /// Number of pages turned in the chosen panel; the view wraps around.
     pub(crate) page: i32,
     pub(crate) enlarged: Option<Large>,
-    /// The chosen field of the robot's own lines.
+    /// Index of the chosen field of the robot's own lines.
     pub(crate) field: usize,
-    /// Pages turned in the help.
+    /// Number of pages turned in the help.
     pub(crate) help_page: i32,
     pub(crate) overlay: Overlay,
     pub(super) typed: Typed,
@@ -89,34 +89,34 @@ pub struct Ui {
     pub(crate) map: MapView,
     /// The route editor, while it is open.
     pub(crate) editor: Option<Editor>,
-    /// Place of the plots' window in [`WINDOWS`].
+    /// Index of the plots' window in [`WINDOWS`].
     pub(crate) plot_window: usize,
     pub(super) size: (u16, u16),
-    /// Where the screen stands in time, unless it shows now.
+    /// State of playback; `None` while the screen shows the present.
     pub(crate) playback: Option<Playback>,
-    /// What the operator did about alarms.
+    /// The operator's answers to alarms.
     pub(crate) attended: Attended,
-    /// The alarm that the key shelved last.
+    /// Index of the alarm that the key shelved last.
     pub(super) last_shelved: Option<usize>,
-    /// The chosen alarm, by its place in the table.
-    pub(crate) alarm: usize,
-    /// Shown until the next key while the screen shows another moment.
+    /// Index in the table of the alarm that the arrows chose.
+    pub(crate) alarm: Option<usize>,
+    /// Message shown until the next key while the screen shows another moment.
     pub(crate) aside: Option<String>,
-    /// Feedback to the last key, and its moment.
+    /// Feedback to the last key, and its time.
     pub(super) passing: Option<(Moment, Passing)>,
     pub(super) tour: Tour,
     /// The moment of the mark that is being named.
     pub(super) marked_at: Moment,
     pub(super) waits: Vec<Begun>,
-    /// The chosen parameter, while their screen is open.
+    /// Index of the chosen parameter, while the screen of parameters is open.
     pub(crate) parameters: Option<usize>,
-    /// Lines for the log.
+    /// Notices for the log.
     notices: Vec<Effect>,
     revision: u64,
 }
 
 impl Ui {
-    /// The dashboard as it opens.
+    /// The view when the dashboard opens.
     #[must_use]
     pub fn new(config: Arc<Config>) -> Self {
         Self {
@@ -137,7 +137,7 @@ impl Ui {
             playback: None,
             attended: Attended::default(),
             last_shelved: None,
-            alarm: 0,
+            alarm: None,
             aside: None,
             passing: None,
             tour: Tour::default(),
@@ -149,7 +149,7 @@ impl Ui {
         }
     }
 
-    /// Takes an event and the change of the facts; returns the operator's requests.
+    /// Takes an event and its effect on the facts; returns the operator's requests.
     pub fn update(
         &mut self,
         now: Moment,
@@ -195,7 +195,7 @@ impl Ui {
         effects
     }
 
-    /// Whether an event is shown beside the facts instead of changing them, because the log of a capture has its own
+    /// Whether an event is shown beside the facts and does not change them, because the log of a capture has its own
     /// time.
     #[must_use]
     pub fn takes_aside(&self, event: &Event) -> bool {
@@ -208,19 +208,19 @@ impl Ui {
         self.revision += 1;
     }
 
-    /// Grows whenever the screen changes: draw when it differs from the revision drawn last.
+    /// Revision of the screen; grows with each change. Draw when it differs from the revision drawn last.
     #[must_use]
     pub const fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// Whether the terminal shall report the mouse.
+    /// Whether the terminal should report the mouse.
     #[must_use]
     pub fn wants_mouse(&self) -> bool {
         self.config.mouse
     }
 
-    /// When to send [`Event::Tick`] at the latest: a lease on the motors, the time of a shelved alarm or a wait ends then.
+    /// Latest time for the next [`Event::Tick`]: when a lease on the motors, the time of a shelved alarm or a wait ends.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         let lease = match &self.overlay {
@@ -231,13 +231,13 @@ impl Ui {
         expiries.into_iter().flatten().min()
     }
 
-    /// The present time of day, `22:17Z`; `None` where no clock is shown.
+    /// The current time of day, `22:17Z`; `None` if no clock is shown.
     pub(crate) fn clock(&self, now: Moment) -> Option<String> {
         let unix = self.config.unix.filter(|_| self.playback.is_none())?;
         Some(self.times_of_day(unix + now, |h, m, _| format!("{h:02}:{m:02}")))
     }
 
-    /// A time since 1970 in UTC and, if the operator asked for it, beside it in local time.
+    /// A time since 1970 as text: in UTC and, if configured, in local time.
     pub(crate) fn times_of_day(
         &self,
         unix: Moment,
@@ -254,14 +254,14 @@ impl Ui {
         }
     }
 
-    /// When the clock shows another minute.
+    /// Time at which the clock shows another minute.
     pub(super) fn next_minute(&self, now: Moment) -> Option<Moment> {
         let unix = self.config.unix?;
         let minute = Duration::from_mins((unix + now).as_secs() / 60 + 1);
         minute.checked_sub(unix)
     }
 
-    /// The part of the screen that has the keyboard.
+    /// The part of the screen that gets the keys.
     pub(crate) const fn context(&self) -> Context {
         match self.overlay {
             Overlay::None if self.parameters.is_some() => Context::Parameters,
@@ -293,12 +293,12 @@ impl Ui {
         self.aside = Some(text.to_owned());
     }
 
-    /// A text with the keys that it names.
+    /// A text with key names in place of action names; see [`Keymap::with_keys`](super::keys::Keymap::with_keys).
     pub(crate) fn with_keys(&self, text: &str) -> String {
         self.config.keys.with_keys(text)
     }
 
-    /// A route that did not arrive becomes the draft again, so that it can be sent again.
+    /// Makes a route that did not arrive the draft again, so that the operator can send it again.
     fn recover_draft(&mut self, facts: &Facts, id: CommandId) {
         if let Some(Request::Route(waypoints)) = facts.ledger.request(id)
             && self.map.draft.waypoints().is_empty()

@@ -1,4 +1,4 @@
-//! Waiting for the robot while the operator does other things: `:wait until driven`, `:expect battery > 12`.
+//! Waits for the robot in the background: `:wait until driven`, `:expect battery > 12`.
 
 use std::time::Duration;
 
@@ -8,10 +8,10 @@ use super::Ui;
 use crate::event::{Effect, Event, Level, Moment};
 use crate::wait::{Wait, Waiting};
 
-/// Time for `expect` to hear its fields: two status lines at 2400 baud.
+/// Time for `expect` to receive its fields: two status lines at 2400 baud.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A wait under way, and when it began.
+/// A wait in progress, and its beginning.
 pub(super) type Begun = (Moment, Waiting);
 
 impl Ui {
@@ -29,20 +29,20 @@ impl Ui {
         };
         self.note(
             Level::Info,
-            self.with_keys(&format!("{wait}: begun; <cancel-commands> gives it up")),
+            self.with_keys(&format!("{wait}: begun; <cancel-commands> cancels it")),
         );
         self.waits.push((now, Waiting::new(wait, PATIENCE)));
         Some(Ok(()))
     }
 
-    /// Gives up what is waited for.
+    /// Ends all waits.
     pub(super) fn give_up_waits(&mut self) {
         for (_, waiting) in std::mem::take(&mut self.waits) {
             self.note(Level::Info, format!("{}: given up", waiting.wait()));
         }
     }
 
-    /// Takes a line of the robot, and tells the ends of waits.
+    /// Takes an event with a line of the robot, and reports the waits that end.
     pub(super) fn wait_on(&mut self, now: Moment, event: &Event) -> Option<Effect> {
         if self.waits.is_empty() {
             return None;
@@ -75,7 +75,7 @@ impl Ui {
         (!ended.is_empty() && self.bell).then_some(Effect::Ring)
     }
 
-    /// When the first wait with a limit ends.
+    /// Time at which the first wait with a limit ends.
     pub(super) fn waits_until(&self) -> Option<Moment> {
         let limits = self
             .waits
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wait_tells_when_it_comes() {
+    fn a_wait_reports_when_it_is_met() {
         let mut scene = Scene::new(Config {
             bell: true,
             ..Config::default()
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wait_that_does_not_come_says_what_was_seen() {
+    fn a_wait_that_is_not_met_reports_the_values_received() {
         let mut scene = Scene::new(Config::default());
         typed(&mut scene, ":wait until driven within 30s");
         scene.hear();
@@ -137,11 +137,11 @@ mod tests {
         scene.now = limit;
         scene.event(Event::Tick);
         let log = logged(&scene);
-        assert!(log.contains("it did not come; "), "{log}");
+        assert!(log.contains("not met in time; "), "{log}");
     }
 
     #[test]
-    fn expect_says_at_once_what_is_seen_instead() {
+    fn expect_reports_the_values_received_at_once() {
         let mut scene = Scene::new(Config::default());
         typed(&mut scene, ":expect battery > 20");
         scene.hear_status();

@@ -13,10 +13,10 @@ use crate::event::Moment;
 /// Range of both sonars below which the sonar layer stops and turns, inches.
 const SONAR_CLOSE_IN: u16 = 30;
 
-/// How long a contact explains the bumper layer.
+/// Time for which a contact explains the bumper layer.
 const CONTACT_EXPLAINS: Moment = Moment::from_secs(20);
 
-/// The holder's reason.
+/// The reason why a holder controls the motors, as text.
 pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment) -> String {
     match holder {
         Holder::Layer(Layer::User) => by_hand(state),
@@ -34,7 +34,7 @@ pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment)
     }
 }
 
-/// The readings that a layer acts on.
+/// The readings that a layer acts on, as text.
 pub(crate) fn reads(layer: Layer, state: &StateLine, robot: &Robot) -> String {
     let dark = |percent: Option<u8>| percent.map_or("none".to_owned(), |v| format!("{v} %"));
     match layer {
@@ -105,7 +105,7 @@ fn bumpers(state: &StateLine, robot: &Robot, now: Moment) -> String {
     }
 }
 
-/// The bumper's state in words.
+/// The bumper's state as text.
 pub(crate) const fn bump(bump: Bump) -> &'static str {
     match bump {
         Bump::None => "free",
@@ -141,7 +141,7 @@ fn sonar(state: &StateLine) -> String {
             format!("{left} in left, {right} in right: too close, turns on the spot")
         }
         (left, right) => {
-            // No echo means the clearest side.
+            // A side without an echo is the clearest.
             let clear = |range: Option<u16>| range.unwrap_or(u16::MAX);
             let side = match clear(left).cmp(&clear(right)) {
                 std::cmp::Ordering::Greater => "left is clearer",
@@ -153,7 +153,7 @@ fn sonar(state: &StateLine) -> String {
     }
 }
 
-/// A range in words.
+/// A range as text.
 pub(crate) fn range(range_in: Option<u16>) -> String {
     range_in.map_or_else(|| "no echo".to_owned(), |range_in| format!("{range_in} in"))
 }
@@ -167,7 +167,7 @@ fn photo(state: &StateLine) -> String {
     format!("{side}; {}", moving(state))
 }
 
-/// The arm's state in words.
+/// The arm's state as text.
 pub(crate) const fn arm(arm: Arm) -> &'static str {
     match arm {
         Arm::Stowed => "stowed",
@@ -183,14 +183,14 @@ pub(crate) const fn arm(arm: Arm) -> &'static str {
 
 fn route(robot: &Robot) -> String {
     let Some(status) = robot.status.map(|status| status.value) else {
-        return "drives its list of waypoints".to_owned();
+        return "drives its route".to_owned();
     };
     let ListPlace { driven, count } = status.list;
     match status.target_in {
         Some((x_in, y_in)) if count == 0 => format!("heads for ({x_in}, {y_in})"),
         Some((x_in, y_in)) => format!("heads for ({x_in}, {y_in}), {driven} of {count} reached"),
-        None if count > 0 && driven == count => "has finished its list of waypoints".to_owned(),
-        None => "drives its list of waypoints".to_owned(),
+        None if count > 0 && driven == count => "has finished its route".to_owned(),
+        None => "drives its route".to_owned(),
     }
 }
 
@@ -225,7 +225,7 @@ fn wheels(state: &StateLine) -> String {
     )
 }
 
-/// The fitted layers and guards against obstacles that are off.
+/// Names of the fitted layers and guards against obstacles that are off.
 fn blind(state: &StateLine, robot: &Robot) -> Vec<&'static str> {
     let is_off = |layer: &Layer| {
         state.layers.get(*layer) == LayerState::Off && !robot.lacks(*layer) || robot.forbids(*layer)
@@ -240,7 +240,7 @@ fn no_floor(state: &StateLine) -> String {
     format!("{}; {}", edge(state.cliff), moving(state))
 }
 
-/// The edge sensors' state in words.
+/// The edge sensors' state as text.
 const fn edge(cliff: Cliff) -> &'static str {
     match cliff {
         Cliff::Left => "no floor on the left",

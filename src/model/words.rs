@@ -1,4 +1,4 @@
-//! The robot's states in the words of the screen.
+//! The robot's states as text on the screen.
 
 use groundwave_protocol::status_codes::{Cliff, Drive, Infrared, Layer, Mode, Power};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, SongLine};
@@ -62,12 +62,12 @@ pub(crate) const fn infrared(infrared: Infrared) -> &'static str {
 /// The floor sensors' state.
 pub(crate) const fn cliff(cliff: Cliff) -> &'static str {
     match cliff {
-        Cliff::None => "floor",
+        Cliff::None => "floor OK",
         Cliff::Left => "EDGE left",
         Cliff::Center => "EDGE ahead",
         Cliff::Right => "EDGE right",
         Cliff::Several => "EDGE",
-        Cliff::NotFitted => "not fitted",
+        Cliff::NotFitted => "no edge sensors",
     }
 }
 
@@ -82,7 +82,7 @@ pub(crate) const fn drive(drive: Drive) -> &'static str {
     }
 }
 
-/// The battery's state; empty when it is fine.
+/// The battery's state; empty if normal.
 pub(crate) const fn power(power: Power) -> &'static str {
     match power {
         Power::Ok => "",
@@ -111,7 +111,7 @@ pub(crate) fn parameter_unit(line: &ParameterLine) -> &str {
     }
 }
 
-/// A parameter as reported.
+/// A reported parameter as text.
 pub(crate) fn parameter(line: &ParameterLine) -> String {
     let unit = line.unit.as_str();
     let number = |value| parameter_number(value, unit);
@@ -129,7 +129,7 @@ pub(crate) fn parameter(line: &ParameterLine) -> String {
     format!("{name} is {value}{whole} ({least} to {most}{kept})")
 }
 
-/// A song: its meaning and its notes.
+/// A song as text: its meaning and its notes.
 pub(crate) fn song(line: &SongLine) -> String {
     let notes: Vec<_> = line.notes().map(|note| song::note_name(note.hz)).collect();
     let notes = notes.join(" ");
@@ -139,7 +139,7 @@ pub(crate) fn song(line: &SongLine) -> String {
     }
 }
 
-/// Why the robot refused.
+/// The reason why the robot refused.
 pub(crate) const fn outcome(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Done => "done",
@@ -153,7 +153,7 @@ pub(crate) const fn outcome(outcome: Outcome) -> &'static str {
     }
 }
 
-/// The kind of bytes received instead of lines, and for how long.
+/// Describes the kind of bytes received instead of lines, and the duration.
 pub(crate) fn reception(reception: Reception, age: &str) -> String {
     match reception {
         Reception::Lines => "lines".to_owned(),
@@ -161,6 +161,17 @@ pub(crate) fn reception(reception: Reception, age: &str) -> String {
         Reception::Noise => format!("only noise for {age}"),
         Reception::Damaged => format!("no intact line for {age}: weak signal?"),
         Reception::WrongRate(_) => format!("no intact line for {age}: wrong baud rate?"),
+    }
+}
+
+/// Returns the kind of bytes received, for display beside the time for which no line was intact.
+pub(crate) const fn reception_alone(reception: Reception) -> &'static str {
+    match reception {
+        Reception::Lines => "lines",
+        Reception::Nothing => "no bytes",
+        Reception::Noise => "only noise",
+        Reception::Damaged => "weak signal?",
+        Reception::WrongRate(_) => "wrong baud rate?",
     }
 }
 

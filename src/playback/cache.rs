@@ -1,17 +1,17 @@
-//! Replay cache: states passed lately, for moments near the one shown.
+//! Replay cache: recently passed states, for moments near the displayed one.
 
 use std::collections::VecDeque;
 
 use super::cursor::Cursor;
 use crate::event::Moment;
 
-/// Steps between two cached states.
+/// Number of steps between two cached states.
 const CACHE_STEPS: usize = 512;
 
-/// Most states in the cache; the oldest goes first.
+/// Maximum number of states in the cache; the oldest is dropped first.
 const CACHE_MAX: usize = 16;
 
-/// Complete states that were passed lately.
+/// Recently passed complete states.
 pub(super) struct Cache<C> {
     pub(super) states: VecDeque<C>,
 }
@@ -32,7 +32,7 @@ impl<C: Cursor> Cache<C> {
         self.states.push_back(cursor.clone());
     }
 
-    /// Runs to a moment in at most `steps` steps and keeps states on the way; `false` when more steps are needed.
+    /// Runs to a moment in at most `steps` steps and caches states on the way; returns `false` if more steps are needed.
     pub(super) fn run(
         &mut self,
         cursor: &mut C,
@@ -45,7 +45,7 @@ impl<C: Cursor> Cache<C> {
     }
 }
 
-/// Runs to a moment in at most `steps` steps; `false` when more steps are needed.
+/// Runs to a moment in at most `steps` steps; returns `false` if more steps are needed.
 pub(super) fn run<C: Cursor>(
     cursor: &mut C,
     source: &mut C::Source,
@@ -55,8 +55,8 @@ pub(super) fn run<C: Cursor>(
     go_on(cursor, source, steps, |_, next| next <= until, |_: &C| {})
 }
 
-/// Steps while `goes_on` allows the next step, given the state and the step's moment; `false` when more than `steps`
-/// steps are needed. Every [`CACHE_STEPS`] the state goes to `pass`.
+/// Advances while `goes_on` (given the state and the time of the next step) allows the next step; returns `false` if more than `steps`
+/// steps are needed. Passes the state to `pass` every [`CACHE_STEPS`] steps.
 pub(super) fn go_on<C: Cursor>(
     cursor: &mut C,
     source: &mut C::Source,

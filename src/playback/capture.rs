@@ -1,4 +1,4 @@
-//! The state of a capture: a station that hears the recorded bytes, and the facts it reports.
+//! The state of a capture: a station that receives the recorded bytes, and the facts from its events.
 
 use std::sync::Arc;
 
@@ -14,19 +14,19 @@ use crate::model::{Config, Facts};
 use crate::recorded::from_recorded;
 use crate::station::Station;
 
-/// Time between two kept states at first; in a day it grows to about five minutes.
+/// Initial time between two keyframes; in a capture of a day, it grows to about five minutes.
 pub const SPACING: Moment = Moment::from_secs(20);
 
-/// How long a fresh state listens before its moment: enough for the figures of the latest minute.
+/// Time before its moment from which a fresh state reads the capture: enough for the figures of the latest minute.
 const HEARD_BEFORE: Moment = Moment::from_mins(3);
 
-/// The next step.
+/// The next step of a state.
 enum Next {
     /// A timeout of the station or the facts.
     Timeout,
-    /// The capture goes on.
+    /// The next piece of the capture.
     Piece,
-    /// The capture ends.
+    /// The end of the capture.
     End,
 }
 
@@ -38,7 +38,7 @@ pub struct CaptureState {
     name: String,
     place: Place,
     at: Moment,
-    /// A timeout changed nothing: the next piece comes first.
+    /// Whether a timeout changed nothing, so that the next piece comes first.
     is_waiting: bool,
     is_over: bool,
     is_lost: bool,
@@ -49,18 +49,18 @@ pub struct CaptureState {
 }
 
 impl CaptureState {
-    /// The beginning of a capture, shown under `name`.
+    /// The state at the beginning of a capture, displayed as `name`.
     #[must_use]
-    pub fn new(name: &str, config: Arc<Config>, tape: &dyn SeekableReader) -> Self {
-        Self::from(name, config, tape.place(), tape)
+    pub fn new(name: &str, config: Arc<Config>, reader: &dyn SeekableReader) -> Self {
+        Self::from(name, config, reader.place(), reader)
     }
 
-    fn from(name: &str, config: Arc<Config>, place: Place, tape: &dyn SeekableReader) -> Self {
+    fn from(name: &str, config: Arc<Config>, place: Place, reader: &dyn SeekableReader) -> Self {
         let mut station = Station::new(arq::Config::new(1), false);
-        if let Some(baud) = tape.baud() {
+        if let Some(baud) = reader.baud() {
             station.set_baud(baud);
         }
-        station.set_own_lines(tape.own_lines());
+        station.set_own_lines(reader.own_lines());
         station.handle_link(place.at(), opened(name));
         let mut scene = Self {
             station,
@@ -75,13 +75,13 @@ impl CaptureState {
             damage: None,
         };
         scene.listen();
-        if let Some(truth) = tape.truth() {
+        if let Some(truth) = reader.truth() {
             scene.tell(&Event::Truth(truth));
         }
         scene
     }
 
-    /// When the last step happened.
+    /// Time of the last step.
     #[must_use]
     pub const fn moment(&self) -> Moment {
         self.at
@@ -93,22 +93,22 @@ impl CaptureState {
         }
     }
 
-    /// Takes an event at this moment.
+    /// Takes an event at the current moment.
     pub fn tell(&mut self, event: &Event) {
         self.facts.update(self.at, event);
     }
 
-    fn next(&self, tape: &mut dyn SeekableReader) -> Option<(Moment, Next)> {
+    fn next(&self, reader: &mut dyn SeekableReader) -> Option<(Moment, Next)> {
         if self.is_over {
             return None;
         }
-        if tape.place() != self.place {
-            tape.seek(self.place);
+        if reader.place() != self.place {
+            reader.seek(self.place);
         }
-        let Some(piece_at) = tape.next_at() else {
+        let Some(piece_at) = reader.next_at() else {
             return Some((self.at, Next::End));
         };
-        // At the same moment bytes come before timeouts, however they are cut into pieces.
+        // At the same moment, bytes come before timeouts, however the bytes are split into pieces.
         let timeout = self.poll_timeout().filter(|_| !self.is_waiting);
         match timeout.map(|at| at.max(self.at)) {
             Some(at) if at < piece_at => Some((at, Next::Timeout)),
@@ -116,7 +116,7 @@ impl CaptureState {
         }
     }
 
-    /// When time alone changes something.
+    /// Time of the next change without an event.
     fn poll_timeout(&self) -> Option<Moment> {
         let station = self.station.poll_timeout();
         station.into_iter().chain(self.facts.poll_timeout()).min()
@@ -156,7 +156,7 @@ impl CaptureState {
         }
     }
 
-    /// A mark before the beginning belongs to another file.
+    /// Takes a mark. A mark before the beginning belongs to another file.
     fn take_mark(&mut self, mark: Mark) {
         let Some(at) = self.at.checked_sub(mark.ago) else {
             return;
@@ -170,7 +170,7 @@ impl CaptureState {
         }
     }
 
-    /// The recorded link was lost or came back.
+    /// Takes a loss or return of the recorded link.
     fn take_link(&mut self, event: LinkEvent) {
         match event {
             LinkEvent::Lost { .. } => self.is_lost = true,
@@ -196,12 +196,12 @@ impl Cursor for CaptureState {
         self.at
     }
 
-    fn next_at(&self, tape: &mut Self::Source) -> Option<Moment> {
-        self.next(&mut **tape).map(|(at, _)| at)
+    fn next_at(&self, reader: &mut Self::Source) -> Option<Moment> {
+        self.next(&mut **reader).map(|(at, _)| at)
     }
 
-    fn step(&mut self, tape: &mut Self::Source) {
-        let Some((at, next)) = self.next(&mut **tape) else {
+    fn step(&mut self, reader: &mut Self::Source) {
+        let Some((at, next)) = self.next(&mut **reader) else {
             return;
         };
         self.at = at;
@@ -214,8 +214,8 @@ impl Cursor for CaptureState {
             }
             Next::Piece => {
                 self.is_waiting = false;
-                self.take_piece(tape.next_piece());
-                self.place = tape.place();
+                self.take_piece(reader.next_piece());
+                self.place = reader.place();
             }
             Next::End => {
                 self.is_over = true;
@@ -226,24 +226,24 @@ impl Cursor for CaptureState {
     }
 }
 
-/// How to enter a capture anywhere.
+/// Functions that start reading a capture at any time.
 pub(super) static SHORTCUTS: Shortcuts<CaptureState> = Shortcuts {
-    fresh: |state, tape, at| {
-        let place = tape.find(at.saturating_sub(HEARD_BEFORE));
+    fresh: |state, reader, at| {
+        let place = reader.find(at.saturating_sub(HEARD_BEFORE));
         let config = Arc::clone(state.facts.config());
-        CaptureState::from(&state.name, config, place, &**tape)
+        CaptureState::from(&state.name, config, place, &**reader)
     },
-    about_line: |tape, number| tape.about_line(number),
-    may_hold: |tape, landmark, from, until| tape.may_hold(landmark, from, until),
+    about_line: |reader, number| reader.about_line(number),
+    may_hold: |reader, landmark, from, until| reader.may_hold(landmark, from, until),
 };
 
-/// The timeline of a capture of which no state has been read yet but the first.
+/// The timeline of an unread capture, which has only its first state.
 #[must_use]
 pub fn timeline(
-    tape: Box<dyn SeekableReader + Send>,
+    reader: Box<dyn SeekableReader + Send>,
     first: CaptureState,
 ) -> Timeline<CaptureState> {
-    Timeline::unread(tape, &SHORTCUTS, first, SPACING)
+    Timeline::unread(reader, &SHORTCUTS, first, SPACING)
 }
 
 /// The link of a capture, which is receive-only.
@@ -257,30 +257,30 @@ fn opened(name: &str) -> LinkEvent {
 /// A finding of [`read_through`].
 #[derive(Debug)]
 pub enum Finding {
-    /// A state to keep.
+    /// A keyframe.
     State(Box<CaptureState>),
     /// All marks known so far.
     Marks(Vec<Moment>),
-    /// The end, and its moment.
+    /// The end of the capture, and its time.
     End(Moment),
 }
 
-/// Reads a capture to its end and reports states to keep, spaced by its length, until `report` returns `false` or the findings
-/// are no longer wanted. Returns the first damaged part.
+/// Reads a capture to its end and reports keyframes, spaced by its length, until `report` returns `false` or the findings
+/// are no longer received. Returns the first damaged part.
 pub fn read_through(
     mut scene: CaptureState,
-    tape: &mut Box<dyn SeekableReader + Send>,
+    reader: &mut Box<dyn SeekableReader + Send>,
     are_wanted: impl Fn() -> bool,
     mut report: impl FnMut(Finding) -> bool,
 ) -> Option<String> {
     let mut kept = Keyframes::new(SPACING);
     kept.push(scene.at, ());
-    while scene.next_at(tape).is_some() {
+    while scene.next_at(reader).is_some() {
         if !are_wanted() {
             return scene.damage;
         }
         let marks = scene.marks.len();
-        scene.step(tape);
+        scene.step(reader);
         if scene.marks.len() != marks && !report(Finding::Marks(scene.marks.clone())) {
             return scene.damage;
         }
@@ -312,14 +312,14 @@ mod tests {
     use crate::event::OutageCause;
     use crate::statistics::{Damaged, Loss, Resync};
 
-    /// `info` of the bytes, and their state after playing to the end.
+    /// The summary (`info`) of a capture, and its state after playing to the end.
     fn both(bytes: Vec<u8>) -> (Info, CaptureState) {
         let mut capture = Capture::read("", Box::new(Bytes::new(bytes.clone()))).unwrap();
         let info = Info::read(&mut capture);
-        let mut tape = index::read(Arc::new(bytes), Path::new("")).unwrap();
-        let mut scene = CaptureState::new("", Arc::default(), &*tape);
-        while scene.next_at(&mut tape).is_some() {
-            scene.step(&mut tape);
+        let mut reader = index::read(Arc::new(bytes), Path::new("")).unwrap();
+        let mut scene = CaptureState::new("", Arc::default(), &*reader);
+        while scene.next_at(&mut reader).is_some() {
+            scene.step(&mut reader);
         }
         (info, scene)
     }
@@ -338,7 +338,7 @@ mod tests {
         let seen = link.counters();
         assert_eq!(Loss::of(seen), info.loss);
         assert_eq!(seen.intact(), info.lines.total());
-        assert_eq!(seen.lines, scene.facts.tally().lines, "packets");
+        assert_eq!(seen.lines, scene.facts.tally().lines, "lines");
         (info, scene)
     }
 
@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_cut_off_by_a_lost_link_is_no_error() {
+    fn a_line_cut_off_by_a_lost_link_is_not_an_error() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
         let bytes = std::fs::read(folder.join("house-clean.txt")).unwrap();
         let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();
@@ -406,7 +406,7 @@ mod tests {
         );
     }
 
-    /// Nothing was lost where an appended run begins, for the screen and for `info`.
+    /// Where an appended run begins, neither the screen nor `info` counts lost lines.
     #[test]
     fn an_appended_run_is_a_restart_and_no_alarm() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
@@ -421,7 +421,7 @@ mod tests {
         assert_eq!((restarts, info.restarts), (2, 2));
     }
 
-    /// What happens to a number of lines.
+    /// The fate of a number of lines.
     #[derive(Clone, Copy, Debug)]
     enum Fate {
         Arrive,
@@ -436,7 +436,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever happens to the lines, a live station, `info` and the replay have the same figures.
+        /// A live station, `info` and the replay have the same figures, for every fate of the lines.
         #[test]
         fn live_and_replayed_figures_are_equal(fates in prop::collection::vec(any_fate(), 1..4)) {
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");

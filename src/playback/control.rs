@@ -1,20 +1,20 @@
-//! Playback controls and positions in time, and where the screen stands.
+//! Playback controls, positions in time, and the state of playback.
 
 use std::str::FromStr;
 
 use groundwave_captures::event::Moment;
 pub use groundwave_captures::event::{Landmark, Mark};
 
-/// Lowest speed, as a multiple of real time.
+/// Minimum speed, as a multiple of real time.
 pub const SPEED_MIN: f64 = 0.1;
 
-/// Highest speed, as a multiple of real time.
+/// Maximum speed, as a multiple of real time.
 pub const SPEED_MAX: f64 = 1000.0;
 
-/// Most marks.
+/// Maximum number of marks.
 pub const MARKERS_MAX: usize = 32;
 
-/// Two marks closer than this are the same.
+/// Maximum distance of two marks that count as one.
 pub const MARKER_REACH: Moment = Moment::from_millis(250);
 
 /// A playback control.
@@ -26,42 +26,42 @@ pub enum Control {
     Speed(f64),
     /// Go to the next or previous line and pause.
     Step {
-        /// To the next.
+        /// Whether the target is the next one; `false` for the previous one.
         forward: bool,
     },
     /// Go to a typed position.
     Seek(Position),
     /// Go to the next or previous landmark.
     Jump {
-        /// Its kind; `None` repeats the kind of the last jump.
+        /// Kind of the landmark; `None` repeats the kind of the last jump.
         to: Option<Landmark>,
-        /// To the next.
+        /// Whether the target is the next one; `false` for the previous one.
         forward: bool,
     },
     /// Set or remove a mark here.
     Mark,
     /// Begin a loop here, end it here, or remove it, in this order.
     Loop,
-    /// End the search under way.
+    /// End the current search.
     StopSearch,
-    /// Go to the newest moment: back to now in a live session.
+    /// Go to the newest moment; in a live session, to now.
     Newest,
     /// Go to the oldest moment.
     Oldest,
 }
 
-/// Landmarks of each kind up to a moment, without marks.
+/// Number of landmarks of each kind up to a moment, without marks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Intact 80-byte lines.
+    /// Number of intact 80-byte lines.
     pub lines: u64,
-    /// Alarms.
+    /// Number of alarms.
     pub alarms: u64,
-    /// Contacts.
+    /// Number of contacts.
     pub bumps: u64,
-    /// Changes of behaviour.
+    /// Number of changes of behaviour.
     pub behaviours: u64,
-    /// Commands.
+    /// Number of commands.
     pub commands: u64,
 }
 
@@ -83,23 +83,23 @@ impl Tally {
 /// A position in time that can be typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Position {
-    /// Since the beginning: `12:30`, `1:02:30`, `90s`.
+    /// Time since the beginning: `12:30`, `1:02:30`, `90s`.
     At(Moment),
-    /// After the moment shown: `+30s`.
+    /// Time after the displayed moment: `+30s`.
     Ahead(Moment),
-    /// Before the moment shown: `-2m`.
+    /// Time before the displayed moment: `-2m`.
     Back(Moment),
     /// Share of the whole, 0 to 100: `90%`.
     Percent(f64),
-    /// The line of this number, from 1: `#1234`.
-    Packet(u64),
-    /// The time of day, UTC, since midnight: `14:05Z`.
+    /// Number of a line, from 1: `#1234`.
+    Line(u64),
+    /// Time of day, UTC, as time since midnight: `14:05Z`.
     Utc(Moment),
 }
 
 /// The forms of a position, for the prompt.
 pub const POSITION_HELP: &str =
-    "to 12:30, 1:02:30, +30s, -2m, 90%, #1234 (a packet) or 14:05Z (time of day, UTC)";
+    "to 12:30, 1:02:30, +30s, -2m, 90%, #1234 (a line) or 14:05Z (time of day, UTC)";
 
 /// The typed text is not a position.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -118,7 +118,7 @@ impl FromStr for Position {
 fn parse(text: &str) -> Option<Position> {
     if let Some(number) = text.strip_prefix('#') {
         let number = number.trim().parse().ok()?;
-        return (number > 0).then_some(Position::Packet(number));
+        return (number > 0).then_some(Position::Line(number));
     }
     if let Some(number) = text.strip_suffix('%') {
         let percent = decimal(number.trim())?;
@@ -142,7 +142,7 @@ fn parse(text: &str) -> Option<Position> {
     time_span(text).map(Position::At)
 }
 
-/// `12:30`, `1:02:30`, `30s`, `2m`, `1h`, or seconds alone.
+/// Parses a time: `12:30`, `1:02:30`, `30s`, `2m`, `1h`, or seconds without a unit.
 fn time_span(text: &str) -> Option<Moment> {
     let parts: Vec<&str> = text.split(':').collect();
     let seconds = match parts[..] {
@@ -182,24 +182,24 @@ fn whole(text: &str) -> Option<u64> {
     is_digits(text).then(|| text.parse().ok()).flatten()
 }
 
-/// Without sign or exponent.
+/// Parses a decimal number without sign and exponent.
 fn decimal(text: &str) -> Option<f64> {
     let (before, after) = text.split_once('.').unwrap_or((text, "0"));
     let is_number = is_digits(before) && is_digits(after);
     is_number.then(|| text.parse().ok()).flatten()
 }
 
-/// Where the screen stands in time.
+/// State of playback, for the screen.
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
-    /// The past of a live session; else a capture.
+    /// Whether the session is live; `false` for a capture.
     pub is_live: bool,
-    /// Playback is paused.
+    /// Whether playback is paused.
     pub paused: bool,
-    /// Multiple of real time.
+    /// Speed, as a multiple of real time.
     pub speed: f64,
-    /// The moment shown.
+    /// The displayed moment.
     pub at: Moment,
     /// The oldest moment that can be shown.
     pub from: Moment,
@@ -207,31 +207,31 @@ pub struct Playback {
     pub until: Moment,
     /// Time since 1970 at moment zero, if known.
     pub unix: Option<Moment>,
-    /// Number of the newest line shown, from 1; `None` while unknown.
-    pub packet: Option<u64>,
-    /// How far the capture has been read; `None` when complete.
+    /// Number of the newest displayed line, from 1; `None` while unknown.
+    pub line: Option<u64>,
+    /// Time up to which the capture has been read; `None` if read completely.
     pub read_until: Option<Moment>,
-    /// The state shown lacks what happened long before.
+    /// Whether the displayed state lacks events long before it.
     pub is_partial: bool,
     /// Marked moments, in order.
     pub markers: Vec<Moment>,
-    /// Begin and end of the loop.
+    /// Beginning and end of the loop.
     pub repeat: Option<(Moment, Option<Moment>)>,
-    /// The result of the last control, if it needs words.
+    /// Message about the last control, if any.
     pub note: Option<String>,
-    /// A search of the unread part is under way.
+    /// Whether the unread part is being searched.
     pub is_looking: bool,
 }
 
 impl Playback {
-    /// How far the moment shown lies before the newest.
+    /// Time from the displayed moment to the newest.
     #[must_use]
     pub fn behind(&self) -> Moment {
         self.until.saturating_sub(self.at)
     }
 }
 
-/// A moment as `12:30`, or `1:02:30` from an hour on.
+/// A moment as text: `12:30`, or `1:02:30` from an hour on.
 #[must_use]
 pub fn clock_words(at: Moment) -> String {
     let s = at.as_secs();
@@ -263,7 +263,7 @@ mod tests {
             ("-2m", Position::Back(ms(120_000))),
             ("-0.5h", Position::Back(ms(1_800_000))),
             ("90%", Position::Percent(90.0)),
-            ("#1234", Position::Packet(1234)),
+            ("#1234", Position::Line(1234)),
             ("14:05Z", Position::Utc(ms(50_700_000))),
             ("14:05:07z", Position::Utc(ms(50_707_000))),
         ] {

@@ -1,21 +1,21 @@
-//! The operations of a state that a timeline uses: to step forward, and to enter a capture anywhere.
+//! The operations of a state that a timeline uses: stepping forward, and starting in a capture at any time.
 
 use super::control::Landmark;
 use crate::event::Moment;
 use crate::model::Facts;
 
-/// A state that goes forward in time, step by step.
+/// A state that advances in time, step by step.
 pub trait Cursor: Clone + 'static {
-    /// Where its events come from.
+    /// Source of the events.
     type Source;
 
-    /// The facts at its moment.
+    /// The facts at the current moment.
     fn facts(&self) -> &Facts;
 
-    /// When the last step happened.
+    /// Time of the last step.
     fn at(&self) -> Moment;
 
-    /// When the next step happens; `None` at the end.
+    /// Time of the next step; `None` at the end.
     fn next_at(&self, source: &mut Self::Source) -> Option<Moment>;
 
     /// Takes the next step.
@@ -25,12 +25,12 @@ pub trait Cursor: Clone + 'static {
 /// A moment, and the number of lines before it.
 pub type LinePlace = (Moment, u64);
 
-/// How to enter a source anywhere without reading what lies before.
+/// Functions that start reading a source at any time without reading the earlier part.
 pub struct Shortcuts<C: Cursor> {
-    /// A state shortly before a moment that lacks what happened long before; any state of the source makes one.
+    /// Makes a state shortly before a moment from any state of the source; the new state lacks events long before.
     pub fresh: fn(&C, &mut C::Source, Moment) -> C,
-    /// The place of the line of a number, by the index; may be inexact.
+    /// Estimates the place of a line by its number, from the index.
     pub about_line: fn(&mut C::Source, u64) -> Option<LinePlace>,
-    /// Whether a landmark may lie between two moments, by the index.
+    /// Whether there may be a landmark between two moments, by the index.
     pub may_hold: fn(&mut C::Source, Landmark, Moment, Moment) -> bool,
 }

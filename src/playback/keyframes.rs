@@ -1,13 +1,13 @@
-//! Kept states: evenly spaced over any length of time, in bounded memory.
+//! Keyframes: kept states, evenly spaced over any length of time, in bounded memory.
 
 use std::collections::VecDeque;
 
 use crate::event::Moment;
 
-/// Most states kept.
+/// Maximum number of keyframes.
 const FRAMES_MAX: usize = 384;
 
-/// Frames in order of time, `spacing` apart. When there is no room for another, every other one
+/// Frames in order of time, `spacing` apart. When the memory is full, every other frame
 /// is dropped and the spacing doubles.
 #[derive(Clone, Debug)]
 pub struct Keyframes<T> {
@@ -16,7 +16,7 @@ pub struct Keyframes<T> {
 }
 
 impl<T> Keyframes<T> {
-    /// No frames yet, and the first spacing.
+    /// An empty collection with an initial spacing.
     #[must_use]
     pub const fn new(spacing: Moment) -> Self {
         Self {
@@ -32,7 +32,7 @@ impl<T> Keyframes<T> {
         newest.is_none_or(|(newest, _)| at.saturating_sub(*newest) >= self.spacing)
     }
 
-    /// Adds a frame, in place of one of the same moment; ignored if it is older than another.
+    /// Adds a frame; replaces a frame of the same moment. A frame older than another is ignored.
     pub fn push(&mut self, at: Moment, frame: T) {
         match self.frames.back_mut() {
             Some((newest, _)) if *newest > at => return,
@@ -49,7 +49,7 @@ impl<T> Keyframes<T> {
                 keep
             });
             self.spacing *= 2;
-            // With the doubled spacing this frame may be too early.
+            // With the doubled spacing, this frame may be too early.
             if !self.wants(at) {
                 return;
             }
@@ -65,7 +65,7 @@ impl<T> Keyframes<T> {
             .checked_sub(1)
     }
 
-    /// Index of the newest frame for which `holds`, which must hold for all before it, too.
+    /// Index of the newest frame for which `holds` is true; it must also be true for all earlier frames.
     #[must_use]
     pub fn last_where(&self, holds: impl Fn(&T) -> bool) -> Option<usize> {
         self.frames
@@ -73,7 +73,7 @@ impl<T> Keyframes<T> {
             .checked_sub(1)
     }
 
-    /// The frame of an index, oldest first.
+    /// The frame with an index, oldest first.
     #[must_use]
     pub fn get(&self, place: usize) -> Option<&(Moment, T)> {
         self.frames.get(place)
@@ -98,7 +98,7 @@ impl<T> Keyframes<T> {
         }
     }
 
-    /// Drops frames that another one not after `at` follows; returns whether any went.
+    /// Drops frames that are not needed to reach `at` or later; returns whether any was dropped.
     pub fn forget_before(&mut self, at: Moment) -> bool {
         let mut has_gone = false;
         while self.frames.get(1).is_some_and(|(second, _)| *second <= at) {

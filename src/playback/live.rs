@@ -1,4 +1,4 @@
-//! The past of a live session, as far back as it is remembered.
+//! The past of a live session, as far as memory holds it.
 
 use std::collections::VecDeque;
 
@@ -14,26 +14,26 @@ use crate::model::{Change, Facts};
 use crate::request::Request;
 use crate::statistics::Statistics;
 
-/// How far back a live session is remembered.
+/// Maximum length of a live session's remembered past.
 pub const REMEMBERED: Moment = Moment::from_hours(1);
 
-/// Most bytes of events remembered; a robot on 2400 baud causes a quarter of that in an hour.
+/// Maximum memory for events, bytes; a robot at 2400 baud causes a quarter of this in an hour.
 pub(super) const BYTES_MAX: usize = 16 * 1024 * 1024;
 
-/// Bytes of events after which another state is kept, so that old events can go before the next is due.
+/// Number of bytes of events after which an extra keyframe is made, so that older events can be dropped early.
 const STATE_BYTES: usize = BYTES_MAX / 4;
 
-/// Time between two kept states.
+/// Time between two keyframes.
 pub const SPACING: Moment = Moment::from_secs(30);
 
-/// Events in their order, counted from the beginning of the session.
+/// The remembered events in order, numbered from the beginning of the session.
 #[derive(Clone, Debug, Default)]
 pub struct EventHistory {
     events: VecDeque<(Moment, Event)>,
     bytes: usize,
-    /// Bytes of the events since the newest kept state.
+    /// Number of bytes of the events since the newest keyframe.
     unkept_bytes: usize,
-    /// Events forgotten before the first remembered one.
+    /// Number of events dropped before the first remembered event.
     forgotten: u64,
 }
 
@@ -46,13 +46,13 @@ impl EventHistory {
         self.events.push_back((at, event));
     }
 
-    /// Number of events so far, forgotten ones included.
+    /// Number of events so far, including dropped ones.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.forgotten + self.events.len() as u64
     }
 
-    /// Forgets the events before a number; returns whether there were any.
+    /// Drops the events before a number; returns whether there were any.
     pub fn forget_before(&mut self, number: u64) -> bool {
         let count = number.saturating_sub(self.forgotten) as usize;
         let gone = self.events.drain(..count.min(self.events.len()));
@@ -67,7 +67,7 @@ impl EventHistory {
     }
 }
 
-/// Memory that a remembered event takes.
+/// Memory of a remembered event, bytes.
 fn bytes(event: &Event) -> usize {
     let heap = match event {
         Event::Line { .. } => size_of::<Line>(),
@@ -101,7 +101,7 @@ pub struct LiveState {
 }
 
 impl LiveState {
-    /// Facts before the event of number `next`.
+    /// The state before event number `next`.
     #[must_use]
     pub const fn new(facts: Facts, at: Moment, next: u64) -> Self {
         Self { facts, at, next }
@@ -129,7 +129,7 @@ impl Cursor for LiveState {
         history.get(self.next).map(|(at, _)| *at)
     }
 
-    /// A line comes with the other events of its moment.
+    /// Takes the next event; a line includes the other events of its moment.
     fn step(&mut self, history: &mut EventHistory) {
         let Some((now, _)) = history.get(self.next) else {
             return;
@@ -155,14 +155,14 @@ impl Cursor for LiveState {
 pub struct LivePlayer {
     facts: Facts,
     player: Player<LiveState>,
-    /// The screen shows the past.
+    /// Whether the screen shows the past.
     shows_past: bool,
-    /// When the past on the screen was last advanced.
+    /// Time at which the displayed past was last advanced.
     advanced_at: Moment,
 }
 
 impl LivePlayer {
-    /// A session that begins with these facts, `unix` after 1970.
+    /// A session that begins with the given facts, `unix` after 1970.
     #[must_use]
     pub fn new(facts: Facts, now: Moment, unix: Option<Moment>) -> Self {
         let first = LiveState::new(facts.clone(), now, 0);
@@ -175,7 +175,7 @@ impl LivePlayer {
         }
     }
 
-    /// The present facts.
+    /// The current facts.
     #[must_use]
     pub const fn present(&self) -> &Facts {
         &self.facts
@@ -191,22 +191,22 @@ impl LivePlayer {
         }
     }
 
-    /// Bytes of the events remembered.
+    /// Memory used by the remembered events, bytes.
     #[cfg(test)]
     pub(super) fn remembered_bytes(&self) -> usize {
         let history = self.player.timeline().source();
         history.events.iter().map(|(_, event)| bytes(event)).sum()
     }
 
-    /// Where the screen stands in the past; `None` when it shows now.
+    /// State of playback; `None` while the screen shows the present.
     #[must_use]
     pub fn playback(&self) -> Option<Playback> {
         self.shows_past.then(|| self.player.playback())
     }
 
-    /// Takes an event and remembers it; returns what it changed on the screen.
+    /// Takes an event and remembers it; returns its effect on the screen.
     pub fn take(&mut self, now: Moment, event: &Event) -> Change {
-        // Time alone raises alarms.
+        // The passing of time raises alarms.
         let is_due = self.facts.poll_timeout().is_some_and(|at| at <= now);
         let change = self.facts.update(now, event);
         if Facts::takes(event) || is_due {
@@ -220,7 +220,7 @@ impl LivePlayer {
         }
     }
 
-    /// Keeps a state if one is due, and drops old events and states.
+    /// Makes a keyframe if one is due, and drops old events and keyframes.
     fn keep(&mut self, now: Moment) {
         let timeline = self.player.timeline_mut();
         if timeline.wants(now) || timeline.source().unkept_bytes >= STATE_BYTES {
@@ -241,7 +241,7 @@ impl LivePlayer {
         self.stretch(now);
     }
 
-    /// Sets the span that can be shown: from the oldest remembered moment until now.
+    /// Sets the time span that can be shown: from the oldest remembered moment until now.
     fn stretch(&mut self, now: Moment) {
         let from = self.player.timeline().oldest_at().unwrap_or(now);
         self.player.set_span(from, now);
@@ -262,7 +262,7 @@ impl LivePlayer {
         true
     }
 
-    /// When to call [`Self::advance`] next; `None` while the present is shown. While playback is paused, once a second, because the displayed age grows.
+    /// Time of the next call of [`Self::advance`]; `None` while the screen shows the present. While playback is paused, once a second, because the displayed age grows.
     pub fn wake_at(&mut self) -> Option<Moment> {
         if !self.shows_past {
             return None;
@@ -310,7 +310,7 @@ impl LivePlayer {
         }
     }
 
-    /// The player's note as a line for the log, while the playback line is hidden.
+    /// The player's message as a line for the log, while the playback line is hidden.
     fn note(&self) -> Option<Event> {
         let text = self.player.playback().note?;
         Some(Event::Notice(Notice::new(

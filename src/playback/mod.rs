@@ -1,11 +1,11 @@
-//! Shows any moment again: of a capture, and of a live session as far back as it is remembered.
+//! Shows any moment again: of a capture, or of a live session's remembered past.
 //!
-//! A moment is the nearest earlier kept state plus the events since, taken in their order; nothing is undone. Kept
-//! states ([`keyframes`]) hold facts only and thin out as time passes, so that memory is bounded. A [`timeline`] finds
-//! moments among them: the states of a capture ([`capture`]) or of a live session ([`live`]). A [`player`] plays either
-//! at any speed, under the operator's `control`.
+//! The state at a moment is the nearest earlier keyframe plus the events since, taken in order; nothing is undone. Keyframes
+//! ([`keyframes`]) hold only facts and are thinned out as time passes, so that memory is bounded. A [`timeline`] finds
+//! moments in the states of a capture ([`capture`]) or of a live session ([`live`]). A [`player`] plays a timeline
+//! at any speed, controlled by the operator (`control`).
 //!
-//! Nothing here reads a clock or a file: the host's time is a parameter, and a capture is a
+//! This module reads no clock and no file: the host's time is a parameter, and a capture is a
 //! [`SeekableReader`](crate::capture::index::SeekableReader).
 
 mod cache;

@@ -11,10 +11,10 @@ use super::timeline::{STEPS_MAX, Timeline};
 use crate::event::Moment;
 use crate::model::Facts;
 
-/// Least time between two updates of the screen.
+/// Minimum time between two updates of the screen.
 const FASTEST: Moment = Moment::from_millis(40);
 
-/// Most time between two updates of the screen while time passes.
+/// Maximum time between two updates of the screen during playback.
 const SLOWEST: Moment = Moment::from_secs(1);
 
 const DAY: Moment = Moment::from_hours(24);
@@ -25,18 +25,22 @@ pub struct Player<C: Cursor> {
     is_live: bool,
     paused: bool,
     speed: f64,
-    /// The moment shown, and the host's time then.
+    /// The displayed moment, and the host's time at which it was displayed.
     at: Moment,
     set_at: Moment,
     from: Moment,
     until: Moment,
     unix: Option<Moment>,
-    /// How far the timeline has been read; `None` when it is complete.
+    /// Time up to which the timeline has been read; `None` if read completely.
     read_until: Option<Moment>,
     markers: Vec<Moment>,
     /// The markers from the capture.
     recorded: Vec<Moment>,
-    /// The mark set (`true`) or removed last.
+    /// Marks that the operator removed; those of the capture may be read later.
+    removed: Vec<Moment>,
+    /// Marks with a text.
+    noted: Vec<(Moment, String)>,
+    /// Time of the mark last set (`true`) or removed (`false`).
     marked: Option<(Moment, bool)>,
     repeat: Option<(Moment, Option<Moment>)>,
     note: Option<String>,
@@ -68,6 +72,8 @@ impl<C: Cursor> Player<C> {
             read_until: Some(Moment::ZERO),
             markers: Vec::new(),
             recorded: Vec::new(),
+            removed: Vec::new(),
+            noted: Vec::new(),
             marked: None,
             repeat: None,
             note: None,
@@ -76,7 +82,7 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// Plays the past of a live session that began `unix` after 1970; stands at the newest moment.
+    /// Plays the past of a live session that began `unix` after 1970; begins at the newest moment.
     #[must_use]
     pub fn of_session(timeline: Timeline<C>, unix: Option<Moment>) -> Self {
         Self {
@@ -87,30 +93,30 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// The facts at the moment shown.
+    /// The facts at the displayed moment.
     #[must_use]
     pub fn facts(&self) -> &Facts {
         self.timeline.facts()
     }
 
-    /// The moments that can be shown.
+    /// The timeline of the moments that can be shown.
     #[must_use]
     pub const fn timeline(&self) -> &Timeline<C> {
         &self.timeline
     }
 
-    /// The moments that can be shown.
+    /// The timeline of the moments that can be shown.
     pub const fn timeline_mut(&mut self) -> &mut Timeline<C> {
         &mut self.timeline
     }
 
-    /// The moment shown.
+    /// The displayed moment.
     #[must_use]
     pub const fn at(&self) -> Moment {
         self.at
     }
 
-    /// Whether it stands at the newest moment.
+    /// Whether the displayed moment is the newest.
     #[must_use]
     pub fn is_at_end(&self) -> bool {
         self.at >= self.until
@@ -130,36 +136,55 @@ impl<C: Cursor> Player<C> {
         self.at = self.until;
     }
 
-    /// Sets the span that can be shown.
+    /// Sets the time span that can be shown.
     pub fn set_span(&mut self, from: Moment, until: Moment) {
         (self.from, self.until) = (from, until);
         self.markers.retain(|marker| *marker >= from);
     }
 
-    /// Sets the marks of the recording; the operator's own stay.
+    /// Sets the marks of the recording; the operator's marks are kept.
     pub fn set_recorded_marks(&mut self, marks: Vec<Moment>) {
         let before = std::mem::replace(&mut self.recorded, marks);
         let recorded = &self.recorded;
         self.markers
             .retain(|marker| !before.contains(marker) || recorded.contains(marker));
-        let fresh = recorded.iter().filter(|mark| !before.contains(mark));
+        let known = || self.markers.iter().chain(&self.removed);
+        let is_new = |mark: &&Moment| {
+            let is_apart = |known: &Moment| known.abs_diff(**mark) >= MARKER_REACH;
+            !before.contains(mark) && known().all(is_apart)
+        };
+        let fresh: Vec<Moment> = recorded.iter().filter(is_new).copied().collect();
         self.markers.extend(fresh);
         self.markers.sort_unstable();
         self.markers.dedup();
     }
 
-    /// The mark set (`true`) or removed since the last call.
+    /// Adds the text of a mark, and the mark if there is none yet.
+    pub fn add_noted_mark(&mut self, at: Moment, text: String) {
+        if self
+            .markers
+            .iter()
+            .all(|marker| marker.abs_diff(at) >= MARKER_REACH)
+            && self.markers.len() < MARKERS_MAX
+        {
+            let place = self.markers.partition_point(|marker| *marker < at);
+            self.markers.insert(place, at);
+        }
+        self.noted.push((at, text));
+    }
+
+    /// The mark set (`true`) or removed (`false`) since the last call.
     pub const fn take_marked(&mut self) -> Option<(Moment, bool)> {
         self.marked.take()
     }
 
-    /// The capture has been read up to a moment, and its states are kept; continues a search.
+    /// Takes the progress of reading: the capture has been read up to a moment. Continues a search.
     pub fn set_read(&mut self, until: Moment) {
         self.read_until = Some(until);
         self.look_on();
     }
 
-    /// The capture has been read to its end.
+    /// Takes the end of reading: the capture has been read completely.
     pub fn set_read_through(&mut self, end: Moment) {
         self.read_until = None;
         self.until = end;
@@ -196,7 +221,7 @@ impl<C: Cursor> Player<C> {
         true
     }
 
-    /// When to call [`Self::advance`], in the host's time: the next step, or the next second of the clock on the
+    /// Time of the next call of [`Self::advance`], in the host's time: the next step, or the next second of the clock on the
     /// screen.
     pub fn wake_at(&mut self) -> Option<Moment> {
         if self.paused {
@@ -237,15 +262,15 @@ impl<C: Cursor> Player<C> {
             }
             Control::Mark => self.mark(),
             Control::Loop => self.set_loop(),
-            // A speed that is not finite; any other control ends the search, too.
+            // A speed that is not finite is ignored; any other control also ends the search.
             Control::Speed(_) | Control::StopSearch => {}
             Control::Newest => self.go(self.until),
             Control::Oldest => self.go(self.from),
         }
     }
 
-    /// Like [`Self::handle`], from the newest moment of a live session; returns whether another moment is shown. The
-    /// note says why not.
+    /// Executes a control as [`Self::handle`] does, from the newest moment of a live session; returns whether another moment is displayed. If not, the
+    /// message gives the reason.
     pub fn leave_newest(&mut self, host: Moment, control: Control) -> bool {
         self.rest();
         self.handle(host, Control::Newest);
@@ -304,7 +329,7 @@ impl<C: Cursor> Player<C> {
                 let span = self.until.saturating_sub(self.from);
                 self.go(self.from + span.mul_f64(percent / 100.0));
             }
-            Position::Packet(number) => self.look_for(Target::Packet(number), STEPS_MAX),
+            Position::Line(number) => self.look_for(Target::Line(number), STEPS_MAX),
             Position::Utc(since_midnight) => match self.moment_of_utc(since_midnight) {
                 Some(at) => self.go(at),
                 None => self.note = Some("that time of day is not in the capture".to_owned()),
@@ -312,7 +337,7 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// The time of day on the day shown, else on the first day that has it.
+    /// The moment with a time of day: on the displayed day, else on the first day that contains it.
     fn moment_of_utc(&mut self, since_midnight: Moment) -> Option<Moment> {
         let unix = self.unix?;
         let midnight = |at: Moment| Moment::from_secs(at.as_secs() / DAY.as_secs() * DAY.as_secs());
@@ -333,18 +358,18 @@ impl<C: Cursor> Player<C> {
         self.look_for(target, STEPS_MAX);
     }
 
-    /// Continues a search in what has been read since.
+    /// Continues a search in the part read since.
     fn look_on(&mut self) {
         if let Some(target) = self.target.take() {
             self.look_for(target, 0);
         }
     }
 
-    /// Goes to a target and pauses there; waits for one that may lie in the unread part.
+    /// Goes to a target and pauses there; waits if the target may be in the unread part.
     fn look_for(&mut self, target: Target, beyond: usize) {
         let found = self.find(target, beyond);
         self.arrive(target, found);
-        if let (Target::Packet(number), Found::NotYet, 1..) = (target, found, beyond)
+        if let (Target::Line(number), Found::NotYet, 1..) = (target, found, beyond)
             && let Some(at) = self.timeline.seek_about_line(number)
         {
             self.at = at.min(self.until);
@@ -357,9 +382,23 @@ impl<C: Cursor> Player<C> {
             Found::At(at) => {
                 self.paused = true;
                 match target {
-                    // The timeline stands at this line, which may be one of several of its moment.
-                    Target::Packet(_) => self.at = at.min(self.until),
+                    // The timeline is at this line, which may be one of several at the same moment.
+                    Target::Line(_) => self.at = at.min(self.until),
                     Target::Landmark { .. } => self.go(at),
+                }
+                if let Target::Landmark {
+                    landmark: Landmark::Marker,
+                    ..
+                } = target
+                {
+                    let here = |(noted, _): &&(Moment, String)| noted.abs_diff(at) < MARKER_REACH;
+                    let texts: Vec<&str> = self
+                        .noted
+                        .iter()
+                        .filter(here)
+                        .map(|(_, text)| &**text)
+                        .collect();
+                    self.note = (!texts.is_empty()).then(|| format!("mark: {}", texts.join("; ")));
                 }
             }
             Found::Nowhere => self.note = Some(target.not_found()),
@@ -370,13 +409,13 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// Whether there is something to do for [`Self::work`].
+    /// Whether [`Self::work`] must be called.
     #[must_use]
     pub const fn has_work(&self) -> bool {
         self.timeline.has_work()
     }
 
-    /// Continues a search, or completes the state shown, in at most `steps` steps; says whether the screen changes.
+    /// Continues a search, or completes the displayed state, in at most `steps` steps; returns whether the screen changes.
     pub fn work(&mut self, steps: usize) -> bool {
         if self.timeline.is_searching() {
             let found = self.timeline.search(steps);
@@ -387,8 +426,8 @@ impl<C: Cursor> Player<C> {
             return target.is_some();
         }
         let is_whole = self.timeline.work(steps);
-        if let Some(target @ Target::Packet(_)) = self.target.filter(|_| is_whole) {
-            // The number of the line shown is known, and may differ from the estimate.
+        if let Some(target @ Target::Line(_)) = self.target.filter(|_| is_whole) {
+            // The number of the displayed line is now known, and may differ from the estimate.
             let found = self.find(target, STEPS_MAX);
             self.arrive(target, found);
         }
@@ -397,7 +436,7 @@ impl<C: Cursor> Player<C> {
 
     fn find(&mut self, target: Target, beyond: usize) -> Found {
         let (landmark, from, forward) = match target {
-            Target::Packet(number) => return self.timeline.seek_line(number, beyond),
+            Target::Line(number) => return self.timeline.seek_line(number, beyond),
             Target::Landmark {
                 landmark,
                 from,
@@ -418,13 +457,13 @@ impl<C: Cursor> Player<C> {
         }
     }
 
-    /// The progress of the search.
+    /// The progress of the search as text.
     fn progress(&self) -> Option<String> {
         let target = self.target?;
         let read = clock_words(self.read_until.unwrap_or(self.until));
         let until = clock_words(self.until);
         Some(match target {
-            Target::Packet(_) if self.timeline.is_partial() => {
+            Target::Line(_) if self.timeline.is_partial() => {
                 format!("about {target}: it is not read up to here yet; <close> stays here")
             }
             _ => format!("looking for {target}: read up to {read} of {until}; <close> gives up"),
@@ -436,7 +475,11 @@ impl<C: Cursor> Player<C> {
         let marked = clock_words(self.at);
         if let Some(place) = self.markers.iter().position(near) {
             self.marked = Some((self.markers.remove(place), false));
-            self.note = Some(format!("the mark at {marked} is gone"));
+            let at = self.at;
+            self.removed.push(at);
+            self.noted
+                .retain(|(noted, _)| noted.abs_diff(at) >= MARKER_REACH);
+            self.note = Some(format!("the mark at {marked} was removed"));
         } else if self.markers.len() == MARKERS_MAX {
             self.note = Some(format!(
                 "there are {MARKERS_MAX} marks already; <playback-mark> on a mark removes it"
@@ -444,6 +487,7 @@ impl<C: Cursor> Player<C> {
         } else {
             let place = self.markers.partition_point(|marker| *marker < self.at);
             self.markers.insert(place, self.at);
+            self.removed.retain(|removed| !near(removed));
             self.marked = Some((self.at, true));
             let (next, last) = ("<ask-jump-forward>", "<ask-jump-back>");
             let mark = "<jump/jump-to-marker>";
@@ -475,7 +519,7 @@ impl<C: Cursor> Player<C> {
         };
     }
 
-    /// Where the screen stands.
+    /// State of playback.
     #[must_use]
     pub fn playback(&self) -> Playback {
         let note = self.progress().or_else(|| self.note.clone());
@@ -487,7 +531,7 @@ impl<C: Cursor> Player<C> {
             from: self.from,
             until: self.until,
             unix: self.unix,
-            packet: self.timeline.packet(),
+            line: self.timeline.line(),
             read_until: self.read_until,
             is_partial: self.timeline.is_partial(),
             markers: self.markers.clone(),

@@ -1,34 +1,34 @@
-//! Looks for a landmark in the unread part of a capture.
+//! Searches for a landmark in the unread part of a capture.
 //!
-//! The search goes through windows of growing length. A window starts from a fresh state, which is enough to see what is
-//! new in it; windows without the landmark, by the capture's index, are skipped unread.
+//! The search goes through windows of growing length. A window starts from a fresh state, which is enough to find
+//! landmarks within it. Windows without the landmark, by the capture's index, are skipped unread.
 
 use super::control::Landmark;
 use super::cursor::{Cursor, Shortcuts};
 use crate::event::Moment;
 
-/// Length of the first window; each is twice as long as the one before.
+/// Length of the first window; each window is twice as long as the previous one.
 const SPAN_MIN: Moment = Moment::from_mins(1);
 
-/// Length of the longest window.
+/// Maximum length of a window.
 const SPAN_MAX: Moment = Moment::from_hours(1);
 
-/// Steps that skipping a window counts for.
+/// Number of steps counted for a skipped window.
 const SKIP_STEPS: usize = 512;
 
 /// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// At this moment.
+    /// The landmark is at this moment.
     At(Moment),
-    /// It does not exist.
+    /// There is no such landmark.
     Nowhere,
-    /// It may lie in the unread part.
+    /// The landmark may be in the unread part.
     NotYet,
 }
 
 impl Found {
-    /// Whether it has been found.
+    /// Whether the landmark has been found.
     #[must_use]
     pub const fn is_there(self) -> bool {
         matches!(self, Self::At(_))
@@ -40,7 +40,7 @@ pub(super) struct Search<C: Cursor> {
     landmark: Landmark,
     direction: Direction,
     shortcuts: &'static Shortcuts<C>,
-    /// Where the next window begins, or ends when the search goes back.
+    /// Beginning of the next window, or its end if the search goes back.
     edge: Moment,
     span: Moment,
     window: Option<Window<C>>,
@@ -50,23 +50,23 @@ pub(super) struct Search<C: Cursor> {
 
 #[derive(Clone, Copy)]
 enum Direction {
-    /// To the end.
+    /// Search forward, to the end.
     Ahead,
-    /// To this moment.
+    /// Search backward, to this moment.
     Back(Moment),
 }
 
-/// A time that is looked through.
+/// A time range that is searched.
 struct Window<C> {
     cursor: C,
     from: Moment,
-    /// Not included.
+    /// End of the window; excluded.
     until: Moment,
     found: Option<Moment>,
 }
 
 impl<C: Cursor> Search<C> {
-    /// Looks for the first after a moment.
+    /// Searches for the first landmark after a moment.
     pub(super) const fn ahead(
         landmark: Landmark,
         after: Moment,
@@ -76,7 +76,7 @@ impl<C: Cursor> Search<C> {
         Self::new(landmark, Direction::Ahead, from, shortcuts)
     }
 
-    /// Looks for the last before a moment and not before `back_to`.
+    /// Searches for the last landmark before a moment, back to `back_to`.
     pub(super) const fn back(
         landmark: Landmark,
         before: Moment,
@@ -107,7 +107,7 @@ impl<C: Cursor> Search<C> {
         self.landmark
     }
 
-    /// The moment to stop at; `None` when the search goes ahead.
+    /// The moment at which to stop; `None` for a forward search.
     pub(super) const fn back_to(&self) -> Option<Moment> {
         match self.direction {
             Direction::Ahead => None,
@@ -115,7 +115,7 @@ impl<C: Cursor> Search<C> {
         }
     }
 
-    /// Takes at most `steps` steps; `any` is any state of the capture.
+    /// Continues the search, in at most `steps` steps; `any` is any state of the capture.
     pub(super) fn go_on(&mut self, any: &C, source: &mut C::Source, steps: usize) -> Found {
         let mut left = steps;
         loop {
@@ -162,7 +162,7 @@ impl<C: Cursor> Search<C> {
         }
     }
 
-    /// Opens the next window, unless the index rules the landmark out in it; `false` when no window is left.
+    /// Opens the next window in which the index does not rule out the landmark; returns `false` if no window is left.
     fn open_next(&mut self, any: &C, source: &mut C::Source) -> bool {
         let (from, until) = match self.direction {
             Direction::Ahead => (self.edge, self.edge.saturating_add(self.span)),

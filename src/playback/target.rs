@@ -5,11 +5,11 @@ use std::fmt;
 use super::control::Landmark;
 use crate::event::Moment;
 
-/// A line or landmark that may lie in the unread part of a capture.
+/// A line or landmark that may be in the unread part of a capture.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Target {
-    /// The line of this number.
-    Packet(u64),
+    /// The line with this number, from 1.
+    Line(u64),
     /// The next landmark after a moment, or the last before it.
     Landmark {
         landmark: Landmark,
@@ -21,17 +21,17 @@ pub(super) enum Target {
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Packet(number) => write!(f, "packet {number}"),
+            Self::Line(number) => write!(f, "line {number}"),
             Self::Landmark { landmark, .. } => f.write_str(landmark.words()),
         }
     }
 }
 
 impl Target {
-    /// The note when it does not exist.
+    /// Message when the target does not exist.
     pub(super) fn not_found(self) -> String {
         match self {
-            Self::Packet(_) => format!("there is no {self}"),
+            Self::Line(_) => format!("there is no {self}"),
             Self::Landmark { forward: true, .. } => format!("there are no later {self}"),
             Self::Landmark { forward: false, .. } => format!("there are no earlier {self}"),
         }

@@ -1,4 +1,4 @@
-//! Finds moments: by time here, by line and by landmark in files of their own.
+//! Finds moments: by time in this file, by line in `lines`, by landmark in `landmarks`.
 
 mod landmarks;
 mod lines;
@@ -10,32 +10,32 @@ use super::search::{Found, Search};
 use crate::event::Moment;
 use crate::model::Facts;
 
-/// Most steps to a moment before an incomplete state is shown meanwhile.
+/// Maximum number of steps to a moment; if more are needed, an incomplete state is shown meanwhile.
 pub const STEPS_MAX: usize = 4096;
 
-/// Most steps between two kept states before a moment among them is searched for like one in the unread part.
+/// Maximum number of steps between two keyframes; a moment between more distant ones is searched for as in the unread part.
 const READ_STEPS_MAX: usize = 32_768;
 
-/// Every moment of a capture or of a live session that can be shown.
+/// The moments of a capture or of a live session that can be shown.
 pub struct Timeline<C: Cursor> {
     source: C::Source,
-    /// `None` where every state is near.
+    /// Functions that start reading the source at any time; `None` if keyframes are dense.
     shortcuts: Option<&'static Shortcuts<C>>,
     frames: Keyframes<C>,
     cache: Cache<C>,
     shown: C,
-    /// The complete state on its way to the shown moment, while `shown` is incomplete.
+    /// The complete state, which steps toward the shown moment while `shown` is incomplete.
     catch_up: Option<C>,
     /// The moment to show, until `shown` has reached it.
     behind: Option<Moment>,
-    /// A search in the unread part.
+    /// The search in the unread part.
     search: Option<Search<C>>,
-    /// Keyframes reach to the end.
+    /// Whether keyframes reach to the end.
     is_complete: bool,
 }
 
 impl<C: Cursor> Timeline<C> {
-    /// A timeline of which every state is kept, standing at its first moment.
+    /// A timeline with keyframes up to its end, at its first moment.
     #[must_use]
     pub fn new(source: C::Source, first: C, spacing: Moment) -> Self {
         let mut frames = Keyframes::new(spacing);
@@ -53,7 +53,7 @@ impl<C: Cursor> Timeline<C> {
         }
     }
 
-    /// A timeline of which states are still being read: [`Self::complete`] says when all are kept.
+    /// A timeline whose keyframes are still being read; call [`Self::complete`] when all are kept.
     #[must_use]
     pub fn unread(
         source: C::Source,
@@ -74,52 +74,52 @@ impl<C: Cursor> Timeline<C> {
         self.shown.facts()
     }
 
-    /// When the last step shown happened.
+    /// Time of the last displayed step.
     #[must_use]
     pub fn at(&self) -> Moment {
         self.shown.at()
     }
 
-    /// Where events come from.
+    /// Source of the events.
     #[must_use]
     pub const fn source(&self) -> &C::Source {
         &self.source
     }
 
-    /// Where events come from.
+    /// Source of the events.
     pub const fn source_mut(&mut self) -> &mut C::Source {
         &mut self.source
     }
 
-    /// Number of the newest line shown; `None` while it is unknown.
+    /// Number of the newest displayed line, from 1; `None` while unknown.
     #[must_use]
-    pub fn packet(&self) -> Option<u64> {
+    pub fn line(&self) -> Option<u64> {
         self.catch_up.is_none().then(|| self.facts().tally().lines)
     }
 
-    /// Whether the shown state lacks what happened long before.
+    /// Whether the displayed state lacks events long before it.
     #[must_use]
     pub const fn is_partial(&self) -> bool {
         self.catch_up.is_some()
     }
 
-    /// Whether there is something to do for [`Self::work`] or [`Self::search`].
+    /// Whether [`Self::work`] or [`Self::search`] must be called.
     #[must_use]
     pub const fn has_work(&self) -> bool {
         self.behind.is_some() || self.is_partial() || self.is_searching()
     }
 
-    /// When the next step happens.
+    /// Time of the next step.
     pub fn next_at(&mut self) -> Option<Moment> {
         self.shown.next_at(&mut self.source)
     }
 
-    /// Keeps a state newer than those kept.
+    /// Adds a keyframe, which must be newer than the others.
     pub fn keep(&mut self, frame: C) {
         self.frames.push(frame.at(), frame);
     }
 
-    /// Whether a state is wanted at a moment.
+    /// Whether a keyframe is due at a moment.
     #[must_use]
     pub fn wants(&self, at: Moment) -> bool {
         self.frames.wants(at)
@@ -131,18 +131,18 @@ impl<C: Cursor> Timeline<C> {
         self.frames.get(0).map(|(at, _)| *at)
     }
 
-    /// All states have been read and kept.
+    /// Sets that all keyframes have been read.
     pub const fn complete(&mut self) {
         self.is_complete = true;
     }
 
-    /// Forgets states that are not needed to show `at` or later; returns the oldest left if any went.
+    /// Drops keyframes that are not needed to show `at` or later; returns the oldest remaining one if any was dropped.
     pub fn forget_before(&mut self, at: Moment) -> Option<&C> {
         let has_gone = self.frames.forget_before(at);
         has_gone.then(|| self.oldest_left()).flatten()
     }
 
-    /// Forgets the oldest state unless it is the only one; returns the oldest left.
+    /// Drops the oldest keyframe unless it is the only one; returns the oldest remaining one.
     pub fn forget_oldest(&mut self) -> Option<&C> {
         self.frames.forget_oldest();
         self.oldest_left()
@@ -150,12 +150,12 @@ impl<C: Cursor> Timeline<C> {
 
     fn oldest_left(&mut self) -> Option<&C> {
         let (oldest_at, oldest) = self.frames.get(0)?;
-        // A cached state of the same moment may stand before forgotten events.
+        // A cached state of the same moment may precede dropped events.
         self.cache.states.retain(|state| state.at() > *oldest_at);
         Some(oldest)
     }
 
-    /// Shows a moment: everything that happened until then, inclusive. After many steps [`Self::work`] goes on.
+    /// Shows the state at a moment, including its events. If many steps are needed, [`Self::work`] continues.
     pub fn seek(&mut self, at: Moment) {
         let mut cursor = self.exact_before(at);
         if self.cache.run(&mut cursor, &mut self.source, at, STEPS_MAX) {
@@ -173,14 +173,14 @@ impl<C: Cursor> Timeline<C> {
         self.run_to(at);
     }
 
-    /// Advances to a moment. After many steps [`Self::work`] continues.
+    /// Advances to a moment. If many steps are needed, [`Self::work`] continues.
     pub fn run_to(&mut self, at: Moment) {
-        // Where every state is near there are no more steps than in a live session of an hour.
+        // With dense keyframes, there are no more steps than in a live session of an hour.
         let steps = self.shortcuts.map_or(usize::MAX, |_| STEPS_MAX);
         self.run(at, steps);
     }
 
-    /// Runs to a moment in at most `steps` steps; says whether it is reached.
+    /// Runs to a moment in at most `steps` steps; returns whether it is reached.
     fn run(&mut self, at: Moment, steps: usize) -> bool {
         let is_there = run(&mut self.shown, &mut self.source, at, steps);
         self.behind = (!is_there).then_some(at);
@@ -193,15 +193,15 @@ impl<C: Cursor> Timeline<C> {
         self.behind = None;
     }
 
-    /// The nearest complete state not after a moment.
+    /// The latest complete state at or before a moment.
     fn exact_before(&self, at: Moment) -> C {
         self.nearest(|cursor| cursor.at() <= at)
             .unwrap_or(&self.shown)
             .clone()
     }
 
-    /// The newest complete state for which `holds`, which must hold for all before it, too; the first state where it
-    /// holds for none.
+    /// The newest complete state for which `holds` is true (it must also be true for all earlier states); the first state if it
+    /// is true for none.
     fn nearest(&self, holds: impl Fn(&C) -> bool) -> Option<&C> {
         let place = self.frames.last_where(&holds).unwrap_or(0);
         let frame = self.frames.get(place).map(|(_, frame)| frame);
@@ -214,8 +214,8 @@ impl<C: Cursor> Timeline<C> {
             .max_by_key(|cursor| cursor.at())
     }
 
-    /// Brings the shown state to its moment, then completes it, in at most `steps` steps; says whether it is there, or
-    /// complete, now.
+    /// Advances the shown state to its moment, then completes it, in at most `steps` steps; returns whether it has now reached the moment or
+    /// become complete.
     pub fn work(&mut self, steps: usize) -> bool {
         if let Some(at) = self.behind {
             return self.run(at, steps);
@@ -240,7 +240,7 @@ impl<C: Cursor> Timeline<C> {
         is_there
     }
 
-    /// Most steps to search from a state.
+    /// Maximum number of steps to search from a state.
     const fn reach(&self, is_newest: bool, beyond: usize) -> usize {
         if self.is_complete || !is_newest {
             READ_STEPS_MAX

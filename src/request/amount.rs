@@ -5,13 +5,13 @@ use std::fmt;
 /// A value for a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Amount {
-    /// Counts of the robot's unit: `116` of `V/10`.
+    /// Whole number of the robot's unit: `116` of `V/10`.
     Counts(i32),
-    /// A decimal of the whole unit: `11.6` volts. It becomes counts once the robot has reported its unit.
+    /// A decimal of the whole unit: `11.6` volts. Converted to counts once the robot has reported its unit.
     Decimal {
-        /// The number without its point.
+        /// The digits without the decimal point, as a number.
         digits: i32,
-        /// Digits after the point.
+        /// Number of digits after the decimal point.
         places: u8,
     },
 }
@@ -31,7 +31,7 @@ impl Amount {
         })
     }
 
-    /// Whether it is zero in any unit.
+    /// Whether the value is zero in any unit.
     pub(super) const fn is_zero(self) -> bool {
         matches!(self, Self::Counts(0) | Self::Decimal { digits: 0, .. })
     }
@@ -54,7 +54,7 @@ impl fmt::Display for Amount {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Counts(counts) => counts.fmt(f),
-            // The decimal point marks the whole unit.
+            // A decimal point means a value of the whole unit.
             Self::Decimal { digits, places: 0 } => write!(f, "{digits}.0"),
             Self::Decimal { digits, places } => f.write_str(&decimal(digits, places)),
         }
@@ -73,7 +73,7 @@ fn whole_unit(unit: &str) -> Option<(&str, u8)> {
     Some((whole, decimals))
 }
 
-/// A count in the whole unit: `11.6` and `V` for 116 of `V/10`. `None` if `unit` is a whole one.
+/// A count in the whole unit: `11.6` and `V` for 116 of `V/10`. `None` if `unit` is already a whole unit.
 #[must_use]
 pub fn in_whole_unit(value: i32, unit: &str) -> Option<(String, &str)> {
     let (whole, decimals) = whole_unit(unit)?;

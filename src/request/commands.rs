@@ -1,21 +1,17 @@
-//! The table of commands. Errors, completion, the help of `send` and the list in the dashboard come from it.
+//! The table of commands: source of errors, completion, the help of `send` and the list in the dashboard.
 
 use super::RequestError;
 
-/// The commands: the form, whose first word names the command; the arguments that it takes, for errors; and its
-/// description, empty where another row describes it too.
+/// The commands: form (the first word names the command), expected arguments for errors, and
+/// description (empty if another row describes the command).
 const COMMANDS: [(&str, &str, &str); 20] = [
-    ("stop", "nothing", "switch the motors off, in any state"),
+    ("stop", "nothing", "switch off the motors in any state"),
     (
         "mode M",
         "one mode",
-        "prowl reactive passive wander home forage calibrate user",
+        "prowl reactive passive wander home dock calibrate user",
     ),
-    (
-        "prowl reactive ..",
-        "nothing",
-        "short for `mode prowl` and so on; dock is forage",
-    ),
+    ("prowl reactive ..", "nothing", "short for mode prowl etc."),
     ("reactive", "nothing", ""),
     ("passive", "nothing", ""),
     ("wander", "nothing", ""),
@@ -38,7 +34,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     ),
     (
         "preset P",
-        "one name, and stands for several commands",
+        "the name of one group of commands",
         "all sonar-only sonar-ir moth shy reactive passive wander",
     ),
     (
@@ -51,14 +47,14 @@ const COMMANDS: [(&str, &str, &str); 20] = [
         "the name of one file of `X,Y` lines",
         "waypoints from a file of X,Y lines; --go drives them",
     ),
-    ("clear", "nothing", "delete the robot's route"),
+    ("clear", "nothing", "delete the route in the robot"),
     (
         "set-pose X Y DEG",
         "X and Y in inches and theta, 0 to 359 degrees",
         "set the robot's pose",
     ),
     ("reset-pose", "nothing", "set the pose to 0 0 0"),
-    ("scan", "nothing", "measure the distances all around"),
+    ("scan", "nothing", "measure the distances in all directions"),
     (
         "failsafe M 30s",
         "`off`, or a mode and the silence after which to enter it, like `home 30s`",
@@ -71,7 +67,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     ),
 ];
 
-/// Forms and descriptions of the commands of the dashboard itself; the description is empty where another row describes it too.
+/// Forms and descriptions of the commands of the dashboard itself; the description is empty if another row describes the command.
 const DASHBOARD_COMMANDS: [(&str, &str); 13] = [
     (
         "wait until THIS",
@@ -94,7 +90,7 @@ const DASHBOARD_COMMANDS: [(&str, &str); 13] = [
     ("runs FOLDER", "list runs; <runs-window/submit> replays one"),
     ("compare A B", "compare the runs of two captures"),
     ("help", ""),
-    ("quit", "quit; the robot carries on"),
+    ("quit", "quit; the robot continues"),
 ];
 
 /// Forms and descriptions of the commands to the robot.
@@ -105,7 +101,7 @@ pub fn listing() -> impl Iterator<Item = (&'static str, &'static str)> {
         .map(|(form, _, does)| (form, does))
 }
 
-/// Forms and descriptions of all commands in the dashboard. It replaces names in angle brackets by keys.
+/// Forms and descriptions of all commands in the dashboard, which replaces names in angle brackets by keys.
 pub fn dashboard_listing() -> impl Iterator<Item = (&'static str, &'static str)> {
     let own = DASHBOARD_COMMANDS.into_iter();
     listing().chain(own.filter(|(_, does)| !does.is_empty()))
@@ -123,7 +119,15 @@ pub fn dashboard_commands() -> impl Iterator<Item = &'static str> {
         .map(|(form, _)| first_word(form))
 }
 
-/// The error for a command that does not exist, or not with these arguments.
+/// Returns the description of the command with this first word; `None` where another row describes it.
+#[must_use]
+pub fn command_description(word: &str) -> Option<&'static str> {
+    let mut all = dashboard_listing();
+    let row = all.find(|(form, _)| first_word(form) == word && !form.ends_with(".."));
+    row.map(|(_, does)| does)
+}
+
+/// The error for an unknown command or wrong arguments.
 pub(super) fn wrong(command: &str, arguments: &[&str]) -> RequestError {
     COMMANDS
         .into_iter()

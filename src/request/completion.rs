@@ -4,29 +4,29 @@ use groundwave_protocol::status_codes::{Layer, Mode};
 
 use super::{Request, Tuning, known_parameters, layer_word, mode_word, preset_names};
 
-/// A word that may be meant.
+/// A candidate of a completion.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Candidate {
     /// The whole word.
     pub text: String,
-    /// Its meaning, or nothing.
+    /// Meaning of the word; may be empty.
     pub about: &'static str,
 }
 
-/// What may be meant by the beginning of a word.
+/// Possible completions of the beginning of a word.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Completion {
-    /// One of these.
+    /// One of these words.
     Words(Vec<Candidate>),
-    /// A file.
+    /// A file name.
     File,
 }
 
 impl Completion {
-    /// Nothing is known.
+    /// No candidates.
     pub const NONE: Self = Self::Words(Vec::new());
 
-    /// Those of `words` that begin with `current`.
+    /// The `words` that begin with `current`.
     pub fn among<'a>(current: &str, words: impl IntoIterator<Item = &'a str>) -> Self {
         let words = words.into_iter().filter(|word| word.starts_with(current));
         let candidate = |word: &str| Candidate {
@@ -37,7 +37,7 @@ impl Completion {
     }
 }
 
-/// Completes `current` after the words of a command to the robot. A robot with command strings of its `own` takes no others.
+/// Completes `current` after the words of a command to the robot. A robot with `own` command strings takes no other commands.
 #[must_use]
 pub fn of_command(before: &[&str], current: &str, own: &[String]) -> Completion {
     let modes = || Mode::ALL.iter().map(|mode| mode_word(*mode));
@@ -80,7 +80,7 @@ pub fn of_param(before: &[&str], current: &str) -> Completion {
     }
 }
 
-/// The next word of a list separated by commas.
+/// Completes the last word of a list separated by commas.
 pub fn after_comma<'a>(current: &str, words: impl IntoIterator<Item = &'a str>) -> Completion {
     let start = current.rfind(',').map_or(0, |comma| comma + 1);
     let (given, rest) = current.split_at(start);

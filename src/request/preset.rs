@@ -12,10 +12,10 @@ struct Preset {
     parameter: Option<(&'static str, i32)>,
 }
 
-/// Set by each preset that uses light, so that none depends on the one before.
+/// Parameter that each preset with light sets, so that it does not depend on an earlier preset.
 const TOWARD_LIGHT: Option<(&str, i32)> = Some(("photo-avoid", 0));
 
-/// Every preset allows layer `user`, so that manual driving goes on.
+/// The presets. Each allows layer `user`, so that driving by hand continues.
 const PRESETS: [Preset; 8] = [
     Preset {
         name: "all",

@@ -8,20 +8,20 @@ use super::{Request, Tuning, layer_word, mode_word};
 /// The mode and layers that a robot last reported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Standing {
-    /// From line A.
+    /// Mode, from line A.
     mode: Option<Mode>,
     /// Layers that the operator allows, from line B.
     allowed: Option<LayerMask>,
 }
 
 impl Standing {
-    /// A known mode and known layers.
+    /// A state with a known mode and known layers.
     #[must_use]
     pub const fn new(mode: Option<Mode>, allowed: Option<LayerMask>) -> Self {
         Self { mode, allowed }
     }
 
-    /// Updates from a line.
+    /// Takes the body of a line.
     pub const fn take(&mut self, body: &Body) {
         match body {
             Body::State(state) => self.mode = Some(state.mode),

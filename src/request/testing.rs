@@ -9,7 +9,7 @@ use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 
 use super::{Amount, Request, Tuning};
 
-/// A command of each kind, then other forms of some.
+/// A command of each kind, then other forms of some kinds.
 pub(crate) fn samples() -> Vec<Request> {
     let far = Waypoint {
         x_in: -1023,
@@ -40,7 +40,7 @@ pub(crate) fn samples() -> Vec<Request> {
                 Request::Parameter(Tuning::Set(name("track"), Amount::Counts(-7)))
             }
             Request::Parameter(Tuning::Set(..)) => Request::Parameter(Tuning::Save),
-            // Command strings are known to the configuration only.
+            // Only the configuration knows command strings.
             Request::Parameter(Tuning::Save) | Request::Own(_) => return None,
         })
     };
@@ -50,7 +50,7 @@ pub(crate) fn samples() -> Vec<Request> {
         Request::Route(vec![]),
         Request::Route(vec![far; WAYPOINTS_MAX]),
         Request::Failsafe(None),
-        // Similar to a known name, and a subcommand: their words must say which is meant.
+        // Similar to a known name, and a subcommand: the words must be unambiguous.
         Request::Parameter(Tuning::Get(name("trak"))),
         Request::Parameter(Tuning::Set(name("list"), Amount::Counts(-7))),
     ];

@@ -15,11 +15,11 @@ use crate::suggest::nearest;
 pub enum Tuning {
     /// Report all parameters.
     List,
-    /// Report one.
+    /// Report one parameter.
     Get(ParameterName),
-    /// Change one, until the next reset.
+    /// Change one parameter, until the next reset.
     Set(ParameterName, Amount),
-    /// Save all permanently.
+    /// Save all parameters permanently.
     Save,
 }
 
@@ -27,7 +27,7 @@ impl Tuning {
     /// Subcommands of `param`; no parameter has these names.
     pub const VERBS: [&str; 4] = ["list", "get", "set", "save"];
 
-    /// Subcommands with a file of parameters; only the command line has them.
+    /// Subcommands with a parameter file; only the command line has them.
     pub const FILE_VERBS: [&str; 3] = ["save-to", "load", "diff"];
 
     /// All subcommands.
@@ -72,7 +72,7 @@ impl Tuning {
     }
 }
 
-/// The subcommand that a word is, or is probably a typing error of.
+/// The subcommand equal or similar to a word.
 fn verb_meant(word: &str) -> Option<&'static str> {
     nearest(word, Tuning::VERBS)
 }
@@ -88,7 +88,7 @@ impl fmt::Display for Tuning {
     }
 }
 
-/// A name in the form that parses to the same.
+/// Displays a parameter name in a form that parses to the same name.
 struct Named<'a>(&'a ParameterName);
 
 impl fmt::Display for Named<'_> {
@@ -99,7 +99,7 @@ impl fmt::Display for Named<'_> {
     }
 }
 
-/// Parses a name. `=` before it passes an unknown name on, because the robot may know more parameters.
+/// Parses a parameter name. `=` before the name passes on an unknown name, because the robot may know more parameters.
 fn read_name(word: &str) -> Result<ParameterName, RequestError> {
     let name = word.strip_prefix('=').unwrap_or(word);
     if !parameter::is_name(name) {
@@ -114,7 +114,7 @@ fn read_name(word: &str) -> Result<ParameterName, RequestError> {
 fn read_value(word: &str) -> Result<Amount, RequestError> {
     let fits = |amount: &Amount| match amount {
         Amount::Counts(value) => value.abs() <= VALUE_MAX,
-        // Its limits depend on the unit, which the robot reports.
+        // The limits depend on the unit, which the robot reports.
         Amount::Decimal { .. } => true,
     };
     Amount::read(word)

@@ -6,7 +6,7 @@ use groundwave_captures::words::{layer_word, mode_word};
 
 use super::{Request, RequestError};
 
-/// Other words for layers: shorter or more common ones.
+/// Other, shorter or more common, words for layers.
 const OTHER_WORDS: [(&str, Layer); 6] = [
     ("rotate", Layer::Rotation),
     ("ir", Layer::Infrared),

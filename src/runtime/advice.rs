@@ -3,7 +3,7 @@
 use crate::event::{Level, LineRate, Reception};
 use crate::io::link::BAUD;
 
-/// A log entry: the kind of bytes received and the remedy. `baud` is the port's rate if the station sets it.
+/// The log entry for a kind of received bytes, with the remedy. `baud` is the port's rate if the station sets it.
 pub(super) fn advice(reception: Reception, baud: Option<u32>) -> (Level, String) {
     let words = match reception {
         Reception::Lines => return (Level::Info, "intact lines arrive again".to_owned()),
@@ -28,7 +28,7 @@ pub(super) fn advice(reception: Reception, baud: Option<u32>) -> (Level, String)
     (Level::Warning, words)
 }
 
-/// The most common rate above or below the usual one.
+/// The most common rate above or below 2400 baud.
 const fn other_rate(rate: LineRate) -> u32 {
     match rate {
         LineRate::Slower => BAUD / 2,

@@ -18,19 +18,20 @@ use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
 use crate::model::{MapLines, Shown, Ui};
+use crate::playback::MARKER_REACH;
 use crate::route;
 use crate::view;
 
-/// Interval of updates of the recording's figures while lines arrive: they cause no frame of their own.
+/// Interval between updates of the recording's figures while lines arrive; these updates cause no extra frame.
 const RECORDING_PERIOD: Duration = Duration::from_secs(1);
 
-/// The interval on a silent link.
+/// Interval between updates of the recording's figures on a silent link.
 const RECORDING_PERIOD_SILENT: Duration = Duration::from_secs(2);
 
-/// The interval while a recording starts or ends.
+/// Interval between updates of the recording's figures while a recording starts or ends.
 const RECORDING_PERIOD_BUSY: Duration = Duration::from_millis(100);
 
-/// Maximum number of terminal events taken in a row.
+/// Maximum number of terminal events handled before other inputs.
 const BATCH: usize = 32;
 
 /// The parts of a dashboard.
@@ -41,26 +42,26 @@ pub struct Dashboard {
     pub ui: Ui,
     /// Returns the recording's figures.
     pub recording: Box<dyn FnMut() -> Recording>,
-    /// First events.
+    /// Events to handle first.
     pub first: Vec<Event>,
     /// Starts and ends recordings; `None` in a replay.
     pub keeper: Option<Keeper>,
 }
 
-/// What a dashboard leaves behind.
+/// Result of a dashboard.
 pub struct Left {
-    /// The operator's last view.
+    /// The operator's view at the end.
     pub ui: Ui,
-    /// What the robot was doing, in words; `None` if it was never heard.
+    /// Describes what the robot was doing; `None` if no line was received.
     pub robot: Option<String>,
     /// The capture to replay next, if the operator chose one.
     pub replay: Option<String>,
 }
 
-/// Runs until the operator leaves, a signal arrives or the terminal is gone.
+/// Runs until the operator leaves, a signal arrives or the terminal is closed.
 ///
 /// # Errors
-/// When the terminal cannot be set up or written to.
+/// If the terminal cannot be set up or written to.
 pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
     let mut signals = Signals::listen()?;
     let screen = Screen::take(dashboard.ui.wants_mouse())?;
@@ -115,7 +116,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
             },
             event = keys.recv() => match event {
                 Some(event) => running.take_keys(event, &mut keys)?,
-                // The terminal is gone, and with it the operator.
+                // The terminal is closed, so there is no operator.
                 None => true,
             },
             Some(event) = read.recv() => running.tell(event)?,
@@ -147,10 +148,10 @@ struct Running {
     replay: Option<String>,
 }
 
-/// The frame that is on the screen.
+/// The displayed frame.
 struct Drawn {
     revision: u64,
-    /// Time at which shown ages are outdated.
+    /// Time at which displayed ages are outdated.
     stale_at: Option<Moment>,
 }
 
@@ -256,6 +257,7 @@ impl Running {
             },
             Effect::Playback(control) => {
                 let events = self.source.handle(control);
+                self.forget_removed_mark();
                 self.refresh();
                 let mut leave = false;
                 for event in events {
@@ -280,7 +282,14 @@ impl Running {
                 capture,
                 remark,
                 ago,
-            } => self.label(capture, remark, ago),
+            } => {
+                if let (Source::Capture(capture), Remark::Note(text)) = (&mut self.source, &remark)
+                {
+                    let at = capture.player.at().saturating_sub(ago);
+                    capture.player.add_noted_mark(at, text.clone());
+                }
+                self.label(capture, remark, ago);
+            }
             Effect::ListRuns(folder) => self.work_on_files(move || Event::Runs(runs::list(folder))),
             Effect::CompareRuns(captures) => {
                 self.work_on_files(move || Event::Overlaid(runs::overlay(&captures)));
@@ -348,12 +357,51 @@ impl Running {
         self.ui.show_moment(self.source.playback());
     }
 
-    /// Runs `work` on a thread: STOP must not wait for a slow disk.
+    /// Runs `work` on a thread, because STOP must not wait for a slow disk.
     fn work_on_files(&self, work: impl FnOnce() -> Event + Send + 'static) {
         let readers = self.readers.clone();
         thread::spawn(move || {
             // The dashboard may have ended.
             let _ = readers.blocking_send(work());
+        });
+    }
+
+    /// Removes the notes of a mark that the operator removed from a capture.
+    fn forget_removed_mark(&mut self) {
+        let Source::Capture(source) = &mut self.source else {
+            return;
+        };
+        let Some((at, false)) = source.player.take_marked() else {
+            return;
+        };
+        let Some(capture) = self.ui.config.capture.clone() else {
+            return;
+        };
+        let readers = self.readers.clone();
+        thread::spawn(move || {
+            let path = Path::new(&capture);
+            let removed = Label::of(path).and_then(|mut label| {
+                let removed = label.remove_notes(at.as_secs_f64(), MARKER_REACH.as_secs_f64());
+                if !removed.is_empty() {
+                    label.keep(path)?;
+                }
+                Ok(removed)
+            });
+            let (level, texts) = match removed {
+                Ok(notes) => {
+                    let texts = notes.into_iter().map(|note| note.text);
+                    (
+                        Level::Info,
+                        texts.map(|text| format!("note removed: {text}")).collect(),
+                    )
+                }
+                Err(error) => (Level::Warning, vec![error.to_string()]),
+            };
+            for text in texts {
+                let notice = Notice::new(NoticeCode::Label, level, text);
+                // The dashboard may have ended.
+                let _ = readers.blocking_send(Event::Notice(notice));
+            }
         });
     }
 
@@ -414,7 +462,7 @@ impl Running {
         [at, self.source.wake_at()].into_iter().flatten().min()
     }
 
-    /// Hands the drawing thread a frame if one is due.
+    /// Passes a frame to the drawing thread if one is due.
     fn draw_if_due(&mut self) -> io::Result<()> {
         let host = self.source.host_now();
         if self.due().is_some_and(|at| at <= host) {

@@ -24,16 +24,16 @@ use crate::share::{Heard, Welcome};
 use crate::station::Station;
 use crate::statistics::Statistics;
 
-/// Bytes after which no more inputs are taken in a row.
+/// Maximum number of bytes handled before other inputs.
 const BATCH_BYTES: u64 = 4096;
 
 /// Minimum time between two notices about a device that accepts no bytes.
 const NOT_TAKEN_REST: Duration = Duration::from_secs(10);
 
-/// Time between two steps from which on the process was suspended.
+/// Minimum time between two steps that counts as a suspension of the process.
 const SUSPENDED_AFTER: Duration = Duration::from_secs(5);
 
-/// Takes every byte that is sent, for the recorder.
+/// Takes every byte sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 
 /// Takes every event, for the recorder.
@@ -61,7 +61,7 @@ impl Advising {
 pub struct Driver {
     station: Station,
     link: Link,
-    /// Whether the station that shares this link, if one does, sends commands.
+    /// Whether the station that shares this link (if there is one) sends commands.
     station_sends: bool,
     inputs: Receiver<LinkInput>,
     name: String,
@@ -69,20 +69,20 @@ pub struct Driver {
     started: Instant,
     sent: SentSink,
     observer: Option<EventSink>,
-    /// Bytes not accepted by the device at the last notice, and its time.
+    /// Number of bytes not accepted by the device at the last notice, and the time of the notice.
     reported_not_taken: (u64, Option<Moment>),
-    /// When the latest step began.
+    /// Time at which the latest step began.
     stepped_at: Option<Moment>,
     share: Option<ShareServer>,
     live: Option<Live>,
     alarm_hook: Option<AlarmHook>,
     advising: Option<Advising>,
-    /// Events besides the station's own.
+    /// Events that are not the station's own.
     events: VecDeque<Event>,
 }
 
 impl Driver {
-    /// A station on an open link. Over a receive-only radio it never sends a byte.
+    /// A station on an open link. Over a receive-only radio, it never sends a byte.
     #[must_use]
     pub fn new(
         name: String,
@@ -117,7 +117,7 @@ impl Driver {
         }
     }
 
-    /// Shows the world of a simulated robot, here and to the clients of the link, which is shared already.
+    /// Shows the world of a simulated robot, here and to the clients of the link. Call after [`Self::shared`].
     #[must_use]
     pub fn simulating(mut self, truth: Option<Truth>) -> Self {
         if let (Some(truth), Some(server)) = (&truth, &mut self.share) {
@@ -127,7 +127,7 @@ impl Driver {
         self
     }
 
-    /// Sets the port's rate, if the station sets it: frames are paced and airtime is reckoned by it.
+    /// Sets the port's rate, if the station determines it; frames are paced and airtime is measured by this rate.
     #[must_use]
     pub fn at_baud(mut self, baud: Option<u32>) -> Self {
         if let Some(baud) = baud {
@@ -147,7 +147,7 @@ impl Driver {
         this
     }
 
-    /// Reads the lines of a robot that does not speak Groundwave's protocol, and sends its command strings.
+    /// Reads the lines of a robot that does not use Groundwave's protocol, and sends its command strings.
     #[must_use]
     pub fn reading(mut self, own: Recognizer, commands: BTreeMap<String, OwnCommand>) -> Self {
         self.station.set_own_lines(own);
@@ -229,7 +229,7 @@ impl Driver {
             .map(|moment| self.started + moment);
         tokio::select! {
             input = self.inputs.recv() => {
-                // After `None` the reader thread has reported its end.
+                // After `None`, the reader thread has reported its end.
                 let Some(mut input) = input else { std::future::pending().await };
                 let before = self.heard().bytes;
                 loop {
@@ -262,11 +262,11 @@ impl Driver {
         self.serve_live();
         self.flush();
         self.tell_not_taken();
-        // Timers and signals of the runtime have their turn also during a flood of inputs.
+        // Timers and signals of the runtime also get their turn during a flood of inputs.
         tokio::task::yield_now().await;
     }
 
-    /// Callers step at least every few seconds, so a longer time was a suspension of the process.
+    /// Detects a suspension of the process: callers step at least every few seconds, so a longer time is one.
     fn detect_suspension(&mut self) {
         let now = self.now();
         if let Some(stepped_at) = self.stepped_at.replace(now)
@@ -412,7 +412,7 @@ impl Driver {
         }
     }
 
-    /// Tells an event besides the station's own, as [`Self::poll_event`] returns them.
+    /// Adds an event that is not the station's own; [`Self::poll_event`] returns it.
     pub fn tell(&mut self, event: Event) {
         if let (Event::Alarm(alarm), Some(hook)) = (&event, &self.alarm_hook) {
             let mut value = alarm.to_json();
@@ -431,7 +431,7 @@ impl Driver {
         self.events.push_back(Event::Notice(notice));
     }
 
-    /// Queues a command; its statuses come as events.
+    /// Queues a command; its statuses are returned as events.
     pub fn request(&mut self, request: Request) -> CommandId {
         let id = self.start(self.now(), request, None);
         self.flush();
@@ -439,7 +439,7 @@ impl Driver {
     }
 
     fn start(&mut self, now: Moment, request: Request, by: Option<String>) -> CommandId {
-        // Lines for another station are not repeated, so none is dropped.
+        // Lines for another station are not repeated, so none may be dropped.
         if request == Request::Stop && !self.station.is_shared() {
             self.link.clear_queue();
         }
@@ -459,7 +459,7 @@ impl Driver {
         self.flush();
     }
 
-    /// Cancels the waiting commands and the one under way.
+    /// Cancels the current command and the waiting ones.
     pub fn cancel(&mut self) {
         self.station.handle_cancel(self.now());
         self.flush();
@@ -500,7 +500,7 @@ impl Driver {
             self.link.send(&line.to_line());
         }
         while let Some(bytes) = self.station.poll_transmit(now) {
-            // Sent before it is recorded: STOP must not wait for a slow disk.
+            // Bytes are sent before they are recorded: STOP must not wait for a slow disk.
             let at = Instant::now();
             self.link.send(&bytes);
             (self.sent)(at, &bytes);
@@ -511,7 +511,7 @@ impl Driver {
     }
 }
 
-/// Whether the station that shares a link, if one does, sends commands.
+/// Whether the station that shares a link (if there is one) sends commands.
 fn sends(share: Option<&Welcome>) -> bool {
     share.is_none_or(|welcome| welcome.can_send)
 }

@@ -26,7 +26,7 @@ use begin::{begin, begin_unnamed};
 use history::History;
 pub use options::{KeepOptions, REMEMBERED};
 
-/// Limits how long leaving waits for recordings that are begun, ended or recovered on threads.
+/// Maximum time for which leaving waits for threads that begin, end or recover recordings.
 const LEAVE_PATIENCE: Duration = Duration::from_mins(1);
 
 /// The raw text, and the recorder behind a lock: the reader thread writes received bytes, the event loop sent bytes and
@@ -36,27 +36,27 @@ pub struct Keeper(Arc<Shared>);
 
 struct Shared {
     inner: Mutex<Inner>,
-    /// A thread has ended.
+    /// Signals that a thread has ended.
     idle: Condvar,
 }
 
 struct Inner {
     tee: Option<Arc<RawWriter>>,
     recorder: Option<Recorder>,
-    /// Observations that are in no finished recording.
+    /// Observations that are not in a finished recording.
     history: History,
     options: KeepOptions,
     started: Instant,
     started_wall: SystemTime,
-    /// Another thread is beginning a recording.
+    /// Whether another thread is beginning a recording.
     is_beginning: bool,
-    /// The recorder's problem that was reported last.
+    /// The recorder's problem reported last.
     reported: Option<String>,
     /// Number of threads that begin, end or recover a recording.
     threads: usize,
-    /// Their reports.
+    /// Reports of these threads.
     notices: VecDeque<(Level, String)>,
-    /// Files that are complete.
+    /// Finished files.
     finished: Vec<PathBuf>,
 }
 
@@ -65,7 +65,7 @@ impl Keeper {
     /// [`Self::poll_notice`] reports them.
     ///
     /// # Errors
-    /// When a file exists and may not be overwritten, or cannot be written.
+    /// If a file exists and may not be overwritten, or cannot be written.
     pub fn open(options: &KeepOptions, started: Instant) -> Result<Self, CaptureError> {
         let started_wall = SystemTime::now();
         if let (Some(tee), Some(mcap)) = (&options.tee, &options.mcap)
@@ -87,7 +87,7 @@ impl Keeper {
                 }
             })
             .transpose()?;
-        // Last, because it may overwrite a file and cannot be undone.
+        // The raw text comes last, because creating it may overwrite a file, which cannot be undone.
         let tee = options
             .tee
             .as_ref()
@@ -134,7 +134,7 @@ impl Keeper {
         let tee = self.lock().tee.clone();
         Box::new(move |at, bytes| {
             let pace = keeper.lock().handle_rx(at, bytes);
-            // Last and without the lock, because a stalled file may delay both.
+            // The waits come last and without the lock, because a stalled file may delay them.
             if let Some(pace) = pace {
                 pace.wait();
             }
@@ -170,7 +170,7 @@ impl Keeper {
         self.lock().status()
     }
 
-    /// Ends the recording under way, or begins one with the remembered observations under an automatic name; a failed
+    /// Ends the current recording, or begins one with the remembered observations under an automatic name; a failed
     /// recording is replaced. Never waits for the disk; [`Self::poll_notice`] reports the result.
     pub fn toggle(&self) {
         self.toggle_as(PathBuf::from(name::automatic(SystemTime::now())));
@@ -253,7 +253,7 @@ impl Keeper {
         Ok(recorded? + teed?)
     }
 
-    /// Adds a file to those finished, unless its end has failed.
+    /// Adds a file to the finished ones, unless finishing it failed.
     fn list<T>(&self, path: PathBuf, ended: Result<T, CaptureError>) -> Result<T, CaptureError> {
         if ended.is_ok() {
             self.lock().finished.push(path);
@@ -293,7 +293,7 @@ impl Keeper {
         }
     }
 
-    /// Finishes a recording and forgets its history; when it failed, keeps the history and returns its path.
+    /// Finishes a recording and drops its history; if the recording failed, keeps the history and returns the path.
     fn end_now(&self, recorder: Recorder, history: History) -> Option<PathBuf> {
         let path = recorder.path();
         let ended = self.list(path.clone(), recorder.finish());
@@ -316,7 +316,7 @@ impl Keeper {
         }
     }
 
-    /// Begins a recording, in place of a failed one if there was one. Observations from before the file existed come
+    /// Begins a recording; replaces a failed one if there was one. Earlier observations come
     /// from the history.
     fn begin_now(&self, path: &Path, failed: Option<&Path>) {
         let (options, first_ns) = {
@@ -372,7 +372,7 @@ impl Inner {
         (now, self.started_wall + now)
     }
 
-    /// Takes bytes of the radio; returns the handle with which the reader waits for the file.
+    /// Takes bytes from the radio; returns the handle with which the reader waits for the file.
     fn handle_rx(&mut self, at: Instant, bytes: &[u8]) -> Option<Pace> {
         let (now, wall) = self.times(at);
         let observation = Observation::Received(RawBytes::unplaced(bytes));

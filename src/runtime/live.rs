@@ -16,13 +16,13 @@ use crate::share::{CallId, CallOutput, Calls};
 /// A request of the live tools to the station.
 #[derive(Debug)]
 pub(super) enum Wanted {
-    /// Queue this request on behalf of the client `by`, then call [`Live::handle_started`] with the command's number.
+    /// Queue this request for the client `by`, then call [`Live::handle_started`] with the command's number.
     Start {
         call: CallId,
         request: Request,
         by: String,
     },
-    /// Cancel this command: its timeout has passed.
+    /// Cancel this command, because its timeout has passed.
     GiveUp(CommandId),
 }
 
@@ -39,12 +39,12 @@ pub(super) struct Live {
     calls: Calls,
     waiting: BTreeMap<CallId, Waiting>,
     newest_call: u64,
-    /// The wall clock at the station's start.
+    /// Wall-clock time at the station's start, since 1970.
     started_since_1970: Duration,
 }
 
 impl Live {
-    /// `now` is the station's time at this moment.
+    /// Joins a server to a station; `now` is the station's current time.
     pub(super) fn new(server: Foxglove, now: Moment) -> Self {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
         Self {

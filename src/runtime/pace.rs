@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use crate::event::Moment;
 
-/// Time in which at most two frames are drawn: a burst is drawn at its start and its end, and a line right after a key need
-/// not wait.
+/// Time in which at most two frames are drawn. Several changes are drawn at their start and their end, and a line right after a key does
+/// not have to wait.
 const STRETCH: Duration = Duration::from_millis(80);
 
 /// Times of the latest two frames.
@@ -21,7 +21,7 @@ impl Pace {
         self.before.map_or(Moment::ZERO, |at| at + STRETCH)
     }
 
-    /// Takes note of a frame.
+    /// Records the time of a frame.
     pub(super) fn drew(&mut self, now: Moment) {
         self.before = self.last.replace(now);
     }
@@ -45,7 +45,7 @@ mod tests {
         assert_eq!(drawn[1], Moment::from_millis(1));
         assert!(drawn.windows(3).all(|three| three[0] + STRETCH <= three[2]));
         assert_eq!(drawn.len(), 26);
-        // After a pause two frames may follow each other.
+        // After a pause, two frames may follow each other at once.
         for ms in [5000, 5003] {
             let now = Moment::from_millis(ms);
             assert!(pace.earliest() <= now);

@@ -16,13 +16,13 @@ pub(super) struct ShareServer {
 /// A request of the share server to the station.
 #[derive(Debug)]
 pub(super) enum Wanted {
-    /// End this command for this reason.
+    /// End a command for a reason.
     GiveUp(CommandId, Failure),
     /// Drive by hand for half a second; zeros stop the robot.
     Drive {
-        /// Forward speed, inches a second.
+        /// Forward speed, in/s.
         velocity_in_s: i8,
-        /// Speed of the left wheel less that of the right, inches a second.
+        /// Speed of the left wheel minus that of the right wheel, in/s.
         rotation_in_s: i8,
     },
     /// Log this notice.
@@ -79,7 +79,7 @@ impl ShareServer {
         self.broker.handle_started(now, id, asked, heard);
     }
 
-    /// Passes an event to the clients it concerns.
+    /// Passes an event to the clients that it concerns.
     pub(super) fn handle_event(&mut self, event: &Event, heard: Heard) {
         match event {
             Event::Asked { id, .. } => {

@@ -1,4 +1,4 @@
-//! Where a dashboard's facts come from.
+//! Sources of a dashboard's facts: a live station or a capture.
 
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -9,10 +9,10 @@ use crate::event::{Event, Moment};
 use crate::model::{Change, Facts};
 use crate::playback::{CaptureState, Control, Finding, LivePlayer, Playback, Player};
 
-/// Maximum steps through a capture before keys are handled.
+/// Maximum number of steps through a capture before keys are handled.
 const STEPS: usize = 512;
 
-/// The source of facts, which plays its past.
+/// A source of facts that can also play its past.
 pub enum Source {
     /// A station on its link.
     Live(Box<LiveSource>),
@@ -27,7 +27,7 @@ pub struct LiveSource {
 }
 
 impl LiveSource {
-    /// A session that begins with these facts.
+    /// A session that begins with the given facts.
     #[must_use]
     pub fn new(driver: Driver, facts: Facts) -> Self {
         let now = driver.now();
@@ -42,9 +42,9 @@ impl LiveSource {
 pub struct CaptureSource {
     /// The capture.
     pub player: Player<CaptureState>,
-    /// Findings so far.
+    /// Findings of the reading thread.
     pub findings: Receiver<Finding>,
-    /// Origin of the host's time.
+    /// Instant at which the host's time is zero.
     pub started: Instant,
 }
 
@@ -63,7 +63,7 @@ impl CaptureSource {
 }
 
 impl Source {
-    /// The present: the time since a live session began, or the moment shown of a capture.
+    /// Current time: since a live session began, or the displayed moment of a capture.
     pub(super) fn now(&self) -> Moment {
         match self {
             Self::Live(live) => live.driver.now(),
@@ -71,7 +71,7 @@ impl Source {
         }
     }
 
-    /// The time of the host.
+    /// The host's time.
     pub(super) fn host_now(&self) -> Moment {
         match self {
             Self::Live(live) => live.driver.now(),
@@ -87,7 +87,7 @@ impl Source {
         }
     }
 
-    /// The present facts.
+    /// The facts as of now.
     pub(super) fn present(&self) -> &Facts {
         match self {
             Self::Live(live) => live.player.present(),
@@ -103,7 +103,7 @@ impl Source {
         }
     }
 
-    /// Where the screen stands in time; `None` when it shows now.
+    /// State of playback; `None` while the screen shows the present.
     pub(super) fn playback(&self) -> Option<Playback> {
         match self {
             Self::Live(live) => live.player.playback(),
@@ -128,7 +128,7 @@ impl Source {
         }
     }
 
-    /// Takes an event of a live session; returns what it changed on the screen. A capture has its own events.
+    /// Takes an event of a live session; returns its effect on the screen. A capture has its own events.
     pub(super) fn take(&mut self, event: &Event) -> Change {
         match self {
             Self::Live(live) => {
@@ -166,7 +166,7 @@ impl Source {
         }
     }
 
-    /// When to call [`Self::advance`].
+    /// Time of the next call of [`Self::advance`].
     pub(super) fn wake_at(&mut self) -> Option<Instant> {
         let host = self.host_now();
         let at = match self {
@@ -177,7 +177,7 @@ impl Source {
         at.map(|at| Instant::now() + at.saturating_sub(host))
     }
 
-    /// When an alarm is due in a live session; a capture raises its own.
+    /// Time at which an alarm is due in a live session; a capture raises its own alarms.
     pub(super) fn poll_timeout(&self) -> Option<Moment> {
         match self {
             Self::Live(live) => live.player.present().poll_timeout(),

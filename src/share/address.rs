@@ -1,20 +1,20 @@
-//! Where a link is shared: a port of this machine or a Unix socket.
+//! Addresses of shared links: a port of this machine or a Unix socket.
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Where a station shares its link.
+/// The address at which a station shares its link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
-    /// `HOST:PORT`.
+    /// A TCP port: `HOST:PORT`.
     Tcp(String),
     /// A Unix socket.
     Unix(PathBuf),
 }
 
-/// Why an address may not be listened on.
+/// Reason why a station must not listen on an address.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Exposed {
     /// The address can be reached from other machines.
@@ -22,7 +22,7 @@ pub enum Exposed {
         "{0} can be reached from other machines, and nothing there is encrypted. Share on 127.0.0.1 or a Unix socket, or add --share-open-to-network if that is what you want"
     )]
     Network(SocketAddr),
-    /// A name may stand for anything.
+    /// The address is a name, which may stand for any machine.
     #[error("cannot share on `{0}`: give an IP address of this machine, such as 127.0.0.1:4001")]
     Name(String),
 }
@@ -32,7 +32,7 @@ impl Address {
     /// Unix socket.
     ///
     /// # Errors
-    /// When it is, or when that is unknown.
+    /// If the address is open to a network, or when that is unknown.
     pub fn to_listen_on(&self, open_to_network: bool) -> Result<Option<SocketAddr>, Exposed> {
         let Self::Tcp(text) = self else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! Clients of a shared link with their commands and answers; sans-IO.
+//! The broker of a shared link: its clients, their commands and the answers. Sans-IO.
 //!
 //! The station queues the commands; there, STOP overtakes others. Commands of a disconnected client continue until
 //! their timeout.
@@ -13,10 +13,10 @@ use super::status::StatusJson;
 use crate::event::{CommandId, CommandStatus, Failure, Moment, Truth};
 use crate::request::{Request, Standing};
 
-/// Maximum clients. When each of them waits for a command, one more may connect, to send STOP.
+/// Maximum number of clients. When all wait for a command, one more may connect, to send STOP.
 pub const CLIENTS_MAX: usize = 16;
 
-/// Maximum commands under way per client, STOPs aside.
+/// Maximum number of open commands per client, without STOPs.
 const ASKS_MAX: usize = 16;
 
 /// Code of an invalid line.
@@ -29,28 +29,28 @@ pub struct ClientId(pub u64);
 /// An output for the sockets or the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
-    /// Send lines to this client from here on, raw bytes only as lines and if it wants them.
+    /// Send only lines to this client from now on; raw bytes as lines, if the client wants them.
     Converse {
-        /// The client.
+        /// Number of the client.
         client: ClientId,
-        /// Whether it gets the raw bytes too.
+        /// Whether the client also gets the raw bytes.
         raw: bool,
     },
     /// Send this line to this client.
     Line(ClientId, Vec<u8>),
-    /// Close this client after its lines.
+    /// Close this client after its unsent lines.
     Close(ClientId),
-    /// Whether this client waits for a command now and keeps its place.
+    /// Set whether this client waits for a command and therefore keeps its place.
     Busy(ClientId, bool),
     /// This client waits for a STOP.
     Stopping(ClientId),
-    /// End this command for this reason.
+    /// End a command for a reason.
     GiveUp(CommandId, Failure),
     /// Drive by hand for half a second; zeros stop the robot.
     Drive {
-        /// Forward speed, inches a second.
+        /// Forward speed, in/s.
         velocity_in_s: i8,
-        /// Speed of the left wheel less that of the right, inches a second.
+        /// Speed of the left wheel minus that of the right wheel, in/s.
         rotation_in_s: i8,
     },
     /// Log a client's mistake.
@@ -60,9 +60,9 @@ pub enum Output {
 /// A command for the station, and its client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Asked {
-    /// The client.
+    /// Number of the client.
     pub client: ClientId,
-    /// Name of the client, for people.
+    /// Name of the client, for display.
     pub by: String,
     /// The command.
     pub ask: Ask,
@@ -71,9 +71,9 @@ pub struct Asked {
 #[derive(Debug)]
 struct Client {
     peer: String,
-    /// The client has said hello and gets JSON lines.
+    /// Whether the client has sent hello and gets JSON lines.
     converses: bool,
-    /// Commands under way. STOPs do not count: they go on without their client.
+    /// Number of open commands, without STOPs, which continue without their client.
     asks: usize,
 }
 
@@ -120,7 +120,7 @@ impl Broker {
         }
     }
 
-    /// Takes the world of a simulated robot, for every later client. A world too large for a line is left out.
+    /// Takes the world of a simulated robot, for every later client. A world too large for a line is omitted.
     pub fn handle_truth(&mut self, truth: Truth) {
         let length = serde_json::to_vec(&truth).map_or(usize::MAX, |json| json.len());
         self.truth = (length <= LINE_MAX / 2).then_some(truth);
@@ -293,7 +293,7 @@ impl Broker {
         }
     }
 
-    /// Tells all clients of a lost link.
+    /// Reports a lost link to all clients.
     pub fn handle_lost(&mut self, reason: &str) {
         self.send_all(&StationLine::Lost {
             lost: reason.to_owned(),
@@ -327,7 +327,7 @@ impl Broker {
         }
     }
 
-    /// When to call [`Broker::handle_timeout`] at the latest.
+    /// Latest time for the next call of [`Broker::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         self.commands.values().map(|command| command.deadline).min()

@@ -1,7 +1,7 @@
 //! Service calls: one command and one answer each.
 //!
-//! A call is JSON: `{"do":"mode prowl"}`, in the words of `groundwave send`, or `{"route":[{"x_in":48,"y_in":0}]}`;
-//! `"timeout_ms"` replaces the default of 20 s. The answer comes when the robot has confirmed or refused the command,
+//! A call is JSON: `{"do":"mode prowl"}`, with a command as typed for `groundwave send`, or `{"route":[{"x_in":48,"y_in":0}]}`;
+//! `"timeout_ms"` replaces the default of 20 s. The answer is sent when the robot has confirmed or refused the command,
 //! or when the timeout has passed. The commands of a `preset` are sent one by one, up to the first that is not
 //! confirmed.
 //!
@@ -26,7 +26,7 @@ pub struct CallId(pub u64);
 /// Reason why a call is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CallError {
-    /// The call is no JSON of the expected form.
+    /// The call is not JSON of the expected form.
     #[error(
         "not understood: {0}. A call is {{\"do\":\"mode prowl\"}} or {{\"route\":[{{\"x_in\":48,\"y_in\":0}}]}}, in whole \
          inches; \"timeout_ms\" may be added"
@@ -43,11 +43,11 @@ pub enum CallError {
 /// An output for the server or the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CallOutput {
-    /// Queue this at the station, and pass the command's number to [`Calls::handle_started`].
+    /// Queue this request at the station, and pass the command's number to [`Calls::handle_started`].
     Start(CallId, Request),
     /// Answer the call with this JSON.
     Answer(CallId, Vec<u8>),
-    /// Cancel this command: its timeout has passed.
+    /// Cancel this command, because its timeout has passed.
     GiveUp(CommandId),
 }
 
@@ -68,10 +68,10 @@ struct PointJson {
 
 #[derive(Debug)]
 struct Call {
-    /// The command under way.
+    /// The current command.
     request: Request,
     command: Option<CommandId>,
-    /// Commands to send after it.
+    /// Commands to send after the current one.
     rest: VecDeque<Request>,
     deadline: Moment,
     /// Parameters that the robot reported.
@@ -86,7 +86,7 @@ pub struct Calls {
 }
 
 impl Calls {
-    /// Takes a call. Any bytes may be given.
+    /// Takes a call. Accepts any bytes.
     pub fn handle_call(&mut self, now: Moment, id: CallId, payload: &[u8]) {
         match parse(payload) {
             Ok((first, rest, timeout)) => {
@@ -168,7 +168,7 @@ impl Calls {
         }
     }
 
-    /// When to call [`Calls::handle_timeout`] at the latest.
+    /// Latest time for the next call of [`Calls::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         self.calls.values().map(|call| call.deadline).min()
@@ -201,7 +201,7 @@ pub fn busy() -> Vec<u8> {
         .into_bytes()
 }
 
-/// The answer to a further STOP of a client whose other STOPs are waiting; it is sent too.
+/// The answer to a further STOP of a client whose other STOPs are waiting; this STOP is sent, too.
 #[must_use]
 pub fn stop_queued() -> Vec<u8> {
     let mut answer = json!(StatusJson::from(&CommandStatus::Queued));
@@ -209,7 +209,7 @@ pub fn stop_queued() -> Vec<u8> {
     answer.to_string().into_bytes()
 }
 
-/// Parses a call: the first request, the requests after it, and the timeout of all together.
+/// Parses a call; returns the first request, the later requests, and the timeout of all together.
 fn parse(payload: &[u8]) -> Result<(Request, VecDeque<Request>, Duration), CallError> {
     let json: CallJson =
         serde_json::from_slice(payload).map_err(|error| CallError::Json(error.to_string()))?;

@@ -1,13 +1,13 @@
 //! Lines of the shared socket: one JSON object per line.
 //!
-//! A station begins each connection with [`ANNOUNCEMENT`], then sends the raw bytes from the radio. On a port the client's first
+//! A station begins each connection with [`ANNOUNCEMENT`], then sends the raw bytes from the radio. On a port, the client's first
 //! line is the station's token.
 //!
-//! A client that sends `{"groundwave":1,"pid":1234}` gets lines from there on; with `"raw":true` the raw bytes too, as
-//! `{"rx":"A0012..."}`, one character per byte. Its commands are `{"id":1,"do":"mode prowl","timeout_ms":20000}`, in the words
-//! of `groundwave send`, or `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`; `{"id":3,"own":"goto 48 0"}` is a command string of
-//! the robot's. Each status carries the `id` of its command;
-//! `{"cancel":2}` ends one. `{"drive":[6,-3]}` drives by hand for half a second, in inches a second; `{"drive":[0,0]}` stops.
+//! A client that sends `{"groundwave":1,"pid":1234}` gets only lines from then on; with `"raw":true` also the raw bytes, as
+//! `{"rx":"A0012..."}`, one character per byte. Its commands are `{"id":1,"do":"mode prowl","timeout_ms":20000}`, as typed
+//! for `groundwave send`, or `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`; `{"id":3,"own":"goto 48 0"}` is a command string of
+//! the robot. Each status has the `id` of its command;
+//! `{"cancel":2}` ends a command. `{"drive":[6,-3]}` drives by hand for half a second, in inches per second; `{"drive":[0,0]}` stops.
 //! The last line before the station closes a connection is `{"code":"gave-way","error":"..."}`.
 
 use std::time::Duration;
@@ -23,13 +23,13 @@ use crate::request::Request;
 /// Version of these lines.
 const VERSION: u32 = 1;
 
-/// First bytes of each connection to a shared link: a program that opens it as a radio notices.
+/// First bytes of each connection to a shared link; a program that opens the link as a radio can recognize them.
 pub const ANNOUNCEMENT: &[u8] = b"{\"groundwave\":1}\n";
 
 /// Beginning of [`ANNOUNCEMENT`] in any version.
 const ANNOUNCED: &[u8] = b"{\"groundwave\":";
 
-/// Whether a connection that begins with these bytes is to a shared link; `None` if they are too few to tell.
+/// Whether a connection that begins with these bytes is to a shared link; `None` if there are too few bytes.
 #[must_use]
 pub fn is_announced(bytes: &[u8]) -> Option<bool> {
     let count = bytes.len().min(ANNOUNCED.len());
@@ -39,7 +39,7 @@ pub fn is_announced(bytes: &[u8]) -> Option<bool> {
     (count == ANNOUNCED.len()).then_some(true)
 }
 
-/// Timeout of a command that sets none.
+/// Default timeout of a command.
 const TIMEOUT_DEFAULT: Duration = Duration::from_secs(20);
 
 /// Maximum timeout of a command.
@@ -48,7 +48,7 @@ const TIMEOUT_MAX: Duration = Duration::from_hours(24);
 /// Reason why a line is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CodecError {
-    /// The line is no JSON of the expected form.
+    /// The line is not JSON of the expected form.
     #[error(
         "not understood: {0}. This is a groundwave station: begin with {{\"groundwave\":{VERSION}}}, or only receive"
     )]
@@ -83,22 +83,22 @@ impl CodecError {
 /// A line from a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ClientLine {
-    /// The client speaks JSON from here on.
+    /// The client sends JSON lines from now on.
     Hello {
-        /// Its process number, as it reports.
+        /// Process number that the client reports.
         pid: Option<u32>,
-        /// Whether it gets the raw bytes too.
+        /// Whether the client also gets the raw bytes.
         raw: bool,
     },
     /// A command.
     Ask(Ask),
-    /// Cancels the command with this number of the client's.
+    /// Cancels the command with this number, given by the client.
     Cancel(u32),
     /// Drives by hand for half a second; zeros stop the robot.
     Drive {
-        /// Forward speed, inches a second.
+        /// Forward speed, in/s.
         velocity_in_s: i8,
-        /// Speed of the left wheel less that of the right, inches a second.
+        /// Speed of the left wheel minus that of the right wheel, in/s.
         rotation_in_s: i8,
     },
 }
@@ -106,7 +106,7 @@ pub enum ClientLine {
 /// A command of a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ask {
-    /// The client's own number for it.
+    /// Number of the command, given by the client.
     pub tag: u32,
     /// The command.
     pub request: Request,
@@ -140,10 +140,10 @@ struct ClientJson {
 }
 
 impl ClientLine {
-    /// Reads a line, with or without its line feed. Any bytes may be given.
+    /// Parses a line, with or without its line feed. Accepts any bytes.
     ///
     /// # Errors
-    /// When the line is invalid.
+    /// If the line is invalid.
     pub fn parse(line: &[u8]) -> Result<Self, CodecError> {
         let json: ClientJson =
             serde_json::from_slice(line).map_err(|error| CodecError::Json(error.to_string()))?;
@@ -224,7 +224,7 @@ impl ClientLine {
                         json.route = Some(points.collect());
                     }
                     Request::Own(words) => json.own = Some(words.clone()),
-                    // The text of a request can be parsed again.
+                    // The text of a request parses to the same request.
                     request => json.r#do = Some(request.to_string()),
                 }
                 ClientJson {
@@ -269,7 +269,7 @@ fn read_request(
     }
 }
 
-/// Reads a route in whole inches that fits the robot.
+/// Reads a route in whole inches; fails if the robot cannot hold it.
 pub(super) fn read_route(points: Vec<(i16, i16)>) -> Result<Request, CodecError> {
     let waypoints: Result<Vec<Waypoint>, CodecError> = points
         .into_iter()
@@ -290,12 +290,12 @@ pub(super) fn read_timeout(ms: Option<u64>) -> Result<Duration, CodecError> {
     Ok(timeout)
 }
 
-/// Bytes and lines received while a command was under way.
+/// Number of bytes and lines received during a command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Heard {
-    /// Bytes of any kind.
+    /// Number of bytes of any kind.
     pub bytes: u64,
-    /// Intact lines, acknowledgement lines among them.
+    /// Number of intact lines, including acknowledgement lines.
     pub lines: u64,
 }
 
@@ -336,7 +336,7 @@ impl Welcome {
     }
 }
 
-/// Bytes from the radio as text: the character with a byte's number for each byte.
+/// Bytes from the radio as text: each byte as the character with its number.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct RawBytes(pub Vec<u8>);
@@ -367,11 +367,11 @@ pub enum StationLine {
         /// The bytes.
         rx: RawBytes,
     },
-    /// The station speaks JSON from here on.
+    /// The station sends JSON lines from now on.
     Welcome(Welcome),
     /// A command has a new status.
     Status {
-        /// The client's number.
+        /// Number of the command, given by the client.
         id: u32,
         /// The status.
         #[serde(flatten)]
@@ -393,13 +393,13 @@ pub enum StationLine {
     Error {
         /// The reason as a stable code.
         code: String,
-        /// The reason for people, and what to do.
+        /// The reason and a hint, for display.
         error: String,
     },
 }
 
 impl StationLine {
-    /// The last line to a client: why the station closes the connection.
+    /// The last line to a client, with the reason why the station closes the connection.
     #[must_use]
     pub fn error(code: &str, error: impl Into<String>) -> Self {
         Self::Error {
@@ -408,7 +408,7 @@ impl StationLine {
         }
     }
 
-    /// Reads a line, with or without its line feed; `None` for raw bytes from the radio.
+    /// Parses a line, with or without its line feed; `None` for raw bytes from the radio.
     #[must_use]
     pub fn parse(line: &[u8]) -> Option<Self> {
         serde_json::from_slice(line).ok()

@@ -15,11 +15,11 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Takes bytes up to the end of a line. Returns the number taken, at least one unless `bytes` is empty, and the
+    /// Takes bytes up to the end of a line. Returns the number of bytes taken (at least one unless `bytes` is empty) and the
     /// line without its line feed. A line that is too long is dropped.
     ///
     /// # Errors
-    /// When the line grows too long.
+    /// If the line grows too long.
     pub fn take(&mut self, bytes: &[u8]) -> (usize, Result<Option<Vec<u8>>, TooLong>) {
         let end = bytes.iter().position(|&byte| byte == b'\n');
         let run = &bytes[..end.unwrap_or(bytes.len())];

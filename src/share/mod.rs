@@ -1,7 +1,7 @@
 //! One radio, several clients: the protocol of a shared link.
 //!
-//! A client gets an announcement and the raw bytes from the radio, for any tool. After a [`ClientLine::Hello`] it exchanges JSON
-//! lines: it sends commands and gets statuses, and the raw bytes if it wants them. This module is sans-IO; [`crate::io::share`] and the runtime own sockets
+//! A client gets an announcement and the raw bytes from the radio, which any tool can read. After a [`ClientLine::Hello`], client and station exchange JSON
+//! lines: the client sends commands and gets statuses, and the raw bytes if it wants them. This module is sans-IO; [`crate::io::share`] and the runtime own sockets
 //! and clock.
 
 mod address;

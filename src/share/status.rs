@@ -1,4 +1,4 @@
-//! A command's status as JSON: on the shared socket, from `send --json` and `watch --headless`.
+//! A command's status as JSON, for the shared socket, `send --json` and `watch --headless`.
 
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName, Printable};
 use serde::{Deserialize, Serialize};
@@ -7,24 +7,24 @@ use crate::event::{CommandStatus, Failure};
 use crate::request::outcome_words;
 
 /// A status in JSON: `{"status":"refused","code":"bad-value","text":"a value is out of range"}`. Codes are stable; the
-/// text is for people.
+/// text is for display.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StatusJson {
     /// Code of the status.
     pub status: String,
-    /// Why the command was refused or failed, as a code.
+    /// Reason why the command was refused or failed, as a stable code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code: Option<String>,
-    /// The reason as text, for people.
+    /// The reason as text, for display.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
-    /// Frames sent so far.
+    /// Number of frames sent so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<u32>,
-    /// Waypoints acknowledged.
+    /// Number of acknowledged waypoints.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acknowledged: Option<u16>,
-    /// Waypoints in the list.
+    /// Number of waypoints in the list.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub total: Option<u16>,
     /// Digest of the confirmed list, eight hexadecimal digits.
@@ -48,9 +48,9 @@ pub struct ParameterJson {
     /// Maximum value.
     most: i32,
     unit: String,
-    /// Its number in the robot's list, from 1.
+    /// Number of the parameter in the robot's list, from 1.
     place: u8,
-    /// Parameters in that list.
+    /// Number of parameters in the robot's list.
     count: u8,
 }
 

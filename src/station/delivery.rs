@@ -18,7 +18,7 @@ impl Station {
         }
     }
 
-    /// Starts the next command; returns `false` if there is none.
+    /// Starts the next command; returns `false` if no command waits.
     pub(super) fn begin_next(&mut self, now: Moment) -> bool {
         if let Some(shared) = &mut self.shared {
             let next = self.waiting.pop_front_if(|next| shared.begin(next));
@@ -43,7 +43,7 @@ impl Station {
         if started {
             self.current = Some(id);
         } else {
-            // Nothing is under way, so the list fits no frame.
+            // No command is in progress, so the list fits into no frame.
             self.report(now, id, CommandStatus::Refused(Outcome::BadValue));
         }
         true
@@ -109,7 +109,7 @@ impl Station {
         }
     }
 
-    /// Ends the STOPs since whose request at least `sent` have left.
+    /// Ends the STOPs after which at least `sent` STOP frames were sent.
     fn end_stops(&mut self, now: Moment, status: CommandStatus, sent: u16) {
         let ended = self.stops.partition_point(|stop| stop.1 >= sent);
         for (id, _) in self.stops.drain(..ended).collect::<Vec<_>>() {
@@ -117,12 +117,12 @@ impl Station {
         }
     }
 
-    /// Acts on the verdict about a parameter command.
+    /// Carries out the verdict about a parameter command.
     pub(super) fn follow(&mut self, now: Moment, verdict: Verdict) {
         let end = match verdict {
             Verdict::Wait => return,
             Verdict::Ask(order) => {
-                // The verdict is about the command under way.
+                // The verdict is about the current command.
                 self.fop.start(micros(now), Task::Order(order));
                 return;
             }
@@ -161,7 +161,7 @@ impl Station {
     }
 }
 
-/// The order of a request; `None` for a request that is no order.
+/// The order of a request; `None` for a request without an order.
 pub(super) fn order(request: &Request) -> Option<Order> {
     Some(match request {
         Request::Stop | Request::Route(_) | Request::Own(_) => return None,
@@ -194,7 +194,7 @@ pub(super) fn order(request: &Request) -> Option<Order> {
 const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
     match loss {
         Failure::RobotRestarted => {
-            "the robot restarted: session, staged list and active list are gone"
+            "the robot restarted: session, staged list and active list are lost"
         }
         Failure::TakenOver => {
             "another station opened a session: this one sends nothing until you do"

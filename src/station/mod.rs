@@ -32,10 +32,13 @@ use reception::Listener;
 use shared::Shared;
 use tuner::Tuner;
 
+/// Lines with values of a robot that has only lines of its own, before it is refused commands.
+const OWN_LINES_MIN: u64 = 10;
+
 /// Minimum time between two reports of the statistics.
 const STATISTICS_REST: Duration = Duration::from_secs(1);
 
-/// Validity of a drive key unless it is pressed again.
+/// Time for which a drive key is valid unless it is pressed again.
 const DRIVE_LEASE: Duration = Duration::from_millis(500);
 
 #[derive(Clone, Debug)]
@@ -48,32 +51,35 @@ struct Waiting {
 #[derive(Clone, Debug)]
 pub struct Station {
     decoder: Decoder,
-    /// Reads the lines that are not Groundwave's.
+    /// Reads lines in the robot's own form.
     own: Recognizer,
-    /// Lines of the robot's own so far.
+    /// Number of lines of the robot's own so far.
     own_lines: u64,
-    /// The command strings of a robot that has them; it gets no frame.
+    /// Lines of its own with values, and all lines.
+    own_values: u64,
+    all_lines: u64,
+    /// Command strings, for a robot that takes them and no frames.
     own_uplink: Option<OwnUplink>,
     listener: Listener,
     fop: Fop,
-    /// The way to another station that sends the commands; `None` on a radio.
+    /// Connection to another station that sends the commands; `None` on a radio.
     shared: Option<Shared>,
     can_send: bool,
     waiting: VecDeque<Waiting>,
     current: Option<CommandId>,
-    /// The command under way, if it is about parameters.
+    /// The current command, if it is about parameters.
     tuner: Option<Tuner>,
-    /// STOPs that the robot has not confirmed yet, oldest first, and how many with a receipt of their own have left since.
+    /// STOPs that the robot has not confirmed yet, oldest first; each with the number of STOP frames sent since.
     stops: Vec<(CommandId, u16)>,
     /// Whether this station has sent STOP in this session.
     stopped: bool,
     next_id: u32,
     reported_counters: Counters,
-    /// The other robot on the channel that was reported.
+    /// Number of the other robot on the channel, once reported.
     reported_other: Option<u8>,
     outages: Outages,
     examiner: Examiner,
-    /// Of the link, bit/s.
+    /// Rate of the link, bit/s.
     baud: u32,
     meter: LinkMeter,
     reported_statistics: Option<(Moment, Statistics)>,
@@ -81,7 +87,7 @@ pub struct Station {
 }
 
 impl Station {
-    /// A station that has received nothing. `can_send` is needed from the start, because a STOP pressed before the
+    /// A station before its first input. `can_send` is needed from the start, because a STOP pressed before the
     /// link's first event must be sent.
     #[must_use]
     pub fn new(config: Config, can_send: bool) -> Self {
@@ -89,6 +95,8 @@ impl Station {
             decoder: Decoder::default(),
             own: Recognizer::default(),
             own_lines: 0,
+            own_values: 0,
+            all_lines: 0,
             own_uplink: None,
             listener: Listener::default(),
             fop: Fop::new(config),
@@ -111,19 +119,19 @@ impl Station {
         }
     }
 
-    /// Sets the radio's baud rate, for the pace of frames and the airtime; 2400 until then.
+    /// Sets the radio's baud rate, for the pace of frames and the airtime; the default is 2400.
     pub fn set_baud(&mut self, baud: u32) {
         self.baud = baud;
         self.meter.set_baud(baud);
         self.fop.set_rate(baud / BITS_PER_BYTE);
     }
 
-    /// Sets how lines that are not Groundwave's are read; until then their form is recognized.
+    /// Sets how lines in the robot's own form are read. Until then, the form is recognized automatically.
     pub fn set_own_lines(&mut self, own: Recognizer) {
         self.own = own;
     }
 
-    /// Sets the robot's command strings. With any, it gets no frame.
+    /// Sets the robot's command strings. If there are any, the robot gets no frames.
     pub fn set_own_commands(&mut self, commands: BTreeMap<String, OwnCommand>) {
         self.own_uplink = (!commands.is_empty()).then(|| OwnUplink::new(commands));
     }
@@ -183,7 +191,7 @@ impl Station {
         }
     }
 
-    /// Takes a line, or a part of one, and the empty lines after it.
+    /// Takes a line or a part of a line, and the empty lines after it.
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
         self.decoder.set_time(now.as_millis() as u64);
@@ -198,12 +206,15 @@ impl Station {
             self.handle_received(now, &received);
         }
         let mut has_line = last.is_some();
+        self.all_lines += u64::from(run.ends_with(b"\n"));
         self.report_outages();
         self.report_other_robot();
         if let Some(line) = self.own.take(run, has_line) {
             let is_intact = line.content != Content::Damaged;
             has_line |= is_intact;
             self.own_lines += u64::from(is_intact);
+            let has_values = matches!(&line.content, Content::Values(values) if !values.is_empty());
+            self.own_values += u64::from(has_values);
             self.decoder.disown(run.len(), before.damaged);
             self.examiner.skip();
             if let Some(uplink) = &mut self.own_uplink {
@@ -231,7 +242,7 @@ impl Station {
         };
         if ended(&counters) != ended(&self.reported_counters) {
             self.reported_counters = counters;
-            // A flood of short lines is one event.
+            // A flood of short lines makes only one event.
             match self.events.back_mut() {
                 Some(Event::Counters(last)) => *last = counters,
                 _ => self.events.push_back(Event::Counters(counters)),
@@ -260,27 +271,27 @@ impl Station {
         }
     }
 
-    /// Names another robot on the channel, once.
+    /// Reports another robot on the channel, once.
     fn report_other_robot(&mut self) {
         let other = self.decoder.counters().other_robot;
         if std::mem::replace(&mut self.reported_other, other) == other {
             return;
         }
         if let Some(id) = other {
-            let text = format!("robot {id} speaks on this channel, too; its lines are kept apart");
+            let text = format!("robot {id} also sends on this channel; its lines are kept apart");
             self.notice(NoticeCode::OtherRobot, Level::Warning, &text);
         }
     }
 
-    /// Names mistakes in the robot's lines, each kind once.
+    /// Reports mistakes in the robot's lines, each kind once.
     fn report_mistakes(&mut self) {
         while let Some(finding) = self.examiner.news() {
-            // Another robot has a notice of its own.
+            // Another robot has a separate notice.
             if finding.kind == kind::TWO_ROBOTS {
                 continue;
             }
             let text = format!(
-                "mistake of the robot: {}; `groundwave check` tells more",
+                "mistake of the robot: {}; `groundwave check` shows more",
                 finding.clause()
             );
             self.notice(NoticeCode::RobotMistake, Level::Warning, &text);
@@ -387,13 +398,15 @@ impl Station {
         id
     }
 
-    /// Whether the robot speaks, and not one line of Groundwave's came.
+    /// Whether nearly all lines are the robot's own, with values. Damaged lines of Groundwave's look like them now and then.
     const fn has_only_own_lines(&self) -> bool {
         let counters = self.decoder.counters();
-        self.own_lines > 0 && counters.lines + counters.ack_lines == 0
+        counters.lines + counters.ack_lines == 0
+            && self.own_values >= OWN_LINES_MIN
+            && self.own_values * 10 >= self.all_lines * 9
     }
 
-    /// Drives by hand for half a second; call it again to continue.
+    /// Drives by hand for half a second; call again to continue.
     pub fn handle_drive(&mut self, now: Moment, velocity_in_s: i8, rotation_in_s: i8) {
         match &mut self.shared {
             _ if !self.can_send || self.own_uplink.is_some() => {}
@@ -433,7 +446,7 @@ impl Station {
         self.settle(now);
     }
 
-    /// Ends a command for a reason, such as a timeout that has passed; a STOP continues.
+    /// Ends a command for a reason, such as a passed timeout; a STOP continues.
     pub fn handle_give_up(&mut self, now: Moment, id: CommandId, why: Failure) {
         if let (Some(uplink), None) = (&mut self.own_uplink, &self.shared) {
             uplink.cancel(why, Some(id));
@@ -509,7 +522,7 @@ impl Station {
         self.events.pop_front()
     }
 
-    /// When to call [`Station::handle_timeout`] at the latest.
+    /// Latest time for the next call of [`Station::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
         let fop = self.fop.poll_timeout().map(Duration::from_micros);
@@ -530,7 +543,7 @@ impl Station {
         .min()
     }
 
-    /// When the commands that wait for another station's connection are given up.
+    /// Time at which commands that wait for the connection to another station are given up.
     fn shared_give_up_at(&self) -> Option<Moment> {
         let shared = self.shared.as_ref().filter(|_| !self.waiting.is_empty());
         shared.and_then(Shared::give_up_at)
@@ -542,7 +555,7 @@ impl Station {
         self.decoder.counters()
     }
 
-    /// Lines of the robot's own so far.
+    /// Number of lines of the robot's own so far.
     #[must_use]
     pub const fn own_lines(&self) -> u64 {
         self.own_lines

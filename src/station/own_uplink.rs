@@ -1,4 +1,4 @@
-//! Command strings for a robot without acknowledgements: sent as text, echoed by a reply, never confirmed.
+//! Delivers command strings to a robot without acknowledgements: sent as text, echoed by a reply, never confirmed.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -7,16 +7,16 @@ use groundwave_lines::OwnCommand;
 use crate::event::{CommandId, CommandStatus, Failure, Moment};
 use crate::request::Request;
 
-/// How long the reply to a command is awaited.
+/// Maximum time to wait for the reply to a command.
 const PATIENCE: Moment = Moment::from_secs(5);
 
 /// Interval of the repetitions of STOP; other commands are sent once.
 const STOP_INTERVAL: Moment = Moment::from_millis(500);
 
-/// Maximum commands that await a reply; further ones fail.
+/// Maximum number of commands that wait for a reply; further commands fail.
 const WAITING_MAX: usize = 16;
 
-/// A command that awaits its reply.
+/// A command that waits for its reply.
 #[derive(Clone, Debug)]
 struct Waiting {
     id: CommandId,
@@ -24,7 +24,7 @@ struct Waiting {
     reply: String,
     is_stop: bool,
     frames: u32,
-    /// When it is sent again; `None` for a command that is sent once.
+    /// Time at which the command is sent again; `None` for a command that is sent once.
     again_at: Option<Moment>,
     over_at: Moment,
 }
@@ -76,7 +76,7 @@ impl OwnUplink {
         self.handle_timeout(now);
     }
 
-    /// Takes a line of the robot: it echoes the oldest command with this reply.
+    /// Takes a line of the robot; it is the echo of the oldest command with this reply.
     pub(super) fn handle_line(&mut self, text: &str) {
         let text = text.trim();
         let echoed = self
@@ -103,7 +103,7 @@ impl OwnUplink {
         self.end_all(Failure::TimedOut, |waiting| waiting.over_at <= now);
     }
 
-    /// Ends the commands that a condition holds for.
+    /// Ends the command with number `id`, or all commands.
     pub(super) fn cancel(&mut self, why: Failure, id: Option<CommandId>) {
         self.end_all(why, |waiting| id.is_none_or(|id| waiting.id == id));
     }

@@ -1,7 +1,7 @@
-//! Plans the frames of commands without a robot, as if nothing were lost.
+//! Plans the frames of commands without a robot, assuming no losses.
 //!
 //! Lengths and payloads are those of real frames. Checksums, and the payload of a session request, depend on robot,
-//! boot, session and owner; here these are those of an example.
+//! boot, session and owner; the plan uses example values.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::session_after;
@@ -15,22 +15,22 @@ use super::delivery::order;
 use crate::request::Request;
 use crate::statistics::BITS_PER_BYTE;
 
-/// The robot of the example, 1 to 99.
+/// Number of the example's robot, 1 to 99.
 pub const ROBOT_ID: u8 = 7;
 
-/// Its boot counter.
+/// Boot counter of the example's robot.
 pub const BOOT: u8 = 1;
 
-/// The station's nonce.
+/// Nonce of the example's station.
 pub const OWNER: u16 = 677;
 
-/// The receipt of its STOPs.
+/// Receipt of the example station's STOPs.
 const RECEIPT: u16 = OWNER << 5 | 1;
 
 /// Plans commands in order, for a robot that has just booted.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
-    /// The robot's session.
+    /// Number of the robot's session.
     session: u8,
     era: u16,
     is_open: bool,
@@ -43,12 +43,12 @@ pub struct Planner {
 pub struct Plan {
     /// The request for a session, if the command needs one and none is open.
     pub opening: Option<Frame>,
-    /// Frames of the command; on a bad channel they are shorter, and some are repeated.
+    /// Frames of the command. On a bad channel, real frames are shorter, and some are repeated.
     pub frames: Vec<Frame>,
 }
 
 impl Plan {
-    /// Bytes of all frames.
+    /// Number of bytes in all frames.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let frames = self.opening.iter().chain(&self.frames);
@@ -141,7 +141,7 @@ mod tests {
 
     use super::*;
 
-    /// The robot's end of the uplink.
+    /// The robot's end of the uplink, for tests.
     struct Robot {
         receiver: Receiver,
         farm: Farm,
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_hears_the_plan_does_what_was_asked() {
+    fn a_robot_that_receives_the_plan_executes_the_request() {
         let mut robot = Robot::new();
         let mut planner = Planner::default();
         let sonar = LayerMask::NONE.with(Layer::Sonar);

@@ -19,7 +19,7 @@ const WINDOW: usize = 1024;
 /// Time after received text for which the rate counts as right.
 const TRUST: Duration = Duration::from_mins(1);
 
-/// Observes all received bytes.
+/// Classifies the received bytes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Listener {
     is_open: bool,
@@ -36,7 +36,7 @@ pub(super) struct Listener {
 }
 
 impl Listener {
-    /// Takes the opening or closing of the link; forgets everything received before.
+    /// Takes the opening or closing of the link; drops everything received before.
     pub(super) fn open(&mut self, is_open: bool) {
         *self = Self {
             is_open,
@@ -44,7 +44,7 @@ impl Listener {
         };
     }
 
-    /// Takes bytes, and whether an intact line ended among them. Returns the kind of reception and when it began, if
+    /// Takes bytes, and whether an intact line ended in them. Returns the kind of reception and the time at which it began, if
     /// the kind has changed.
     pub(super) fn take(
         &mut self,
@@ -71,7 +71,7 @@ impl Listener {
         None
     }
 
-    /// Handles the passing of time. Returns the kind of reception and when it began, if the kind has changed.
+    /// Handles the passing of time. Returns the kind of reception and the time at which it began, if the kind has changed.
     pub(super) fn handle_timeout(&mut self, now: Moment) -> Option<(Reception, Moment)> {
         if !self.is_open {
             return None;
@@ -102,7 +102,7 @@ impl Listener {
         self.report(Reception::Nothing, byte_at)
     }
 
-    /// When to call [`Listener::handle_timeout`] at the latest.
+    /// Latest time for the next call of [`Listener::handle_timeout`].
     pub(super) fn poll_timeout(&self) -> Option<Moment> {
         if !self.is_open {
             return None;

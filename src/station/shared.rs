@@ -1,7 +1,7 @@
-//! Delivery by another station that shares its link: commands leave as its lines, its answers become statuses.
+//! Delivers commands through another station that shares its link: commands are sent as lines, and answers become statuses.
 //!
-//! One command is under way at a time, as on a radio; STOP overtakes. A STOP is repeated on the next connection; another
-//! command that was under way on a lost connection is reported as not confirmed, and one that waits for a connection too, after a while.
+//! One command at a time is in progress, as on a radio; STOP overtakes. A STOP is repeated on the next connection. Any other
+//! command that was in progress on a lost connection is reported as not confirmed; so is, after a while, a command that waits for a connection.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,13 +11,13 @@ use crate::event::{CommandId, CommandStatus, Failure, Level, Moment, NoticeCode}
 use crate::request::Request;
 use crate::share::{Ask, ClientLine, StationLine};
 
-/// Timeout of a command. The other station gives up much earlier on a robot that does not answer.
+/// Timeout of a command. If the robot does not answer, the other station gives up much earlier.
 const TIMEOUT: Duration = Duration::from_mins(10);
 
-/// How long commands other than STOP wait for a lost connection: a late one may move the robot unexpectedly.
+/// Maximum time for which commands other than STOP wait for a lost connection; a late command could move the robot unexpectedly.
 const GIVE_UP: Duration = Duration::from_secs(15);
 
-/// The lines to the other station.
+/// Lines for the other station.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shared {
     is_open: bool,
@@ -42,24 +42,24 @@ impl Shared {
         }
     }
 
-    /// Asks for a STOP now, or on the next connection.
+    /// Sends a STOP now, or on the next connection.
     pub(super) fn stop(&mut self, id: CommandId) {
         if self.is_open {
             self.ask(id, Request::Stop);
         }
     }
 
-    /// Notes a command that waits.
+    /// Records that a command waits.
     pub(super) const fn wait(&mut self, now: Moment) {
         self.waits_since = now;
     }
 
-    /// When commands have waited too long for a connection.
+    /// Time at which commands have waited too long for a connection.
     pub(super) fn give_up_at(&self) -> Option<Moment> {
         (!self.is_open).then(|| self.waits_since + GIVE_UP)
     }
 
-    /// Asks for the command; returns `false` on a lost connection.
+    /// Sends a command; returns `false` if the connection is lost.
     pub(super) fn begin(&mut self, next: &Waiting) -> bool {
         if self.is_open {
             self.ask(next.id, next.request.clone());
@@ -69,7 +69,7 @@ impl Shared {
 }
 
 impl Station {
-    /// Takes a new connection: whether another station shares this link, and then sends the commands.
+    /// Takes a new connection; `is_shared` if another station shares this link and therefore sends the commands.
     pub fn handle_shared(&mut self, now: Moment, is_shared: bool) {
         if !is_shared {
             self.shared = None;
@@ -90,7 +90,7 @@ impl Station {
         self.settle(now);
     }
 
-    /// Whether another station sends the commands, and is connected.
+    /// Whether a connected station sends the commands.
     #[must_use]
     pub fn is_shared(&self) -> bool {
         self.shared.as_ref().is_some_and(|shared| shared.is_open)

@@ -1,4 +1,4 @@
-//! Parameter commands, which end with a line P, not with an acknowledgement.
+//! Delivers parameter commands, which end with a line P, not with an acknowledgement.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
@@ -10,11 +10,11 @@ use groundwave_protocol::telemetry::{Outcome, ParameterLine};
 use crate::event::Moment;
 use crate::request::{Amount, Tuning};
 
-/// Time after an order when a line P counts as lost. The robot sends it as its next line or the one after, at most 1.5
+/// Time after an order at which the line P counts as lost. The robot sends it as its next line or the one after, at most 1.5
 /// s after the order.
 const PATIENCE: Duration = Duration::from_millis(2500);
 
-/// Maximum consecutive rounds without an answer. If every second line is lost, one command in a thousand fails.
+/// Maximum number of consecutive rounds without an answer. If every second line is lost, one command in a thousand fails.
 const VAIN_ROUNDS_MAX: u8 = 12;
 
 /// State of a parameter command.
@@ -30,7 +30,7 @@ pub(super) struct Tuner {
     state: State,
     /// Numbers of the parameters still to be requested in this round, without waiting for the answers.
     round: VecDeque<u8>,
-    /// Consecutive rounds without an answer.
+    /// Number of consecutive rounds without an answer.
     vain_rounds: u8,
 }
 
@@ -44,10 +44,10 @@ enum State {
     Refused { outcome: Outcome, until: Moment },
 }
 
-/// The next step.
+/// The next step of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// Nothing yet.
+    /// Wait for the robot.
     Wait,
     /// Send another order.
     Ask(Order),
@@ -89,7 +89,7 @@ impl Tuner {
                 };
                 Verdict::Wait
             }
-            // The next line P has the limits.
+            // The next line P contains the limits.
             (Outcome::BadValue, Tuning::Set(..)) => {
                 self.state = State::Refused {
                     outcome,
@@ -175,7 +175,7 @@ impl Tuner {
         }
     }
 
-    /// When to call [`Self::handle_timeout`] at the latest.
+    /// Latest time for the next call of [`Self::handle_timeout`].
     pub(super) const fn poll_timeout(&self) -> Option<Moment> {
         match self.state {
             State::Ordered => None,

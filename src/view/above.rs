@@ -1,4 +1,4 @@
-//! The robot seen from above: its sensors, lit in their places, and its wheels.
+//! The robot from above: its sensors in their places, highlighted when they trigger, and its wheels.
 
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared};
 use groundwave_protocol::telemetry::StateLine;
@@ -24,7 +24,7 @@ const CONE_STEPS_IN: [u16; 2] = [60, 30];
 /// Range below which an echo is highlighted, inches.
 const NEAR_IN: u16 = 30;
 
-/// An area that texts are placed in.
+/// An area for placing texts.
 struct Canvas<'b> {
     buffer: &'b mut Buffer,
     area: Rect,
@@ -69,14 +69,14 @@ impl Screen<'_> {
                 ..below
             },
         };
-        // Stale values are dim and keep their shapes.
+        // Stale values are dim but keep their shapes.
         let lit = |style: Style| if is_stale { self.theme.dim } else { style };
         self.cones(&mut canvas, &state.value, long, lit);
         self.front(&mut canvas, &state.value, long, lit);
         self.inside(&mut canvas, &state.value, long, lit);
     }
 
-    /// Draws the sonar beams: a nearer echo is a shorter cone.
+    /// Draws the sonar beams; a nearer echo is a shorter cone.
     fn cones(
         &self,
         canvas: &mut Canvas<'_>,

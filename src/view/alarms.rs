@@ -6,22 +6,22 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::text::{First, wrap};
-use super::{Screen, put};
+use super::{Screen, columns, put};
 use crate::event::{Level, Moment};
 use crate::model::alarms::{Raised, Rule, Shown, Source};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::{Panel, age};
 
-/// Columns of a rule's name in the list of limits.
+/// Number of columns of a rule's name in the list of limits.
 const NAME_COLUMNS: usize = 17;
 
 const INDENT: usize = 2;
 
-/// The key that acknowledges.
+/// Label of the key that acknowledges alarms.
 const ACKNOWLEDGE: &str = "<acknowledge-alarms>: acknowledge";
 
 impl Screen<'_> {
-    /// The unacknowledged alarms as of now, even while the screen shows the past of a live session.
+    /// The alarms that are unacknowledged now, even while the screen shows the past of a live session.
     pub(super) fn calling(&self) -> Vec<(&Rule, Raised)> {
         self.present.alarms.calling(&self.ui.attended)
     }
@@ -43,14 +43,20 @@ impl Screen<'_> {
             self.with_keys(&format!("{more}{ACKNOWLEDGE}")),
             self.theme.key,
         );
-        let words = self.alarm_words(rule, raised, now);
-        let text = match raised.over_at {
-            Some(_) => format!("{glyph} {when}{words}"),
-            None => format!("{glyph} {when}{words}. {}", self.hint_of(rule))
-                .trim_end()
-                .to_owned(),
+        let words = format!("{glyph} {when}{}", self.alarm_words(rule, raised, now));
+        let figure = raised.latest.or(raised.worst).filter(|_| rule.has_figure());
+        let figure = figure.map_or_else(String::new, |figure| format!(" {}", rule.figure(figure)));
+        let short = format!("{glyph} {when}{}{figure}", rule.name.to_uppercase());
+        let hint = match raised.over_at {
+            Some(_) => String::new(),
+            None => format!(". {}", self.hint_of(rule)),
         };
-        let line = Line::styled(text, style);
+        let hint = hint.trim_end();
+        // What to do is worth more than how long it lasts.
+        let room = usize::from(area.width).saturating_sub(columns(&right.content) + 1);
+        let forms = [format!("{words}{hint}"), format!("{short}{hint}"), short];
+        let mut fitting = forms.into_iter().filter(|form| columns(form) <= room);
+        let line = Line::styled(fitting.next().unwrap_or(words), style);
         let line = self.with_right(line, right, usize::from(area.width));
         put(buffer, area, 0, &line);
     }
@@ -60,6 +66,8 @@ impl Screen<'_> {
         let width = usize::from(area.width);
         let room = width.saturating_sub(INDENT);
         let mut lines = Vec::new();
+        let chosen = self.ui.chosen_alarm(self.facts);
+        let mut chosen_row = None;
         for shown in self.ui.listed(self.facts) {
             let first = lines.len();
             if let Some(raised) = shown.raised {
@@ -73,17 +81,23 @@ impl Screen<'_> {
                 );
                 lines.push(self.cut(Line::styled(text, theme.dim), width));
             }
-            let is_chosen = self.ui.chosen_alarm() == Some(shown.index);
+            let is_chosen = chosen == Some(shown.index);
             if let Some(line) = lines.get_mut(first).filter(|_| is_chosen) {
                 *line = std::mem::take(line).patch_style(theme.lit);
+                chosen_row = Some(first);
             }
         }
         let note = Span::styled(self.alarm_note(), theme.dim);
         let title = (Panel::Alarms, "alarms");
-        self.pages(buffer, area, title, Some(note), &lines, First::Top);
+        let around = chosen_row.filter(|_| self.ui.alarm.is_some());
+        let rows = (lines.len(), around);
+        let (below, shown) = self.page(buffer, area, title, Some(note), rows, First::Top);
+        for (row, line) in (0..).zip(&lines[shown]) {
+            put(buffer, below, row, line);
+        }
     }
 
-    /// A raised alarm, with what to do about it.
+    /// The lines of a raised alarm, with a hint.
     fn raised_lines(&self, shown: &Shown<'_>, raised: &Raised, room: usize) -> Vec<Line<'static>> {
         let (glyph, style) = match shown.shelved_until {
             Some(_) => (self.theme.glyphs.off, self.theme.dim),
@@ -105,7 +119,7 @@ impl Screen<'_> {
         rows.chain(hint).collect()
     }
 
-    /// How long an alarm is shelved.
+    /// The time for which an alarm is shelved, as text.
     fn shelf_words(&self, shown: &Shown<'_>) -> Option<String> {
         let left = shown.shelved_until?.saturating_sub(self.now);
         Some(format!("shelved, {} left", age::words(left)))
@@ -131,7 +145,7 @@ impl Screen<'_> {
         }
     }
 
-    /// What to do, as a sentence.
+    /// The hint of a rule, as a sentence.
     fn hint_of(&self, rule: &Rule) -> String {
         let mut hint = self.with_keys(rule.hint_of(&self.present.recording));
         if let Some(first) = hint.get_mut(..1) {
@@ -140,7 +154,7 @@ impl Screen<'_> {
         hint
     }
 
-    /// Name, figures and duration of an alarm.
+    /// Name, values and duration of an alarm as text.
     fn alarm_words(&self, rule: &Rule, raised: &Raised, now: Moment) -> String {
         let figure = match raised.worst.filter(|_| rule.has_figure()) {
             Some(worst) => {
@@ -205,7 +219,7 @@ fn limit_words(rule: &Rule) -> String {
     format!("limit {}", rule.figure(rule.bounds.raise))
 }
 
-/// The latest figure and the worst one, each labelled.
+/// The latest and the worst value as text, each labelled.
 fn figure_words(rule: &Rule, raised: &Raised, worst: f64) -> String {
     let worst = rule.figure(worst);
     let latest = raised.latest.map(|latest| rule.figure(latest));

@@ -7,8 +7,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::Screen;
 use super::text::{First, wrap};
+use super::{Screen, columns};
 use crate::event::{CommandStatus, Moment};
 use crate::model::Panel;
 use crate::model::ledger::Entry;
@@ -38,19 +38,28 @@ impl Screen<'_> {
 
     fn command_lines(&self, width: usize) -> Vec<Line<'static>> {
         let asked_columns = (width / 2).clamp(ASKED_COLUMNS_MIN, 32);
-        let room = width.saturating_sub(asked_columns + 3);
         let mut lines = Vec::new();
         for entry in self.facts.ledger.entries() {
             let (glyph, says, style) = self.fate(entry);
-            let asked = Line::raw(format!("{} {}", entry.id.0, entry.request));
-            let asked = self.cut(asked, asked_columns).to_string();
+            let asked = format!("{} {}", entry.id.0, entry.request);
+            let begin = if columns(&asked) <= asked_columns {
+                let gap = " ".repeat(asked_columns - columns(&asked) + 1);
+                asked + &gap
+            } else {
+                // A long command has rows of its own.
+                let rows = wrap(&asked, width, width.saturating_sub(4)).into_iter();
+                lines.extend((0..).zip(rows).map(|(row, asked)| {
+                    let indent = if row == 0 { 0 } else { 4 };
+                    Line::raw(format!("{:indent$}{asked}", ""))
+                }));
+                " ".repeat(4)
+            };
+            let room = width.saturating_sub(columns(&begin) + 2);
             let mut says = wrap(&says, room, width.saturating_sub(4)).into_iter();
+            let first = format!("{glyph} {}", says.next().unwrap_or_default());
             lines.push(Line::from(vec![
-                Span::raw(format!("{asked:<asked_columns$} ")),
-                Span::styled(
-                    format!("{glyph} {}", says.next().unwrap_or_default()),
-                    style,
-                ),
+                Span::raw(begin),
+                Span::styled(first, style),
             ]));
             lines.extend(says.map(|more| Line::styled(format!("    {more}"), style)));
             if let Some(by) = &entry.by {
@@ -207,7 +216,7 @@ impl Screen<'_> {
     }
 }
 
-/// The time until a confirmation.
+/// The time until a confirmation as text.
 fn in_seconds(delay: Moment) -> String {
     format!(" in {:.1} s", delay.as_secs_f64())
 }

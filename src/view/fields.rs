@@ -1,4 +1,4 @@
-//! The fields of a robot's own lines: each with its newest value, its course and its age; the chosen one as a plot.
+//! The fields of a robot's own lines, each with its newest value, history and age; the chosen field as a plot.
 
 use groundwave_lines::{Role, Value};
 use ratatui::buffer::Buffer;
@@ -122,7 +122,7 @@ impl Screen<'_> {
         Line::from(spans)
     }
 
-    /// The course of a field over the plots' time, one column each.
+    /// The history of a field over the plots' time, as a sparkline.
     fn sparkline(&self, known: &Known, width: usize) -> String {
         let steps = known.series.columns(self.plot_span(), self.now, width);
         let (low, high) = range(&steps);
@@ -143,7 +143,7 @@ impl Screen<'_> {
         steps.iter().map(glyph).collect()
     }
 
-    /// Draws the course of a field with its range and time axis.
+    /// Draws the history of a field with its range and time axis.
     fn field_plot(&self, buffer: &mut Buffer, area: Rect, known: &Known) {
         let unit = known.field.unit.as_deref().unwrap_or_default();
         let name = format!("{} {unit}", known.field.name);
@@ -214,7 +214,7 @@ impl Screen<'_> {
     }
 }
 
-/// Least and greatest of all columns; not finite without a value.
+/// Minimum and maximum of all columns; not finite without a value.
 fn range(columns: &[Option<(f32, f32)>]) -> (f32, f32) {
     let known = columns.iter().flatten();
     known.fold(

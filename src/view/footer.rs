@@ -95,7 +95,7 @@ impl Screen<'_> {
             .filter(|row| self.does_something(row))
             .collect();
         rows.sort_by_cached_key(|row| {
-            // A draft is begun with the cursor, and sent rather than edited.
+            // A draft is begun with the cursor; the footer offers sending it rather than editing it.
             let step = match row.action {
                 Action::MoveCursor { .. } => 0,
                 Action::EditRoute => 2,
@@ -107,7 +107,7 @@ impl Screen<'_> {
         rows.into_iter().flat_map(|row| self.named(row)).collect()
     }
 
-    /// Whether an action has an object: a window to close, a command to cancel, a draft to send.
+    /// Whether an action has an effect: a window to close, a command to cancel, a draft to send.
     fn does_something(&self, row: &Row) -> bool {
         let facts = self.facts;
         match (row.context, row.action) {
@@ -126,15 +126,15 @@ impl Screen<'_> {
         self.ui.map.cursor.is_some() || !self.ui.map.draft.waypoints().is_empty()
     }
 
-    /// STOP, the keys of the panel in focus, then the general ones.
+    /// Position of an action in the footer: STOP, the keys of the chosen panel, then general keys.
     fn place_in_footer(&self, action: Action) -> usize {
         let facts = self.facts;
         let common = Action::COMMON.iter().position(|known| *known == action);
         match action {
             Action::Stop => 0,
-            // A window's own keys come first.
+            // Keys of an open window come first.
             Action::AskCommand if self.ui.context() != Context::Dashboard => usize::MAX,
-            // In the past, moving in time comes first.
+            // While the screen shows the past, keys that move in time come first.
             _ if self.ui.playback.is_some() && action.moves_in_time() => 1,
             Action::CancelCommands if facts.ledger.is_busy() => 2,
             Action::Enlarge if self.ui.enlarged.is_some() => 2,
@@ -170,15 +170,11 @@ impl Screen<'_> {
         rows.flat_map(|row| self.named(row)).collect()
     }
 
-    /// The rows of actions that this robot can be asked for: commands only on a link that can send.
+    /// The rows of actions that are possible with this robot; commands only on a link that can send.
     fn named_rows(&self, context: Context) -> impl Iterator<Item = &Row> {
-        let deaf = self.facts.link.is_receive_only();
-        let own = self.facts.link.has_only_own_lines();
         self.ui.config.keys.rows().filter(move |row| {
             let is_named = !row.footer.is_empty() && !row.label.is_empty();
-            let is_lacking =
-                deaf && row.action.asks_the_robot() || own && row.action.needs_protocol();
-            row.context == context && is_named && !is_lacking
+            row.context == context && is_named && self.ui.offers(self.facts, row.action)
         })
     }
 
@@ -208,5 +204,5 @@ const ALWAYS_SEEN: &[Action] = &[
     Action::Route(RouteAction::Leave),
 ];
 
-/// Columns of the prompt row kept free for text.
+/// Number of columns of the prompt row kept free for text.
 const TYPING_COLUMNS: usize = 34;

@@ -7,14 +7,14 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
 use super::status::{file_name, shortened};
-use super::{Screen, put, width_of};
+use super::{Screen, columns, put, width_of};
 use crate::hint::shell_word;
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
 use crate::playback::POSITION_HELP;
 use crate::request::completion::Candidate;
 
-/// Variants of the summary from longest to shortest: the first that fits is drawn.
+/// Variants of the summary from longest to shortest; the first one that fits is drawn.
 const TERSENESS: [Terseness; 3] = [
     Terseness {
         short: false,
@@ -30,12 +30,12 @@ const TERSENESS: [Terseness; 3] = [
     },
 ];
 
-/// What a variant of the summary leaves out.
+/// Length of a variant of the summary.
 #[derive(Clone, Copy)]
 struct Terseness {
-    /// Shorter words, and files without their folders.
+    /// Whether to use shorter words, and file names without folders.
     short: bool,
-    /// Maximum length of a recording's name.
+    /// Maximum width of a recording's name, columns.
     name_columns: usize,
 }
 
@@ -45,7 +45,7 @@ impl Screen<'_> {
         let news = self.shown().news(self.present_at);
         let answer = news.filter(|news| matches!(news, News::Passing(_)));
         let answer = answer.filter(|_| self.ui.aside.is_none());
-        let line = if let Some(help) = self.prompt_help() {
+        let line = if let Some(help) = self.prompt_help(usize::from(area.width)) {
             help
         } else if let Some(answer) = answer {
             self.news(answer)
@@ -63,7 +63,7 @@ impl Screen<'_> {
         put(buffer, area, 0, &self.cut(line, usize::from(area.width)));
     }
 
-    fn prompt_help(&self) -> Option<Line<'_>> {
+    fn prompt_help(&self, width: usize) -> Option<Line<'_>> {
         if self.ui.overlay == Overlay::Modes {
             return Some(Line::styled("choose a mode", self.theme.plain));
         }
@@ -76,16 +76,20 @@ impl Screen<'_> {
                 Line::styled(words, self.theme.plain)
             }
             (Some(error), _) => Line::styled(error.clone(), self.theme.warning),
-            (None, _) if !entry.candidates.is_empty() => self.candidates(&entry.candidates),
+            (None, _) if !entry.candidates.is_empty() => self.candidates(&entry.candidates, width),
             (None, Purpose::Moment) => Line::styled(POSITION_HELP, self.theme.dim),
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
             (None, Purpose::Search) => Line::styled("a text in the log", self.theme.dim),
             (None, Purpose::Mark) => Line::styled(
-                self.with_keys("marked; a text for it, or <text/submit> alone"),
+                self.with_keys(if self.ui.is_replay() {
+                    "marked; type a text to keep the mark after this replay, or <text/submit> alone"
+                } else {
+                    "marked; a text for it, or <text/submit> alone"
+                }),
                 self.theme.dim,
             ),
             (None, Purpose::SaveRoute) => Line::styled(
-                "a file for the draft; overwriting asks first",
+                "a file for the draft; asks before overwriting",
                 self.theme.dim,
             ),
             (None, Purpose::RouteFile) => Line::styled(
@@ -95,24 +99,37 @@ impl Screen<'_> {
         })
     }
 
-    /// What may follow; the meaning of a single one.
-    fn candidates(&self, candidates: &[Candidate]) -> Line<'_> {
+    /// The candidates of a completion, as far as whole words fit; for a single candidate, its meaning.
+    fn candidates(&self, candidates: &[Candidate], width: usize) -> Line<'_> {
         let text = match candidates {
             [one] if !one.about.is_empty() => format!("{}: {}", one.text, one.about),
             all => {
-                // Of a path, the last part: the others are in the prompt.
+                // Only the last part of a path is shown; the prompt shows the other parts.
                 let words = all.iter().map(|candidate| {
                     let text = &*candidate.text;
                     let folder = text.trim_end_matches('/').rfind('/');
                     &text[folder.map_or(0, |slash| slash + 1)..]
                 });
-                words.collect::<Vec<_>>().join("  ")
+                let words: Vec<&str> = words.collect();
+                let all = words.join("  ");
+                if columns(&all) <= width {
+                    all
+                } else {
+                    let mut room = width.saturating_sub(columns(self.theme.glyphs.cut));
+                    let fit = words.into_iter().take_while(|word| {
+                        let fits = columns(word) + 2 <= room;
+                        room = room.saturating_sub(columns(word) + 2);
+                        fits
+                    });
+                    let fit: Vec<&str> = fit.chain([self.theme.glyphs.cut]).collect();
+                    fit.join("  ")
+                }
             }
         };
         Line::styled(text, self.theme.plain)
     }
 
-    /// The hint in the past: news, or the target of commands.
+    /// The hint while the screen shows the past: news, or the target of commands.
     fn aside(&self) -> Option<Line<'_>> {
         let playback = self.ui.playback.as_ref()?;
         let said = self.ui.aside.as_ref().or(playback.note.as_ref());
@@ -202,7 +219,7 @@ impl Screen<'_> {
                 facts.push(format!("after leaving: groundwave recover {name}"));
             }
         } else if self.ui.is_replay() {
-            // The robot of a replay is not there to be recorded.
+            // A replay has no robot to record.
         } else if !places.is_empty() {
             let recorded = if short { "" } else { "recorded in " };
             facts.push(format!("{recorded}{}", places.join(", ")));

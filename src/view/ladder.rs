@@ -1,4 +1,4 @@
-//! The subsumption ladder: the layer that holds the motors, the reason, and the layers it suppresses.
+//! The subsumption ladder: the layer that controls the motors, the reason, and the layers that it suppresses.
 
 use groundwave_protocol::status_codes::{Layer, LayerState};
 use ratatui::buffer::Buffer;
@@ -30,7 +30,7 @@ const SHARE_COLUMNS: usize = 6;
 const BAR_CELLS: usize = 8;
 
 struct Rung {
-    /// The key that enables or disables the layer.
+    /// Label of the key that enables or disables the layer.
     key: String,
     glyph: &'static str,
     name: String,
@@ -62,7 +62,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The time that the holder has held the motors, or a warning.
+    /// The time for which the holder has controlled the motors, or a warning.
     fn ladder_note(&self, wide: bool) -> Span<'static> {
         let motors = &self.facts.motors;
         let Some(holder) = motors.holder() else {
@@ -94,7 +94,7 @@ impl Screen<'_> {
         self.is_stale() || counters.is_some_and(|line| line.age(self.now) >= COUNTERS_STALE)
     }
 
-    /// Draws the holder and the reason; a mark at the end says that the text was cut.
+    /// Draws the holder and the reason; a mark at the end shows that the text was cut.
     fn put_sentence(&self, buffer: &mut Buffer, area: Rect) {
         let (Some(state), Some(holder)) = (self.facts.robot.state, self.facts.motors.holder())
         else {
@@ -185,8 +185,8 @@ impl Screen<'_> {
             .ledger
             .asked_of(layer, facts.robot.status.map(|status| status.at))
         {
-            Some(true) => format!("{says}, asked on"),
-            Some(false) => format!("{says}, asked off"),
+            Some(true) => format!("{says}, enabling"),
+            Some(false) => format!("{says}, disabling"),
             None => says.to_owned(),
         };
         let style = if self.is_stale() { theme.dim } else { style };

@@ -18,7 +18,7 @@ const HEIGHT_ALL: u16 = 44;
 /// Width of the third column: robot from above, plots and alarms.
 const THIRD_COLUMNS: u16 = 50;
 
-/// Height of the alarms in it: one row each, and a title.
+/// Height of the alarms in the third column: one row each, and a title.
 const ALARM_ROWS: u16 = 12;
 
 /// Height of the log above the link's figures, and its minimum on a low screen.
@@ -51,7 +51,7 @@ impl Screen<'_> {
         let right_columns = (area.width * 2 / 5).clamp(46, 72);
         let (map, right) = split_right(upper, right_columns);
         self.map(buffer, map);
-        // Where the right side is high, the link has its place there, with plots.
+        // If the right side is high enough, the link is there, with plots.
         let is_link_above = is_wide
             && self.ui.editor.is_none()
             && right.height >= ladder::ROWS + sensors::ROWS + link::ROWS_PLOTS;
@@ -98,7 +98,7 @@ impl Screen<'_> {
         }
     }
 
-    /// The panels of a robot with lines of its own: without ladder and sensors, and without a map unless it tells its position.
+    /// Draws the panels of a robot with lines of its own: no ladder and sensors, and a map only if the robot reports its position.
     fn own_panels(&self, buffer: &mut Buffer, area: Rect) {
         let rest = if self.facts.chart.pose().is_some() {
             let (map, rest) = split_right(area, (area.width / 2).clamp(40, 90));

@@ -10,7 +10,7 @@ use ratatui::text::{Line, Span};
 
 #[cfg(test)]
 thread_local! {
-    /// Texts that were clipped without a mark, for tests that there are none.
+    /// Texts clipped without a mark; tests assert that there are none.
     pub(super) static CLIPPED: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -28,7 +28,7 @@ pub(super) fn width_of(spans: &[Span<'_>]) -> usize {
     spans.iter().map(|span| columns(&span.content)).sum()
 }
 
-/// Writes a line into a row of an area and clips it. Shorten a longer line with a mark first.
+/// Writes a line into a row of an area, clipped. A line that may be too long must first be cut with a mark.
 pub(super) fn put(buffer: &mut Buffer, area: Rect, row: u16, line: &Line<'_>) {
     let area = area.intersection(buffer.area);
     if row >= area.height {

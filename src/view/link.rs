@@ -100,8 +100,8 @@ impl Screen<'_> {
         }
         let acks_per_s = link.acks_per_s(self.now);
         if acks_per_s > 0.0 {
-            let packets_per_s = link.lines_per_s(self.now);
-            let rates = format!("{packets_per_s:.1} lines + {acks_per_s:.1} short (K) a second");
+            let lines_per_s = link.lines_per_s(self.now);
+            let rates = format!("{lines_per_s:.1} lines + {acks_per_s:.1} short (K) a second");
             rows.push(("rate", rates, theme.plain));
         }
         if let Some(Resync {
@@ -170,7 +170,7 @@ impl Screen<'_> {
     }
 }
 
-/// What a robot can do, by its line I.
+/// The abilities of a robot, from its line I.
 fn level_words(robot: &AbilitiesLine) -> String {
     let capacity = robot.capacity;
     match robot.level {

@@ -32,13 +32,13 @@ const BARS: [(f64, &str); 11] = [
     (12000.0, "1000 ft"),
 ];
 
-/// Least distance between two coordinates on an axis, columns.
+/// Minimum distance between two coordinates on an axis, columns.
 const AXIS_COLUMNS: u16 = 12;
 
-/// Most coordinates along an edge.
+/// Maximum number of coordinates along an edge.
 const AXIS_LABELS_MAX: u32 = 64;
 
-/// Width of a sonar beam, degrees; the two are side by side.
+/// Width of a sonar beam, degrees; the two beams are adjacent.
 const BEAM_DEG: f64 = 15.0;
 
 impl Screen<'_> {
@@ -141,7 +141,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Whether the obstacles that the sensors found stand for walls that are not known.
+    /// Whether to draw the obstacles found by sensors, because the walls are unknown.
     fn shows_obstacles(&self) -> bool {
         self.facts.chart.plan().is_none() || self.ui.map.truth_hidden
     }
@@ -214,7 +214,7 @@ impl Screen<'_> {
         }
     }
 
-    /// Draws marks of one cell, the more important over the less.
+    /// Draws marks of one cell; more important marks cover others.
     fn marks(&self, projection: &Projection, buffer: &mut Buffer) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
@@ -250,7 +250,7 @@ impl Screen<'_> {
                 .map_or(&[][..], |active| &active.waypoints);
             for (n, waypoint) in (1..).zip(route) {
                 let (x_in, y_in) = place(*waypoint);
-                // The number has the cell to the right.
+                // The number is in the cell to the right.
                 mark(
                     (x_in + 2.0 * projection.scale_in(), y_in),
                     &number(n),
@@ -334,7 +334,7 @@ impl Screen<'_> {
     }
 }
 
-/// The number of a waypoint in one cell; letters from the tenth.
+/// The number of a waypoint as one character; letters from the tenth.
 fn number(n: u32) -> String {
     let digit = char::from_digit(n, 36).unwrap_or('+');
     digit.to_string()
@@ -402,7 +402,7 @@ fn beam(
     let nose = projection.dot(pose.ahead(0.0, ROBOT_RADIUS_IN));
     let at = |deg: f64| projection.dot(pose.ahead(deg, range_in + ROBOT_RADIUS_IN));
     let right_edge_deg = left_edge_deg + BEAM_DEG;
-    // The edge between the two beams is left out.
+    // The edge between the two beams is not drawn.
     let outer_deg = if left_edge_deg < 0.0 {
         left_edge_deg
     } else {

@@ -20,7 +20,7 @@
 //! ```
 //!
 //! The robot from above, the plots and the alarms replace the sensors when chosen (F2 to F8, Tab); from 170x44 up they have a
-//! column of their own, and where there is room the link is under the sensors, with plots. On a low screen the link's figures
+//! column of their own, and if there is room the link is under the sensors, with plots. On a low screen the link's figures
 //! replace the log when chosen. Each panel can be enlarged, and then shows more. Down to
 //! 80x24 the chosen panel is under the ladder, and others follow as far as there is room:
 //!
@@ -106,7 +106,7 @@ pub fn draw_with_picture<'a>(
     let area = page.area;
     let screen = Screen::of(shown.into(), now);
     screen.draw_all(page, area);
-    // Ratatui drops C0 and C1, and most of the others by their width.
+    // Ratatui drops C0 and C1 characters, and most other controls because of their width.
     for cell in &mut page.content {
         if cell.symbol().len() > 1 && cell.symbol().contains(is_control) {
             let symbol = cell.symbol().replace(is_control, "");
@@ -122,12 +122,12 @@ struct Screen<'a> {
     /// The facts as of now; `facts` may be of an earlier moment.
     present: &'a Facts,
     ui: &'a Ui,
-    /// Time of the robot's values; stands still when the session ends.
+    /// Time of the robot's values; does not advance after the end of the session.
     now: Moment,
-    /// Time of the operator, for news.
+    /// Current time, for news.
     present_at: Moment,
     theme: Theme,
-    /// The parts of the screen and the objects that they show.
+    /// Areas of the screen and the objects shown in them.
     marks: RefCell<Vec<(Rect, Mark)>>,
     /// The picture behind the map.
     picture: RefCell<Option<Picture>>,
@@ -151,7 +151,7 @@ impl<'m> Screen<'m> {
 impl Screen<'_> {
     fn draw_all(&self, buffer: &mut Buffer, area: Rect) {
         if self.ui.config.colors == Colors::HighContrast {
-            // High contrast uses none of the terminal's own colours.
+            // High contrast does not use the terminal's own colours.
             buffer.set_style(area, self.theme.plain);
         }
         if area.width < SIZE_MIN.0 || area.height < SIZE_MIN.1 {
@@ -232,7 +232,7 @@ impl Screen<'_> {
         self.ui.config.keys.with_keys(text)
     }
 
-    /// The key that shows a panel.
+    /// Label of the key that shows a panel.
     fn panel_key(&self, panel: Panel) -> String {
         let keys = &self.ui.config.keys;
         keys.label(Context::Dashboard, Action::Show(panel))
@@ -245,8 +245,8 @@ impl Screen<'_> {
             .to_owned()
     }
 
-    /// Draws a rule with a title at the left and a note at the right; returns the area below. The title's part after a colon
-    /// is left out if there is no room.
+    /// Draws a horizontal rule with a title at the left and a note at the right; returns the area below. The title's part after a colon
+    /// is omitted if there is no room.
     fn panel(&self, buffer: &mut Buffer, area: Rect, title: &str, right: Option<Span<'_>>) -> Rect {
         let right = right.filter(|right| !right.content.is_empty());
         let needed = right
@@ -318,7 +318,7 @@ fn split_bottom(area: Rect, rows: u16) -> (Rect, Rect) {
     split_top(area, area.height - rows.min(area.height))
 }
 
-/// Splits an area into two, with a free column between them.
+/// Splits an area into two, with an empty column between them.
 fn split_right(area: Rect, columns: u16) -> (Rect, Rect) {
     let columns = columns.min(area.width);
     let left = area.width - columns;

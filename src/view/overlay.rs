@@ -23,16 +23,16 @@ const HELP_COLUMNS: u16 = 80;
 /// Width of a command in the help, columns.
 const COMMAND_COLUMNS: usize = 18;
 
-/// A further context in the help: its heading and the actions to show.
-type Elsewhere = (&'static str, Context, fn(Action) -> bool);
+/// A further context in the help: heading, context, the action that begins it, and a filter of the actions to show.
+type Elsewhere = (&'static str, Context, Action, fn(Action) -> bool);
 
 /// Further contexts in the help, one row each.
 const ELSEWHERE: [Elsewhere; 3] = [
-    ("modes", Context::Modes, |action| {
+    ("modes", Context::Modes, Action::AskMode, |action| {
         matches!(action, Action::Mode(_))
     }),
-    ("driving", Context::Drive, |_| true),
-    ("typing", Context::Text, |_| true),
+    ("driving", Context::Drive, Action::EnterDrive, |_| true),
+    ("typing", Context::Text, Action::AskCommand, |_| true),
 ];
 
 const ASCII_BORDER: border::Set<'_> = border::Set {
@@ -124,11 +124,15 @@ impl Screen<'_> {
         };
         let keymap = &self.ui.config.keys;
         let blocks = self.help_blocks(of);
-        let others = ELSEWHERE.len() as u16;
+        let elsewhere: Vec<_> = ELSEWHERE
+            .iter()
+            .filter(|(_, _, begins, _)| self.ui.offers(self.facts, *begins))
+            .collect();
+        let others = elsewhere.len() as u16;
         let inside = area.height.saturating_sub(2);
         let first = usize::from(inside.saturating_sub(others).max(1));
         let later = usize::from(inside.max(1));
-        // As low as two columns allow, else over several pages.
+        // As low as two columns allow, otherwise on several pages.
         let whole = (1..first).map(|rows| flow(&blocks, rows, rows));
         let whole = whole.into_iter().find(|columns| columns.len() <= 2);
         let columns = whole.unwrap_or_else(|| flow(&blocks, first, later));
@@ -170,8 +174,8 @@ impl Screen<'_> {
                 put(buffer, half, row, &self.cut(line, usize::from(half.width)));
             }
         }
-        let elsewhere = ELSEWHERE.iter().filter(|_| page == 0);
-        for (row, (when, context, shows)) in (rows..).zip(elsewhere) {
+        let elsewhere = elsewhere.into_iter().filter(|_| page == 0);
+        for (row, (when, context, _, shows)) in (rows..).zip(elsewhere) {
             let mut spans = vec![Span::styled(
                 format!("{when:<LABEL_COLUMNS$}"),
                 self.theme.dim,
@@ -181,12 +185,13 @@ impl Screen<'_> {
         }
     }
 
-    /// The keys of a context, those of the dashboard as one block for each heading.
+    /// The keys of a context; for the dashboard, one block for each heading.
     fn help_blocks(&self, of: Context) -> Vec<Vec<Line<'_>>> {
         let mut blocks = vec![Vec::new()];
         let mut heading = None;
         for row in self.ui.config.keys.rows() {
-            if row.context != of || row.help.is_empty() {
+            let is_offered = self.ui.offers(self.facts, row.action);
+            if row.context != of || row.help.is_empty() || !is_offered {
                 continue;
             }
             let group = row.action.group();
@@ -255,8 +260,8 @@ impl Screen<'_> {
     }
 }
 
-/// Lets blocks flow into columns, two a page, with an empty line between blocks: those of the first page have `first` rows, others
-/// `later`. Only a block that is higher than a column is divided.
+/// Arranges blocks in columns, two per page, with an empty line between blocks. Columns of the first page have `first` rows, others
+/// `later`. Only a block higher than a column is divided.
 fn flow<'l>(blocks: &[Vec<Line<'l>>], first: usize, later: usize) -> Vec<Vec<Line<'l>>> {
     let mut columns: Vec<Vec<Line<'l>>> = vec![Vec::new()];
     for block in blocks {

@@ -20,7 +20,7 @@ impl Screen<'_> {
             Span::styled(theme.glyphs.text_cursor, theme.key),
         ]);
         put(buffer, inner, 0, &prompt);
-        let found = palette.found(&self.ui.config);
+        let found = palette.found(self.ui, self.facts);
         if found.is_empty() {
             let nothing = Line::styled("no match", theme.dim);
             put(buffer, inner, 1, &nothing);

@@ -11,7 +11,7 @@ use crate::request::{known_default, known_parameters};
 /// Preferred width of the window, columns.
 const WIDTH: u16 = 100;
 
-/// Rows of the frame, the heading, and the meaning of the chosen one.
+/// Height of the frame, the heading and the meaning of the chosen parameter, rows.
 const ROWS_BESIDE: u16 = 5;
 
 impl Screen<'_> {

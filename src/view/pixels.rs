@@ -1,5 +1,5 @@
 //! The map as a picture, for terminals that show pictures by the kitty graphics protocol. The terminal draws it behind the
-//! characters, so that marks and words stay text.
+//! characters, so that marks and labels remain text.
 
 use std::fmt::Write as _;
 
@@ -11,13 +11,13 @@ use super::raster::{INKS, Raster};
 use super::theme::Theme;
 use crate::model::Colors;
 
-/// Cells of the fine raster along a cell of the screen, and so 8 by 16 pixels in it.
+/// Number of cells of the fine raster along a cell of the screen; a screen cell has 8 by 16 pixels.
 pub(super) const FINE: u16 = 4;
 
-/// Number of the picture in the terminal; a new one replaces it.
+/// Number of the picture in the terminal; a new picture replaces the old one.
 const NUMBER: u32 = 7704;
 
-/// Most base64 characters in one sequence, by the protocol.
+/// Maximum number of base64 characters in one sequence, by the protocol.
 const CHUNK: usize = 4096;
 
 /// Sequence that removes the picture.
@@ -27,12 +27,12 @@ const REMOVE: &str = "\x1b_Ga=d,d=i,i=7704,q=2\x1b\\";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     area: Rect,
-    /// Pixels.
+    /// Width, pixels.
     width: u32,
     height: u32,
-    /// Four bits a pixel: 0 is transparent, others are places in the palette.
+    /// Four bits per pixel: 0 is transparent, others are indexes in the palette.
     packed: Vec<u8>,
-    /// Red, green and blue of each place.
+    /// Red, green and blue of each palette entry.
     palette: Vec<u8>,
 }
 
@@ -58,7 +58,7 @@ impl Picture {
         }
     }
 
-    /// The sequences that show a picture in place of the last one, or none.
+    /// The sequences that replace the last picture by a picture, or remove it.
     #[must_use]
     pub fn sequences(picture: Option<&Self>) -> Vec<u8> {
         let shown = picture.and_then(|picture| Some((picture.area, picture.png().ok()?)));
@@ -98,7 +98,7 @@ impl Picture {
     }
 }
 
-/// A colour of the screen; the usual one of a terminal where it has a name only.
+/// A colour of the screen as red, green and blue; a named colour has the usual value of terminals.
 fn rgb(color: Option<Color>, colors: Colors) -> [u8; 3] {
     match color {
         Some(Color::Cyan) => [0x2a, 0xa1, 0xb8],

@@ -24,6 +24,9 @@ const ROWS_MIN: u16 = 3;
 /// Width of the trace letters at the right, columns.
 const LETTER_COLUMNS: u16 = 2;
 
+/// The last label of a time axis.
+const NOW: &str = "now|";
+
 /// Minimum width for close time labels, columns.
 const CLOSE_LABELS_WIDTH: u16 = 44;
 
@@ -31,15 +34,15 @@ const CLOSE_LABELS_WIDTH: u16 = 44;
 pub(super) struct Plot {
     name: &'static str,
     unit: &'static str,
-    /// Lower end, and the smallest upper end.
+    /// Lower end of the axis, and the minimum upper end.
     low: i16,
     high: i16,
-    /// Divisor of the shown figures.
+    /// Divisor of the displayed values.
     divisor: i16,
     traces: &'static [(&'static str, Trace, Ink)],
-    /// Limits of the alarms, drawn as faint lines; twice the same if there is one.
+    /// Limits of the alarms, drawn as faint lines; a single limit is given twice.
     limits: Option<fn(&Limits) -> [i16; 2]>,
-    /// The reading without which there is nothing to draw.
+    /// The reading that the plot needs, if any.
     needs: Option<Reading>,
 }
 
@@ -122,7 +125,7 @@ const DAMAGED: Plot = Plot {
 };
 
 const AIR_DOWN: Plot = Plot {
-    name: "air down",
+    name: "airtime down",
     unit: "%",
     low: 0,
     high: 100,
@@ -133,7 +136,7 @@ const AIR_DOWN: Plot = Plot {
 };
 
 const AIR_UP: Plot = Plot {
-    name: "air up",
+    name: "airtime up",
     unit: "%",
     low: 0,
     high: 100,
@@ -146,10 +149,10 @@ const AIR_UP: Plot = Plot {
 /// The plots of the panel.
 const PLOTS: [&Plot; 5] = [&WHEELS, &SONAR, &DARKNESS, &BATTERY, &LOSS];
 
-/// Under the sensors, the most telling first.
+/// Plots under the sensors, the most important first.
 pub(super) const OF_SENSORS: [&Plot; 4] = [&SONAR, &WHEELS, &BATTERY, &DARKNESS];
 
-/// Under the link's figures, the most telling first.
+/// Plots under the link's figures, the most important first.
 pub(super) const OF_LINK: [&Plot; 4] = [&LOSS, &DAMAGED, &AIR_DOWN, &AIR_UP];
 
 fn whole(value: u16) -> i16 {
@@ -177,13 +180,13 @@ impl Screen<'_> {
         self.plots_with_axis(buffer, below, &shown, together);
     }
 
-    /// The plots of which the robot has the readings.
+    /// The plots for which the robot has the readings.
     fn drawable<'p>(&self, plots: &[&'p Plot]) -> Vec<&'p Plot> {
         let is_there = |plot: &&&Plot| plot.needs.is_none_or(|it| self.facts.robot.measures(it));
         plots.iter().filter(is_there).copied().collect()
     }
 
-    /// Draws as many plots as there is room for, with their time axis; nothing if there is none.
+    /// Draws as many plots as fit, with their time axis.
     pub(super) fn plots_below(&self, buffer: &mut Buffer, area: Rect, plots: &[&Plot]) {
         let plots = self.drawable(plots);
         let together = (area.height.saturating_sub(1) / ROWS_MIN).min(plots.len() as u16);
@@ -201,19 +204,19 @@ impl Screen<'_> {
             self.plot(buffer, here, plot);
             below = rest;
         }
-        // The axis follows, and perhaps free rows.
+        // The axis and possibly empty rows follow.
         let (axis, _) = split_top(below, 1);
         let (_, axis) = split_picture(axis);
         self.time_labels(buffer, axis);
     }
 
-    /// The key that changes the time that the plots show, and that time.
+    /// The time span of the plots, and the key that changes it, as text.
     pub(super) fn plot_window_words(&self) -> String {
         let window = length_words(self.plot_span().length());
         self.with_keys(&format!("<next-plot-window>: {window}"))
     }
 
-    /// The time that the plots show.
+    /// The time span of the plots.
     pub(super) fn plot_span(&self) -> plots::Span {
         self.facts.plots.span(self.ui.plot_window, self.now)
     }
@@ -277,7 +280,7 @@ impl Screen<'_> {
         let bottom = f64::from(picture.height) * 4.0 - 1.0;
         let outages = self.facts.plots.outages(self.plot_span(), self.now, dots);
         for (begin, end) in outages {
-            // Every other column, and the first also of an outage shorter than a column.
+            // Every other column; of an outage shorter than a column, the first.
             let (first, last) = (begin.floor() as usize, end.ceil() as usize);
             for x in (first..last.max(first + 1)).step_by(2) {
                 raster.line((x as f64, 2.0), (x as f64, bottom), 4, Ink::Furniture);
@@ -349,10 +352,13 @@ impl Screen<'_> {
                 ..area
             };
             let words = format!("|-{}", length_words(ago));
-            put(buffer, here, 0, &Line::styled(words, self.theme.dim));
+            // A label that would touch the last one is left out.
+            if words.len() + 1 + NOW.len() <= usize::from(here.width) {
+                put(buffer, here, 0, &Line::styled(words, self.theme.dim));
+            }
             ago = ago.saturating_sub(every);
         }
-        put_right(buffer, area, 0, &Line::styled("now|", self.theme.dim));
+        put_right(buffer, area, 0, &Line::styled(NOW, self.theme.dim));
     }
 }
 
@@ -391,7 +397,7 @@ pub(super) fn draw_trace<V: Figure>(
     }
 }
 
-/// Time between two labels of an axis: a part of it in whole seconds, or minutes beyond one.
+/// Time between two labels of an axis: a fraction of the window, in whole seconds or, above a minute, whole minutes.
 fn label_step(window: Moment, is_close: bool) -> Moment {
     let s = window.as_secs();
     let is_round = |parts: &u64| {

@@ -1,4 +1,4 @@
-//! The object under the mouse, found by drawing the screen once more with marks.
+//! Finds the object under the mouse by drawing the screen once more with marks.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};

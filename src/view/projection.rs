@@ -8,7 +8,7 @@ use crate::model::bounds::Bounds;
 use crate::model::chart::Chart;
 use crate::model::map::{Focus, MapView};
 
-/// Finest scale, inches per dot.
+/// Minimum scale, inches per dot.
 const SCALE_MIN_IN: f64 = 0.25;
 
 /// The transformation from floor to screen.
@@ -58,7 +58,7 @@ impl Projection {
         }
     }
 
-    /// Inches per dot.
+    /// Number of inches per dot.
     pub(super) const fn scale_in(&self) -> f64 {
         self.scale_in
     }
@@ -131,7 +131,7 @@ impl Projection {
     }
 }
 
-/// The finest scale that shows an area, inches per dot.
+/// The smallest scale that shows a width and height, inches per dot.
 fn fitting((width_in, height_in): (f64, f64), area: Rect) -> f64 {
     let (columns, rows) = (f64::from(area.width.max(1)), f64::from(area.height.max(1)));
     let needed_in = (width_in / (2.0 * columns)).max(height_in / (4.0 * rows));

@@ -9,7 +9,7 @@ use ratatui::symbols::pixel::{OCTANTS, QUADRANTS};
 use super::theme::Theme;
 use crate::model::Marker;
 
-/// The object of a dot; of several in a cell, the last in this list gives the colour.
+/// The object of a dot. If a cell has several, the last in this list determines the colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Ink {
     #[default]
@@ -114,7 +114,7 @@ impl Raster {
 
     /// Draws a line of dots; `every` is their spacing.
     pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), every: usize, ink: Ink) {
-        // The usual case in a trail.
+        // The usual case in a trail: both ends in the same dot.
         if from == to {
             self.dot(from.0, from.1, ink);
             return;
@@ -184,7 +184,7 @@ impl Raster {
         (enters <= leaves).then(|| (at(enters), at(leaves)))
     }
 
-    /// The dots that are set, counted from the upper left; those of a path have four.
+    /// The set dots, counted from the upper left; each dot of a path is doubled in both directions.
     pub(super) fn lit(&self) -> impl Iterator<Item = (usize, usize, Ink)> {
         let cells = self.cells.iter().enumerate();
         let cells = cells.filter(|(_, (bits, _))| *bits != 0);

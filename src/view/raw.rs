@@ -59,7 +59,7 @@ impl Screen<'_> {
         ])
     }
 
-    /// The traced value in words.
+    /// The traced value as text.
     pub(super) fn trace_words(&self) -> Option<Line<'static>> {
         let field = self.traced()?;
         let letter = char::from(field.line_type.letter());
@@ -114,12 +114,13 @@ impl Screen<'_> {
             width: rect.width.saturating_sub(LINE_BYTES as u16 + 2),
             ..rect
         };
-        let damaged = counters.crc_rejected + counters.shape_rejected + counters.field_rejected;
-        let acks = match counters.ack_lines {
+        let damaged = counters.damaged.total();
+        let acks = match counters.ack_lines - counters.other_ack_lines {
             0 => String::new(),
             lines => format!(" + {lines} K"),
         };
-        let words = format!("{} lines{acks}, {damaged} damaged", counters.lines);
+        let lines = counters.lines - counters.other_lines;
+        let words = format!("{lines} lines{acks}, {damaged} damaged");
         put(buffer, beside(row), 0, &Line::styled(words, self.theme.dim));
     }
 }

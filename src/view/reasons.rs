@@ -1,4 +1,4 @@
-//! The enlarged ladder: for each layer its readings and its last minute, and the latest changes with their reasons.
+//! The enlarged ladder: the readings and the last minute of each layer, and the latest changes with their reasons.
 
 use groundwave_protocol::status_codes::Layer;
 use ratatui::buffer::Buffer;
@@ -10,20 +10,20 @@ use crate::model::log::{Entry, Subject};
 use crate::model::motors::Holder;
 use crate::model::why;
 
-/// First column of the readings: behind key, glyph, name and state.
+/// First column of the readings: after key, glyph, name and state.
 const COLUMN: u16 = 33;
 
-/// Least and greatest width of the readings beside the last minute, columns.
+/// Minimum and maximum width of the readings beside the last minute, columns.
 const COLUMNS: [u16; 2] = [26, 40];
 
-/// Columns for the time and the share at the right.
+/// Width of the time and the share at the right, columns.
 const RIGHT_COLUMNS: u16 = 22;
 
-/// Columns of the last minute, six seconds each.
+/// Width of the last minute, columns of six seconds each.
 const MINUTE_COLUMNS: u16 = 10;
 
 impl Screen<'_> {
-    /// Draws the readings and the last minute beside the rungs, whose widths `taken` holds, and the latest changes below.
+    /// Draws the readings and the last minute beside the rungs, and the latest changes below. `taken` contains the widths of the rungs.
     pub(super) fn reasons(&self, buffer: &mut Buffer, area: Rect, taken: &[usize]) {
         let Some(state) = self.facts.robot.state else {
             return;

@@ -10,12 +10,12 @@ use super::text::wrap;
 use super::{Screen, put, split_bottom};
 use crate::model::editor::Editor;
 
-/// Average speed on a leg and time for each turn. Measured in `sim --world open-room`: a square of 8 legs of 96 in takes 85 s,
+/// Average speed on a leg (in/s) and time for each turn (s). Measured in `sim --world open-room`: a square of 8 legs of 96 in takes 85 s,
 /// a ring of 40 legs of 19 in, driven twice, 149 s.
 const SPEED_IN_S: f64 = 11.0;
 const TURN_S: f64 = 2.0;
 
-/// Rows below the list: comparison with the robot's route, arrow keys, reason of a refused key.
+/// Number of rows below the list: comparison with the robot's route, arrow keys, reason of a refused key.
 const NOTES: u16 = 3;
 
 impl Screen<'_> {
@@ -122,7 +122,7 @@ impl Screen<'_> {
     }
 }
 
-/// Minutes and seconds: `0:45` or `12:05`.
+/// Estimated time of a route as minutes and seconds: `0:45` or `12:05`.
 fn time(distance_in: f64, waypoints: usize) -> String {
     let seconds = (distance_in / SPEED_IN_S + TURN_S * waypoints as f64).round() as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)

@@ -10,14 +10,17 @@ use super::projection::Projection;
 use super::raster::{Ink, Raster};
 use super::text::wrap;
 use super::{Screen, columns, put, split_bottom, split_top};
-use crate::figures::{Figures, HEADING, Listed, Overlaid, Place};
+use crate::figures::{Figures, HEADING, Listed, Overlaid, Place, SHORT_HEADING};
 use crate::model::runs::Runs;
 use crate::safe_text::SafeWriter;
+
+/// Width of the mark before a run, columns.
+const MARK_COLUMNS: usize = 2;
 
 /// Preferred size of the window, columns and rows.
 const SIZE: (u16, u16) = (110, 44);
 
-/// The two runs with the spacing of their dots, which tells them apart without colours.
+/// Ink and dot spacing of the two runs; the spacing distinguishes them without colours.
 const INKS: [(Ink, usize); 2] = [(Ink::Left, 1), (Ink::Right, 3)];
 
 impl Screen<'_> {
@@ -27,7 +30,11 @@ impl Screen<'_> {
         match runs {
             Runs::Waits(what) => {
                 let inner = self.window(buffer, above, (SIZE.0, 4), " runs ");
-                self.rows(buffer, inner, &[format!("{what} ..")]);
+                self.rows(
+                    buffer,
+                    inner,
+                    &[format!("{what} {}", self.theme.glyphs.waiting)],
+                );
             }
             Runs::Failed(error) => {
                 let inner = self.window(buffer, above, (SIZE.0, 6), " runs ");
@@ -71,11 +78,36 @@ impl Screen<'_> {
             return;
         }
         let width = usize::from(rest.width);
-        let heading = Line::styled(format!("  {HEADING}"), theme.dim);
+        let runs: Vec<Figures> = list
+            .runs
+            .iter()
+            .map(|run| {
+                // The title names the folder.
+                let file = Path::new(&run.capture).file_name();
+                let capture =
+                    file.map_or_else(|| run.capture.clone(), |file| file.display().to_string());
+                Figures {
+                    capture,
+                    ..run.clone()
+                }
+            })
+            .collect();
+        let widest = runs.iter().map(|run| columns(&run.to_string())).max();
+        let is_narrow = widest.unwrap_or_default() + MARK_COLUMNS > width;
+        // Below a narrow list, the chosen run as a whole.
+        let about = runs.get(chosen).filter(|_| is_narrow).map(|run| {
+            let names = run.names();
+            wrap(&format!("{names}: {}", run.details()), width, width)
+        });
+        let about = about.unwrap_or_default();
+        let (rest, under) = split_bottom(rest, about.len() as u16);
+        self.rows(buffer, under, &about);
+        let heading = if is_narrow { SHORT_HEADING } else { HEADING };
+        let heading = Line::styled(format!("  {heading}"), theme.dim);
         put(buffer, rest, 0, &self.cut(heading, width));
         let rows = usize::from(rest.height.saturating_sub(1)).max(1);
         let skipped = chosen.saturating_sub(rows - 1);
-        let shown = list.runs.iter().enumerate().skip(skipped).take(rows);
+        let shown = runs.iter().enumerate().skip(skipped).take(rows);
         for (row, (place, run)) in (1..).zip(shown) {
             let (mark, style) = match place {
                 _ if place == chosen => (theme.glyphs.holds, theme.holder),
@@ -83,15 +115,12 @@ impl Screen<'_> {
                 _ => (" ", theme.plain),
             };
             let mark = if first == Some(place) { "1" } else { mark };
-            // The title names the folder.
-            let file = Path::new(&run.capture).file_name();
-            let capture =
-                file.map_or_else(|| run.capture.clone(), |file| file.display().to_string());
-            let run = Figures {
-                capture,
-                ..run.clone()
+            let text = if is_narrow {
+                run.short_row(width.saturating_sub(MARK_COLUMNS))
+            } else {
+                run.to_string()
             };
-            let line = Line::styled(format!("{mark} {run}"), style);
+            let line = Line::styled(format!("{mark} {text}"), style);
             put(buffer, rest, row, &self.cut(line, width));
         }
     }

@@ -1,4 +1,4 @@
-//! The sensors: the robot's measured values, each with its age once stale.
+//! The sensors: the robot's measured values, each with its age if stale.
 
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Drive, Infrared, Power};
 use groundwave_protocol::telemetry::Reading;
@@ -9,7 +9,7 @@ use ratatui::text::{Line, Span};
 
 use super::plots::OF_SENSORS;
 use super::text::First;
-use super::{Screen, split_top};
+use super::{Screen, columns, split_top};
 use crate::event::Moment;
 use crate::model::alarms::PRESSED_S;
 use crate::model::robot::{
@@ -23,7 +23,7 @@ pub(super) const ROWS: u16 = 11;
 /// Index of the battery's row among those of line A.
 const BATTERY_PLACE: usize = 5;
 
-/// Where the alarms' limits end on a wide screen, columns.
+/// Right end of the alarms' limits on a wide screen, columns.
 const LIMITS_COLUMNS: usize = 100;
 
 /// Width of a row's name, columns.
@@ -73,7 +73,7 @@ impl Screen<'_> {
         if let Some(battery) = self.battery_row(width) {
             rows.insert(rows.len().min(BATTERY_PLACE), battery);
         }
-        rows.extend(self.counts_row());
+        rows.extend(self.counts_row(width));
         rows
     }
 
@@ -105,7 +105,7 @@ impl Screen<'_> {
         )
     }
 
-    /// The limit at which a row's figure raises an alarm.
+    /// The limit at which a row's value raises an alarm, as text.
     fn alarm_limit(&self, name: &str) -> Option<String> {
         let limits = &self.ui.config.limits;
         let volts = |dv: u16| format!("{}.{}", dv / 10, dv % 10);
@@ -155,8 +155,8 @@ impl Screen<'_> {
             None => "  none".to_owned(),
         };
         let rows = [
-            ("bumper", self.bumper(state.bump)),
-            ("infrared", self.infrared(state.infrared)),
+            ("bumper", self.bumper(width, state.bump)),
+            ("infrared", self.infrared(width, state.infrared)),
             (
                 "sonar",
                 self.pair(
@@ -188,24 +188,18 @@ impl Screen<'_> {
             .collect()
     }
 
-    fn bumper(&self, bump: Bump) -> Vec<Span<'_>> {
+    fn bumper(&self, width: u16, bump: Bump) -> Vec<Span<'_>> {
         if touches(bump) {
             let words = format!("{} {}", self.theme.glyphs.bump, why::bump(bump));
             return vec![Span::styled(words, self.theme.holder)];
         }
-        let mut spans = vec![Span::styled(
-            why::bump(bump),
-            self.quiet(bump == Bump::NotFitted),
-        )];
-        if let Some(last) = self.facts.robot.bump {
-            let ago = age::words(last.age(self.now));
-            let words = format!("  last: {}, {ago} ago", side(why::bump(last.value)));
-            spans.push(Span::styled(words, self.theme.dim));
-        }
-        spans
+        let now = Span::styled(why::bump(bump), self.quiet(bump == Bump::NotFitted));
+        let last = self.facts.robot.bump;
+        let last = last.map(|last| (side(why::bump(last.value)), last.age(self.now)));
+        self.with_last(width, now, last)
     }
 
-    fn infrared(&self, infrared: Infrared) -> Vec<Span<'_>> {
+    fn infrared(&self, width: u16, infrared: Infrared) -> Vec<Span<'_>> {
         if detects(infrared) {
             let words = format!("{} {}", self.theme.glyphs.raised, words::infrared(infrared));
             return vec![Span::styled(words, self.theme.raised)];
@@ -214,13 +208,36 @@ impl Screen<'_> {
             Infrared::Jammed => self.theme.warning,
             other => self.quiet(other == Infrared::NotFitted),
         };
-        let mut spans = vec![Span::styled(words::infrared(infrared), style)];
-        if let Some(last) = self.facts.robot.infrared {
-            let ago = age::words(last.age(self.now));
-            let words = format!("  last: {}, {ago} ago", words::infrared(last.value));
-            spans.push(Span::styled(words, self.theme.dim));
-        }
-        spans
+        let now = Span::styled(words::infrared(infrared), style);
+        let last = self.facts.robot.infrared;
+        let last = last.map(|last| (words::infrared(last.value), last.age(self.now)));
+        self.with_last(width, now, last)
+    }
+
+    /// What a sensor says now, and its last contact and the time since then, in the longest words that fit.
+    fn with_last<'s>(
+        &self,
+        width: u16,
+        now: Span<'s>,
+        last: Option<(&str, Moment)>,
+    ) -> Vec<Span<'s>> {
+        let room = usize::from(width).saturating_sub(NAME_COLUMNS + columns(&now.content));
+        let forms = last.map(|(contact, age)| {
+            let ago = age::words(age);
+            [
+                format!("  last: {contact}, {ago} ago"),
+                format!("  {contact} {ago} ago"),
+                format!("  last {ago} ago"),
+            ]
+        });
+        let mut fitting = forms
+            .into_iter()
+            .flatten()
+            .filter(|words| columns(words) <= room);
+        let last = fitting
+            .next()
+            .map(|words| Span::styled(words, self.theme.dim));
+        [now].into_iter().chain(last).collect()
     }
 
     fn quiet(&self, not_fitted: bool) -> Style {
@@ -259,18 +276,10 @@ impl Screen<'_> {
             Cliff::NotFitted => theme.dim,
             Cliff::Left | Cliff::Center | Cliff::Right | Cliff::Several => theme.alarm,
         };
-        let has_floor = cliff == Cliff::None;
         vec![
             Span::styled(words::drive(drive), drive_style),
-            Span::styled(if has_floor { "   " } else { "   edge " }, theme.dim),
-            Span::styled(
-                if has_floor {
-                    "floor OK"
-                } else {
-                    words::cliff(cliff)
-                },
-                cliff_style,
-            ),
+            Span::raw("   "),
+            Span::styled(words::cliff(cliff), cliff_style),
         ]
     }
 
@@ -333,29 +342,40 @@ impl Screen<'_> {
             .collect()
     }
 
-    fn counts_row(&self) -> Option<Row<'_>> {
+    fn counts_row(&self, width: u16) -> Option<Row<'_>> {
         let counters = self.facts.robot.counters?;
         let c = counters.value;
-        let words = format!(
-            "id {}, up {}, bumps {}, boot {}, v{}.{:02}",
-            c.robot_id,
-            age::words(Moment::from_secs(u64::from(c.uptime_s))),
-            // A contact is seen up to four seconds before the robot's next count.
-            c.bumps.max(self.facts.robot.contacts),
-            c.boots,
-            c.version.major,
-            c.version.minor
-        );
+        let age = Some(counters.age(self.now));
+        // The displayed uptime does not advance while the robot is silent.
+        let stale_after = if self.is_stale() {
+            STATE_STALE
+        } else {
+            COUNTERS_STALE
+        };
+        let stale = self.staleness(age, stale_after);
+        let taken = NAME_COLUMNS + stale.map_or(0, |words| 1 + columns(&words));
+        let mut room = usize::from(width).saturating_sub(taken);
+        // A contact is seen up to four seconds before the robot's next count arrives.
+        let bumps = c.bumps.max(self.facts.robot.contacts);
+        let up = age::words(Moment::from_secs(u64::from(c.uptime_s)));
+        let parts = [
+            format!("id {}", c.robot_id),
+            format!(", up {up}"),
+            format!(", bumps {bumps}"),
+            format!(", boot {}", c.boots),
+            format!(", v{}.{:02}", c.version.major, c.version.minor),
+        ];
+        // What does not fit is left out whole.
+        let fit = parts.into_iter().take_while(|part| {
+            let fits = columns(part) <= room;
+            room = room.saturating_sub(columns(part));
+            fits
+        });
         Some(Row {
             name: "robot",
-            spans: vec![Span::styled(words, self.theme.dim)],
-            age: Some(counters.age(self.now)),
-            // The uptime stands still when the robot is silent.
-            stale_after: if self.is_stale() {
-                STATE_STALE
-            } else {
-                COUNTERS_STALE
-            },
+            spans: vec![Span::styled(fit.collect::<String>(), self.theme.dim)],
+            age,
+            stale_after,
         })
     }
 }

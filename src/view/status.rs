@@ -98,9 +98,22 @@ impl Screen<'_> {
         } else {
             &link.name
         };
-        let shortened_name = shortened(name, NAME_COLUMNS.max(room.saturating_sub(WORDS_COLUMNS)));
+        let least = if self.ui.is_replay() {
+            FILE_COLUMNS
+        } else {
+            NAME_COLUMNS
+        };
+        let width = least.max(room.saturating_sub(WORDS_COLUMNS));
+        // The banner says that it is a replay; a file is known without its folder.
+        let name = name.strip_prefix("replay of ").unwrap_or(name);
+        let name = if columns(name) > width {
+            file_name(name)
+        } else {
+            name
+        };
+        let shortened_name = shortened(name, width);
         let newest = link.newest_age(self.now).map(age::words);
-        // What does not fit is left out whole.
+        // Parts that do not fit are omitted completely.
         let flow = |words: &str| {
             let mut room = room.saturating_sub(2 + columns(&shortened_name) + columns(words));
             let rate = format!("  {:.1}/s", link.lines_per_s(self.now));
@@ -115,6 +128,12 @@ impl Screen<'_> {
             });
             words.to_owned() + &fit.collect::<String>()
         };
+        let with_reason = |words: String, reason: Option<&str>| {
+            let reason = reason.map(|reason| format!(": {reason}"));
+            let room = room.saturating_sub(2 + columns(&shortened_name) + columns(&words));
+            let reason = reason.filter(|reason| columns(reason) <= room);
+            words + &reason.unwrap_or_default()
+        };
         let (glyph, style, words): (_, Style, String) = match link.health(self.now) {
             Health::Waiting => match self.instead_of_lines() {
                 Some(words) => (glyphs.silent, theme.warning, format!("  {words}")),
@@ -125,14 +144,18 @@ impl Screen<'_> {
             Health::Silent => (
                 glyphs.silent,
                 theme.alarm,
-                format!(
-                    "  SILENT for {}{}",
-                    newest.unwrap_or_default(),
-                    self.instead_of_lines()
-                        .map_or(String::new(), |words| format!(": {words}"))
+                with_reason(
+                    format!("  SILENT for {}", newest.unwrap_or_default()),
+                    self.facts
+                        .link
+                        .instead_of_lines(self.now)
+                        .map(|(reception, _)| words::reception_alone(reception)),
                 ),
             ),
-            Health::Lost => (glyphs.bad, theme.alarm, self.lost()),
+            Health::Lost => {
+                let (words, reason) = self.lost();
+                (glyphs.bad, theme.alarm, with_reason(words, reason))
+            }
             Health::Ended => (
                 glyphs.ended,
                 theme.strong,
@@ -156,15 +179,16 @@ impl Screen<'_> {
         Some(words::reception(reception, &age::words(age)))
     }
 
-    fn lost(&self) -> String {
+    /// That the link is lost, and why.
+    fn lost(&self) -> (String, Option<&str>) {
         let Connection::Lost { reason, since } = &self.facts.link.connection else {
-            return String::new();
+            return (String::new(), None);
         };
         let since = age::words(self.now.saturating_sub(*since));
-        format!("  LINK LOST {since}: {reason}")
+        (format!("  LINK LOST {since}"), Some(reason.as_str()))
     }
 
-    /// The recording's failure or files in the longest words that fit; `None` if none fit.
+    /// The recording's failure or files, as the longest text that fits; `None` if no text fits.
     fn recording(&self, room: usize) -> Option<Span<'_>> {
         let recording = &self.present.recording;
         let (words, style) = if let Some(problem) = &recording.problem {
@@ -188,12 +212,13 @@ impl Screen<'_> {
             spans.push(Span::styled(clock + "  ", theme.dim));
         }
         if let Some(state) = robot.state {
-            let style = match state.value.mode {
+            let reported = self.facts.robot.mode().unwrap_or(state.value.mode);
+            let style = match reported {
                 _ if state.age(self.now) >= STATE_STALE => theme.dim,
                 Mode::Stop => theme.warning,
                 _ => theme.strong,
             };
-            let mode = words::mode(state.value.mode).to_uppercase();
+            let mode = words::mode(reported).to_uppercase();
             let old = self.old_mark(state.age(self.now), STATE_STALE);
             spans.push(Span::styled(format!("{old}{mode}"), style));
         }
@@ -235,8 +260,11 @@ fn ended(room: usize) -> String {
     fits.unwrap_or("  ended").to_owned()
 }
 
-/// Width that the link's name may always have, columns.
+/// Width that is always available for the link's name, columns.
 const NAME_COLUMNS: usize = 24;
+
+/// Width that a replayed file may always have: that of a recording named by its time, columns.
+const FILE_COLUMNS: usize = 32;
 
 /// Width kept free for the words after a longer name, columns.
 const WORDS_COLUMNS: usize = 54;
@@ -249,7 +277,7 @@ pub(super) fn file_name(path: &str) -> &str {
         .unwrap_or(path)
 }
 
-/// Shortens a name at its start: the end tells more.
+/// Shortens a name at its start, because the end is more informative.
 pub(super) fn shortened(name: &str, width: usize) -> String {
     let length = name.chars().count();
     if length <= width {

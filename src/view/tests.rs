@@ -1,4 +1,4 @@
-//! The screen as text: snapshots, and the important facts beside them.
+//! The screen as text: snapshots, and the important facts in each.
 
 use crossterm::event::KeyCode;
 use groundwave_protocol::digest::digest;
@@ -61,7 +61,7 @@ fn text(buffer: &Buffer) -> String {
     rows.collect()
 }
 
-/// The row that contains some words.
+/// The row of a screen that contains a text.
 fn row<'a>(screen: &'a str, words: &str) -> &'a str {
     screen
         .lines()
@@ -255,7 +255,7 @@ fn commands_at_120_by_40_and_at_80_by_24() {
     insta::assert_snapshot!("commands_wide", wide);
     row(&wide, "2 route of 2                  ✔ confirmed in ");
     row(&wide, "3 scan                        ✖ REFUSED: not fitted");
-    assert!(row(&wide, "4 △ sonar").contains("asked off"));
+    assert!(row(&wide, "4 △ sonar").contains("disabling"));
     scene.press(&[KeyCode::F(5)]);
     let narrow = screen(&scene, 80, 24);
     insta::assert_snapshot!("commands_narrow", narrow);
@@ -332,6 +332,27 @@ fn a_lost_link_shows_at_once_and_values_age() {
     row(&lost, "who holds the motors ─────────────── ◌ 4 s");
 }
 
+/// The reason of a loss is shown whole or not at all.
+#[test]
+fn the_reason_of_a_loss_is_never_cut() {
+    let mut scene = flight(demo());
+    let reason = "the other end closed the connection";
+    scene.event(Event::Link(LinkEvent::Lost {
+        reason: reason.to_owned(),
+    }));
+    let narrow = screen(&scene, 80, 24);
+    let status = narrow.lines().find(|line| line.contains("✖ sim")).unwrap();
+    assert!(status.contains("LINK LOST <1 s "), "{status}");
+    assert!(
+        !status.contains('…') && !status.contains("the other"),
+        "{status}"
+    );
+    row(
+        &screen(&scene, 120, 40),
+        &format!("LINK LOST <1 s: {reason}"),
+    );
+}
+
 #[test]
 fn a_silent_robot_differs_from_a_lost_link() {
     let mut scene = flight(demo());
@@ -347,14 +368,11 @@ fn bytes_without_lines_are_described_for_hours() {
     let since = scene.now;
     scene.wait_ms(3 * 3600 * 1000);
     for (reception, words) in [
-        (
-            Reception::Nothing,
-            "SILENT for 3 h 00 m: no bytes for 3 h 00 m",
-        ),
-        (Reception::Noise, ": only noise for 3 h 00 m"),
+        (Reception::Nothing, "SILENT for 3 h 00 m: no bytes "),
+        (Reception::Noise, "SILENT for 3 h 00 m: only noise "),
         (
             Reception::WrongRate(LineRate::Slower),
-            ": no intact line for 3 h 00 m: wrong baud rate?",
+            "SILENT for 3 h 00 m: wrong baud rate? ",
         ),
     ] {
         scene.event(Event::Reception { reception, since });

@@ -9,7 +9,7 @@ use ratatui::text::{Line, Span};
 use super::{Screen, columns, put, width_of};
 use crate::model::Panel;
 
-/// The end of a panel's rows that is shown first.
+/// Which end of a panel's rows is shown first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum First {
     Top,
@@ -55,7 +55,7 @@ fn first_row(text: &str, room: usize) -> (&str, &str) {
             return (&text[..end], rest);
         }
         if wide > room {
-            // A character wider than the row has a row of its own.
+            // A character wider than the row gets a separate row.
             let first = word.chars().next().map_or(0, char::len_utf8);
             let fits = start_of(word, room).len().max(first);
             return (&text[..fits], text[fits..].trim_start_matches(' '));
@@ -66,7 +66,7 @@ fn first_row(text: &str, room: usize) -> (&str, &str) {
 }
 
 impl Screen<'_> {
-    /// Draws a panel of rows; if they do not fit, the chosen page with its number.
+    /// Draws a panel of rows; if they do not fit, draws the chosen page with its number.
     pub(super) fn pages(
         &self,
         buffer: &mut Buffer,
@@ -82,8 +82,8 @@ impl Screen<'_> {
         }
     }
 
-    /// Draws the frame of a panel with a number of rows; returns the area for rows and the range of rows to show: those around
-    /// a place, if one is given.
+    /// Draws the frame of a panel with a number of rows; returns the area for rows and the range of rows to show, around
+    /// a position if one is given.
     pub(super) fn page(
         &self,
         buffer: &mut Buffer,
@@ -131,7 +131,7 @@ impl Screen<'_> {
         (below, shown)
     }
 
-    /// The shown page of a panel: the first, unless the operator turned it.
+    /// The displayed page of a panel: the first one, unless the operator turned the page.
     pub(super) fn page_of(&self, panel: Panel, pages: usize) -> usize {
         let chosen = if self.ui.panel == panel {
             self.ui.page

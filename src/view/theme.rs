@@ -1,4 +1,4 @@
-//! Colours and glyphs. Each colour goes with a shape or a word, so that no meaning depends on colour alone.
+//! Colours and glyphs. Each colour is combined with a shape or a word, so no meaning depends on colour alone.
 
 use ratatui::style::{Color, Modifier, Style};
 
@@ -29,7 +29,7 @@ pub(super) struct Theme {
     /// The selected item.
     pub(super) lit: Style,
     pub(super) glyphs: &'static Glyphs,
-    /// The signs of maps and plots, unless only ASCII is drawn.
+    /// Characters of maps and plots, unless only ASCII is drawn.
     pub(super) marker: Marker,
 }
 
@@ -69,9 +69,9 @@ pub(super) struct Glyphs {
     pub(super) cursor: &'static str,
     pub(super) origin: &'static str,
     pub(super) text_cursor: &'static str,
-    /// The mark of a cut text.
+    /// Mark at the end of a cut text.
     pub(super) cut: &'static str,
-    /// Clockwise from straight up, 45 degrees apart.
+    /// Arrows clockwise from straight up, 45 degrees apart.
     pub(super) arrows: [&'static str; 8],
     /// A cell filled from the left by eighths.
     pub(super) bar: [&'static str; 8],

@@ -1,4 +1,4 @@
-//! The time row: the shown moment of a replay or of the past.
+//! The time row: the displayed moment of a replay or of a live session's past.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -14,13 +14,13 @@ use crate::playback::{Playback, clock_words};
 const LINE_COLUMNS_MIN: usize = 8;
 
 impl Screen<'_> {
-    /// Draws distance to now, moment, time line with marks and loop, length, line number, speed and time of day.
+    /// Draws the distance to now, the moment, a time line with marks and loop, length, line number, speed and time of day.
     pub(super) fn time(&self, buffer: &mut Buffer, area: Rect, playback: &Playback) {
         let style = self.time_style(playback);
         let width = usize::from(area.width);
         let left = self.moment_words(playback);
         let mut right = self.end_words(playback);
-        // The last words are left out first.
+        // If there is no room, the last words are omitted first.
         while right.len() > 1
             && left.chars().count() + words_width(&right) + LINE_COLUMNS_MIN > width
         {
@@ -41,7 +41,7 @@ impl Screen<'_> {
         );
     }
 
-    /// The first words of the row. The past is reversed and has arrows, so that it does not depend on colour.
+    /// Style of the first words of the row. The past is reversed and has arrows, so it can be recognized without colour.
     fn time_style(&self, playback: &Playback) -> Style {
         if playback.is_live {
             let style = self.theme.warning;
@@ -73,15 +73,15 @@ impl Screen<'_> {
         }
     }
 
-    /// The words at the right, from most to least important.
+    /// The words at the right end, from most to least important.
     fn end_words(&self, playback: &Playback) -> Vec<String> {
         let glyphs = self.theme.glyphs;
         let mut words = vec![format!(" {}", clock_words(playback.until))];
         if !playback.paused || (playback.speed - 1.0).abs() > f64::EPSILON {
             words.push(format!(" {}{}", glyphs.times, playback.speed));
         }
-        if let Some(packet) = playback.packet {
-            words.push(format!(" #{packet}"));
+        if let Some(line) = playback.line {
+            words.push(format!(" #{line}"));
         }
         if let Some(read) = playback.read_until {
             let percent = 100.0 * share(playback, read);

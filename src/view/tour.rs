@@ -1,4 +1,4 @@
-//! The row of the tour: its step, and the key that dismisses it.
+//! The row of the tour: the current step, and the key that dismisses the tour.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

@@ -16,10 +16,13 @@ use crate::model::{why, words};
 
 const COLUMNS: u16 = 78;
 
-/// Preferred height of the window, rows.
-const ROWS: u16 = 22;
+/// Width of the window's frame, columns.
+const FRAME_COLUMNS: u16 = 4;
 
-const NAME_COLUMNS: usize = 10;
+/// Greatest height of the window, rows.
+const ROWS_MAX: u16 = 22;
+
+const NAME_COLUMNS: usize = 12;
 
 /// Number of earlier log entries shown.
 const BEFORE: usize = 6;
@@ -28,20 +31,22 @@ impl Screen<'_> {
     pub(super) fn why_window(&self, buffer: &mut Buffer, area: Rect) {
         let s = self.now.as_secs();
         let title = format!(" why, at {:02}:{:02} ", s / 60, s % 60);
-        let inner = self.window(buffer, area, (COLUMNS, ROWS), &title);
-        let width = usize::from(inner.width);
-        let mut row = 0;
+        let room = usize::from(COLUMNS.min(area.width).saturating_sub(FRAME_COLUMNS));
+        let room = room.saturating_sub(NAME_COLUMNS);
+        let mut lines = Vec::new();
         for (name, text, style) in self.why_facts() {
-            let room = width.saturating_sub(NAME_COLUMNS);
             for (n, words) in wrap(&text, room, room).into_iter().enumerate() {
                 let name = if n == 0 { name } else { "" };
-                let line = Line::from(vec![
+                lines.push(Line::from(vec![
                     Span::styled(format!("{name:<NAME_COLUMNS$}"), self.theme.dim),
                     Span::styled(words, style),
-                ]);
-                put(buffer, inner, row, &line);
-                row += 1;
+                ]));
             }
+        }
+        let height = (lines.len() as u16 + 2).min(ROWS_MAX);
+        let inner = self.window(buffer, area, (COLUMNS, height), &title);
+        for (row, line) in (0..inner.height).zip(&lines) {
+            put(buffer, inner, row, line);
         }
     }
 
@@ -67,14 +72,14 @@ impl Screen<'_> {
             );
             facts.push(("holder", text, theme.holder));
         }
-        let beaten = self.facts.motors.holder().map(|holder| holder.value);
-        let suppressed: Vec<_> = beaten
+        let held = self.facts.motors.holder().map(|holder| holder.value);
+        let suppressed: Vec<_> = held
             .map(|holder| motors::suppressed(holder, &state))
             .unwrap_or_default()
             .into_iter()
             .map(words::holder)
             .collect();
-        facts.push(("beaten", or_none(&suppressed), theme.plain));
+        facts.push(("suppressed", or_none(&suppressed), theme.plain));
         let in_state = |wanted| {
             let layers = Layer::ALL.into_iter().skip(1);
             let layers = layers.filter(|layer| state.layers.get(*layer) == wanted);
@@ -84,7 +89,7 @@ impl Screen<'_> {
         facts.push(("off", in_state(LayerState::Off), theme.dim));
         let [left, right] = ordered_wheels_in_s(&state);
         let text = format!(
-            "mode {}; wheels ordered {left:+} {right:+}, measured {:+} {:+} in/s; drive {}",
+            "mode {}; wheels requested {left:+} {right:+}, measured {:+} {:+} in/s; drive {}",
             words::mode(state.mode),
             state.wheel_left_in_s,
             state.wheel_right_in_s,
@@ -92,7 +97,7 @@ impl Screen<'_> {
         );
         facts.push(("drives", text, theme.plain));
         let text = format!(
-            "{}; infrared {}; sonar {} left, {} right; edge {}; arm {}",
+            "{}; infrared {}; sonar {} left, {} right; {}; arm {}",
             match why::bump(state.bump) {
                 touched if touched.contains("bumper") => touched.to_owned(),
                 other => format!("bumper {other}"),

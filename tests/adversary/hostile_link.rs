@@ -4,7 +4,7 @@ use std::mem;
 
 use crate::common::Rng;
 
-/// Maximum delay of a frame or line, and maximum additional delay by which others overtake it, milliseconds. The link
+/// Maximum delay of a frame or line, and maximum additional delay with which others overtake it, milliseconds. The link
 /// may delay lines by less than five seconds.
 pub const DELAY_MS: u64 = 4000;
 pub const JITTER_MS: u64 = 900;
@@ -60,7 +60,7 @@ impl Weather {
     }
 }
 
-/// A frame or line on its way, from after a line feed to the next one.
+/// A frame or line in transit, from after a line feed to the next one.
 struct Held {
     due_ms: u64,
     bytes: Vec<u8>,
@@ -107,14 +107,14 @@ impl Direction {
         due.map(|held| held.bytes).collect()
     }
 
-    /// Loses the bytes on their way.
+    /// Discards the bytes in transit.
     pub fn reset(&mut self) {
         self.begun.clear();
         self.held.clear();
     }
 }
 
-/// Loses some bytes or flips up to three bits.
+/// Discards some bytes or flips up to three bits.
 fn damage(bytes: &mut Vec<u8>, rng: &mut Rng) {
     if rng.below(2) == 0 {
         let from = rng.below(bytes.len() as u64) as usize;

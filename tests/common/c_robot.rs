@@ -17,10 +17,10 @@ use sr04_sim::{ChannelSpec, Radio, SimulationConfig};
 
 use super::{Patch, Robot};
 
-/// Byte times a second.
+/// Number of byte times per second.
 pub const BYTES_PER_S: u32 = 240;
 
-/// Boots at the start: their era is not 0.
+/// Number of boots at the start, chosen so that their era is not 0.
 pub const BOOTS: u8 = 9;
 
 /// Waypoints of the robot behind a radio: as many as the simulated robot has.
@@ -34,7 +34,7 @@ pub struct CRobot {
     byte_times: u32,
 }
 
-/// What the robot's program knows of itself.
+/// The state of the robot's program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CState {
     pub mode: u8,
@@ -66,7 +66,7 @@ impl CRobot {
         self.ask(&[b'B', boots, patience_bytes]);
     }
 
-    /// A byte time, with or without a byte from the ground; returns the byte that the robot sends.
+    /// Advances by a byte time, with or without a byte from the ground; returns the byte that the robot sends.
     pub fn exchange(&mut self, heard: Option<u8>) -> Option<u8> {
         let heard: Vec<u8> = heard.into_iter().collect();
         self.pass(&heard, 1).pop().flatten()

@@ -21,7 +21,7 @@ use groundwave_protocol::telemetry::Body;
 use groundwave_protocol::{LINE_BYTES, Waypoint};
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
-/// A change of the C library's source: this text, once, by that one.
+/// A change of the C library's source: a text that occurs once, and its replacement.
 pub type Patch = (&'static str, &'static str);
 
 /// The seeds of a property: `few` seeds from 0 on. With `GROUNDWAVE_SEEDS=FIRST`, as set by `cargo xtask nightly`, ten
@@ -34,7 +34,7 @@ pub fn seeds(few: u64) -> Range<u64> {
     }
 }
 
-/// Whether `cargo xtask nightly` runs the tests; it tries everything that the gate samples.
+/// Whether `cargo xtask nightly` runs the tests; it tests all cases of which other runs test a sample.
 pub fn is_nightly() -> bool {
     std::env::var_os("GROUNDWAVE_SEEDS").is_some()
 }
@@ -65,7 +65,7 @@ pub fn on_all_cores<T: Send>(seeds: Range<u64>, run: impl Fn(u64) -> T + Sync) -
     results
 }
 
-/// The owner's nonce of a station, from a seed.
+/// A station's number as owner, from a seed.
 pub const fn owner(seed: u64) -> u16 {
     (seed % 1023) as u16 + 1
 }
@@ -194,14 +194,14 @@ pub struct CoSimulation<R = Simulation> {
     /// The latest line B: waypoints driven, waypoints in the list, digest.
     pub list: Option<(u16, u16, u32)>,
     /// Whether a claim must be true of the robot at the moment of the claim. With delays it need not be, because the
-    /// robot may restart while the confirmation is under way.
+    /// robot may restart before the confirmation arrives.
     pub claims_hold: bool,
     channel: ChannelSpec,
     context: String,
 }
 
 impl CoSimulation {
-    /// `channel` as on the command line.
+    /// A co-simulation; `channel` has the form of the command line.
     pub fn new(world: &str, seed: u64, channel: &str) -> Self {
         let world = World::built_in(world).expect("a world that comes with the program");
         let mut config = SimulationConfig::new(world, seed);
@@ -241,7 +241,7 @@ impl<R: Robot> CoSimulation<R> {
         }
     }
 
-    /// Seed and channel, to print with a failure.
+    /// Seed and channel, printed with a failure.
     pub fn context(&self) -> String {
         format!("{}, at {:.3} s", self.context, self.now().as_secs_f64())
     }

@@ -63,7 +63,7 @@ impl Sim {
 pub struct Telling {
     pub process: Running,
     lines: Receiver<Value>,
-    /// All its output so far.
+    /// The program's output so far.
     pub said: Vec<Value>,
 }
 
@@ -72,7 +72,7 @@ impl Telling {
         Self::start_as(GROUNDWAVE, arguments)
     }
 
-    /// As [`Self::start`], through another program.
+    /// Starts the program like [`Self::start`], through another program.
     pub fn start_as(program: &str, arguments: &[&str]) -> Self {
         let mut command = Command::new(program);
         command.args(arguments);

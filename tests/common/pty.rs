@@ -24,7 +24,7 @@ pub struct OnTerminal {
     screen: vt100::Parser<Clipboard>,
     output: Receiver<Vec<u8>>,
     reader: JoinHandle<()>,
-    /// Stops the reader.
+    /// Whether the reader stops reading.
     blind: Arc<AtomicBool>,
     stall: Arc<Stall>,
     /// Number of bytes processed.
@@ -115,7 +115,7 @@ impl OnTerminal {
             .set_size(nonzero(rows), nonzero(columns));
     }
 
-    /// Stops reading from the program, like a stalled ssh; a read under way is finished.
+    /// Stops reading from the program, like a stalled ssh; a read in progress is finished.
     pub fn stall(&self) {
         self.stall.set(true);
     }
@@ -228,7 +228,7 @@ impl OnTerminal {
     }
 }
 
-/// What the program has put on the clipboard, as it was sent.
+/// The program's text for the clipboard, as sent.
 #[derive(Default)]
 struct Clipboard(Vec<u8>);
 

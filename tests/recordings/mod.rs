@@ -59,7 +59,7 @@ pub fn finished(folder: &Path, stream: &[u8]) -> PathBuf {
     path
 }
 
-/// The file that a kill leaves after this stream: a copy of a recording under way.
+/// The file that remains if the program is killed after this stream: a copy of a recording in progress.
 pub fn killed(folder: &Path, stream: &[u8]) -> PathBuf {
     let live = folder.join("live.mcap");
     let mut recorder = Recorder::start(&live, Existing::Refuse, &session()).unwrap();

@@ -29,7 +29,7 @@ pub fn lines(slots: u32) -> Vec<u8> {
     send(slots, false)
 }
 
-/// [`lines`], and a line K after every tenth.
+/// [`lines`] with a line K after every tenth.
 pub fn clean(slots: u32) -> Vec<u8> {
     send(slots, true)
 }
@@ -63,7 +63,7 @@ fn send(slots: u32, with_acks: bool) -> Vec<u8> {
     stream
 }
 
-/// [`clean`] over a bad radio: flipped bits, lost and added bytes.
+/// [`clean`] after a bad radio: flipped bits, lost and added bytes.
 pub fn noisy(slots: u32, seed: u64) -> Vec<u8> {
     let mut rng = Rng(seed);
     let mut stream = Vec::new();

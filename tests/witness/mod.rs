@@ -18,7 +18,7 @@ use crate::common::{CoSimulation, Robot, owner};
 const GIVE_UP_S: u64 = 15;
 const START_S: u64 = 60;
 
-/// Maximum plausible step of the robot within a tick.
+/// Maximum plausible step of the robot within a tick, inches.
 const JUMP_IN: i32 = 20;
 
 /// A command whose execution is visible on the robot.
@@ -67,7 +67,7 @@ pub struct Trial<R = Simulation> {
     issued: Vec<Issued>,
     /// Numbers of the executed commands, in order.
     executed: Vec<usize>,
-    /// Poses executed since the robot's latest boot.
+    /// Number of poses executed since the robot's latest boot.
     poses_executed: usize,
     list: Vec<Waypoint>,
     digest: u32,
@@ -95,7 +95,7 @@ impl<R: Robot> Trial<R> {
         Self::with(seed, channel, robot, arq::Duplex::Half, latency_ms)
     }
 
-    /// A trial with the duplex that each end is configured for.
+    /// A trial with a configured duplex for each end.
     pub fn with(
         seed: u64,
         channel: &str,
@@ -164,7 +164,7 @@ impl<R: Robot> Trial<R> {
         self.some_list(count)
     }
 
-    /// Gives a command; returns its number for [`Trial::end`].
+    /// Sends a command; returns its number for [`Trial::end`].
     pub fn order(&mut self, deed: Deed) -> usize {
         let id = self.co.request(deed.request());
         self.issued.push(Issued {
@@ -203,7 +203,7 @@ impl<R: Robot> Trial<R> {
         self.stops.last().and_then(|(_, end)| end.as_ref())
     }
 
-    /// Reboots the robot: its list is gone, executed commands stay executed.
+    /// Reboots the robot: its list is lost, executed commands stay executed.
     pub fn reboot_robot(&mut self) {
         self.co.simulation.reboot();
         self.list.clear();
@@ -294,7 +294,7 @@ impl<R: Robot> Trial<R> {
         );
     }
 
-    /// Compares the robot with its state a millisecond ago.
+    /// Compares the robot with its state one millisecond earlier.
     fn look(&mut self) {
         let now_ms = self.co.simulation.now_ms();
         let held = self.co.simulation.active_digest();

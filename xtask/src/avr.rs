@@ -1,6 +1,6 @@
 //! The robot's program for an `ATmega2560`: linked, measured, and searched for the faults of its compiler.
 //!
-//! Needs Debian's gcc-avr, binutils-avr and avr-libc beside its compiler.
+//! Needs Debian's gcc-avr, binutils-avr and avr-libc, in addition to its compiler.
 
 use std::path::Path;
 use std::process::Command;
@@ -16,7 +16,7 @@ const FLASH: usize = 256 << 10;
 /// RAM of the chip in bytes.
 const RAM: usize = 8 << 10;
 
-/// Most RAM that state and buffers may take, in bytes; the rest is for the stack.
+/// Maximum RAM for state and buffers, bytes; the rest is for the stack.
 const STATIC_MAX: usize = 6 << 10;
 
 /// Builds the probe and checks its program.

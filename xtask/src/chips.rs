@@ -9,7 +9,7 @@ use std::process::Command;
 
 use crate::{avr, capture, cargo, debian, nightly, root, run};
 
-/// Seeds of each run in a night.
+/// Number of seeds of each run in a night.
 const NIGHT_SEEDS: &str = "20";
 
 /// Repeats recorded runs on an `ATmega2560`.
@@ -55,7 +55,7 @@ fn micro(options: &[&str]) -> Result<(), String> {
     run(bench()?.arg("microbit").args(options).arg(program))
 }
 
-/// Compiles a program of the emulator; simavr's licence keeps it a process of its own.
+/// Compiles a program of the emulator. Because of simavr's licence, it is a separate process.
 fn compile(name: &str) -> Result<PathBuf, String> {
     let folder = root().join("target/emulator");
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;

@@ -1,6 +1,6 @@
-//! The ground station on other machines than this one: static Linux on x86-64 and ARM, Windows under Wine, macOS linted.
+//! Builds and tests the ground station for other machines: static Linux on x86-64 and ARM, Windows under Wine; lints for macOS.
 //!
-//! Needs, beside Debian's compiler: `musl-tools`, `musl-dev:arm64`, `gcc-aarch64-linux-gnu`, `qemu-user-static`;
+//! Needs, in addition to Debian's compiler: `musl-tools`, `musl-dev:arm64`, `gcc-aarch64-linux-gnu`, `qemu-user-static`;
 //! `gcc-mingw-w64-x86-64-win32`, `wine`; for macOS `rust-web-clippy`.
 
 use std::fs;
@@ -30,7 +30,7 @@ const CRATES: [&str; 12] = [
     "sr04-sim",
 ];
 
-/// The station's own tests; those of the whole system need ptys and a terminal of this machine.
+/// The station's own tests; tests of the whole system need ptys and a terminal of this machine.
 const STATION: [&str; 3] = ["-p", "groundwave", "--lib"];
 
 /// Builds static programs, runs the tests on an emulated ARM, and compares what both machines compute.
@@ -72,7 +72,7 @@ pub(crate) fn windows() -> Result<(), String> {
         .arg(root().join("target/debug/groundwave")))
 }
 
-/// Lints every crate, tests included, for macOS. Nothing is linked, so no C compiler for macOS is needed.
+/// Lints every crate including tests for macOS. Nothing is linked, so no C compiler for macOS is needed.
 pub(crate) fn macos() -> Result<(), String> {
     run(cargo(MACOS)?
         .args(["clippy", "--workspace", "--all-targets", "--locked"])
@@ -106,7 +106,7 @@ pub(crate) fn release(target: &str, suffix: &str) -> Result<PathBuf, String> {
     Ok(folder().join(format!("{target}/release/groundwave{suffix}")))
 }
 
-/// Removes the crates of this workspace from the builds for users, so that the next one compiles them anew.
+/// Removes the crates of this workspace from the builds for users, so that the next build compiles them again.
 pub(crate) fn forget_release(target: &str) -> Result<(), String> {
     run(cargo(target)?
         .args(["clean", "--workspace", "--release", "--locked"])

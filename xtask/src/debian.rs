@@ -1,4 +1,4 @@
-//! Debian's compiler, which brings the sources of the standard library: it builds for machines that have no finished one.
+//! Builds with Debian's compiler, which includes the sources of the standard library, for machines without a compiled standard library.
 //!
 //! Needs rustc-web, cargo-web and rust-web-src, or `RUSTC` and `CARGO_DEBIAN` set to another compiler with its sources for
 //! `-Zbuild-std` (a nightly).
@@ -15,7 +15,7 @@ fn variable(name: &str, default: &str) -> String {
 /// Debian's cargo with Debian's rustc.
 pub(crate) fn cargo() -> Command {
     let mut cargo = Command::new(variable("CARGO_DEBIAN", "/usr/bin/cargo"));
-    // What the outer cargo and its user set for the host does not hold for another machine.
+    // Settings of the outer cargo and its user for the host do not apply to another machine.
     for name in [
         "CARGO",
         "CARGO_BUILD_TARGET",
@@ -35,7 +35,7 @@ pub(crate) fn cargo() -> Command {
     cargo
 }
 
-/// Builds a board's program; it is a workspace of its own.
+/// Builds a board's program, which is a separate workspace.
 pub(crate) fn build(board: &Path) -> Result<(), String> {
     // Cargo reads the configuration of the folder where it runs.
     crate::run(cargo().current_dir(board).args([

@@ -1,7 +1,7 @@
-//! What a release offers: archives and Debian packages with the program, its pages and completions, and their checksums.
+//! Makes the files of a release: archives and Debian packages with the program, its manual pages and completions, and their checksums.
 //!
-//! Needs what the steps `linux` and `windows` need, and `zip`, `dpkg-deb`; the check also `debootstrap` and root. Times, order
-//! and owners are fixed and paths of this machine are left out, so that two runs of one commit give the same bytes.
+//! Needs the tools of the steps `linux` and `windows`, and `zip`, `dpkg-deb`; the check also needs `debootstrap` and root. Times, order
+//! and owners are fixed and paths of this machine are removed, so that two runs of one commit give the same bytes.
 
 use std::env;
 use std::fs;
@@ -13,7 +13,7 @@ use crate::{capture, root, run};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Targets and their architecture in Debian's words.
+/// Targets, and Debian's names of their architectures.
 const TARGETS: [(&str, Option<&str>); 3] =
     [(X86, Some("amd64")), (ARM, Some("arm64")), (WINDOWS, None)];
 
@@ -44,7 +44,7 @@ const PLACES: [(&str, &str); 8] = [
     ("LICENSES", "usr/share/doc/groundwave/copyright"),
 ];
 
-/// Makes everything twice, compares the sums, and installs the Debian packages in a new Debian.
+/// Makes all files twice, compares the checksums, and installs the Debian packages in a new Debian system.
 pub(crate) fn check() -> Result<(), String> {
     make()?;
     let sums = folder().join("SHA256SUMS");
@@ -68,7 +68,7 @@ pub(crate) fn check() -> Result<(), String> {
         .args(packages))
 }
 
-/// Makes everything in `target/dist`.
+/// Makes all files in `target/dist`.
 pub(crate) fn make() -> Result<(), String> {
     let changes = capture(Command::new("git").args(["status", "--porcelain"]))?;
     if !changes.is_empty() {
@@ -97,7 +97,7 @@ pub(crate) fn make() -> Result<(), String> {
         }
         fs::remove_dir_all(&stage).map_err(|error| format!("{}: {error}", stage.display()))?;
     }
-    // Packages of others name the address of a release.
+    // Packages of other distributors contain the address of a release.
     if let Ok(url) = env::var("GROUNDWAVE_URL") {
         let sum = capture(Command::new("sha256sum").arg(&source))?;
         let sum = sum.split_whitespace().next().unwrap_or_default();
@@ -184,7 +184,7 @@ fn stage_files(stage: &Path, target: &str) -> Result<(), String> {
     write(&stage.join("LICENSES"), &licences.join("\n---\n\n"))
 }
 
-/// Gives every file the commit's time and the permissions of an installed one.
+/// Gives every file the commit's time and the permissions of an installed file.
 fn settle(folder: &Path, epoch: &str) -> Result<(), String> {
     run(Command::new("chmod")
         .args(["-R", "u=rwX,go=rX"])
@@ -208,7 +208,7 @@ fn tar(stage: &Path, epoch: &str) -> Result<(), String> {
 
 fn zip(stage: &Path) -> Result<(), String> {
     let (folder, name) = parts(stage);
-    // The order of the files decides the bytes.
+    // The order of the files determines the bytes.
     let command =
         format!("find {name} -type f | LC_ALL=C sort | TZ=UTC zip -X -q -9 {name}.zip -@");
     run(Command::new("sh")

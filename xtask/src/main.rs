@@ -1,5 +1,5 @@
-//! Checks for developers and CI: `cargo xtask check` needs nothing but Rust, `cargo xtask ci` adds the microcontroller
-//! and the outside judges, `cargo xtask nightly` tries many other seeds. `cargo xtask STEP` runs one step.
+//! Checks for developers and CI: `cargo xtask check` needs only Rust, `cargo xtask ci` adds the microcontroller
+//! and the judges (other people's programs), `cargo xtask nightly` tests many other seeds. `cargo xtask STEP` runs one step.
 
 mod avr;
 mod chips;
@@ -141,7 +141,7 @@ fn doc() -> Result<(), String> {
         .env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-/// Runs the tools of others on the program that the tests use: built alone, its dependencies would have other features.
+/// Runs a judge (other people's program) on the program that the tests use; if the program were built alone, its dependencies would have other features.
 fn judge(script: &str) -> Result<(), String> {
     cargo(&[&["test", "--no-run", "--test", "system"], &EVERYTHING[..]].concat())?;
     let program = root().join("target/debug/groundwave");
@@ -162,7 +162,7 @@ fn cargo_path() -> String {
     env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned())
 }
 
-/// Runs a command, in the workspace's root unless it says another folder.
+/// Runs a command, by default in the workspace's root.
 fn run(command: &mut Command) -> Result<(), String> {
     if command.get_current_dir().is_none() {
         command.current_dir(root());

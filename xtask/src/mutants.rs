@@ -1,4 +1,4 @@
-//! Breaks a copy of the protocol in one place at a time; the named test must fail, for the right reason.
+//! Breaks a copy of the protocol in one place at a time; a named test must then fail, for the right reason.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -180,7 +180,7 @@ fn judge(mutant: &Mutant, output: &Output) -> Result<(), String> {
 fn fill(copy: &Path) -> Result<(), String> {
     let root = super::root();
     let from = root.join("protocol");
-    // Old sources of an earlier run would be compiled.
+    // Otherwise, old sources of an earlier run would be compiled.
     let to = copy.join("protocol");
     if to.exists() {
         fs::remove_dir_all(&to).map_err(|error| trouble("cannot remove", &to, &error))?;

@@ -1,15 +1,15 @@
-//! Longer steps than those of the gate, with seeds that change daily.
+//! Longer steps than in CI, with seeds that change daily.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Seeds per day.
+/// Number of seeds per day.
 const SEEDS_A_DAY: u64 = 10_000;
 
 /// Duration of each fuzz target, milliseconds.
 const FUZZ_MS: u64 = 600_000;
 
-/// Runs every test with the seeds of today, ten times as many.
+/// Runs every test with today's seeds, ten times as many as usual.
 pub(crate) fn seeds() -> Result<(), String> {
     let first = first_seed();
     println!("seeds from {first} on: GROUNDWAVE_SEEDS={first} PROPTEST_RNG_SEED={first}");
@@ -43,7 +43,7 @@ pub(crate) fn trials() -> Result<(), String> {
     super::acceptance(&["--short".to_owned()])
 }
 
-/// The first seed of today, by the days since 1970.
+/// Today's first seed, from the days since 1970.
 pub(crate) fn first_seed() -> u64 {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     let days = since_1970.map_or(0, |time| time.as_secs() / 86_400);

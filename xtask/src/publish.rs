@@ -1,4 +1,4 @@
-//! The crates as others get them: each package is built from its own files alone, and its tests run offline.
+//! Checks the crates as users get them: builds each package from its own files alone, and runs its tests offline.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -12,7 +12,7 @@ use crate::{capture, root, run};
 /// Packs and builds the crates as `cargo publish` does, and runs the tests of the unpacked crates.
 pub(crate) fn check() -> Result<(), String> {
     super::cargo(&["publish", "--workspace", "--dry-run", "--locked"])?;
-    // The dry run has built them and leaves none.
+    // The dry run builds packages but leaves none.
     super::cargo(&["package", "--workspace", "--no-verify", "--locked"])?;
     let metadata = capture(Command::new(super::cargo_path()).args([
         "metadata",
@@ -32,7 +32,7 @@ pub(crate) fn check() -> Result<(), String> {
         .filter(|package| package["publish"].is_null())
         .filter_map(|package| Some((package["name"].as_str()?, package["version"].as_str()?)))
         .collect();
-    // Outside the repository, where a test finds no file of a sibling.
+    // Outside the repository, so that a test cannot find files of a sibling.
     let folder = std::env::temp_dir().join(format!("groundwave-crates-{}", std::process::id()));
     let result = test_in(&folder, &published);
     let _ = fs::remove_dir_all(&folder);

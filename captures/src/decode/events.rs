@@ -1,4 +1,4 @@
-//! Records of commands, marks and outages.
+//! Records of commands, marks, notes, alarms and outages.
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -9,15 +9,16 @@ use serde_json::{Map, Value, json};
 use super::{Format, Telemetry, write_commas, write_csv_text, write_seconds};
 use crate::messages::{StationEvent, StationEventKind};
 use crate::outages::Outage;
+use crate::runs::label::Note;
 
-/// A command's new status, a mark or an outage.
+/// A command's or an alarm's new status, a mark, a note or an outage.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EventRecord(Map<String, Value>);
 
 impl EventRecord {
     /// Names of the fields, in the order of a table.
     pub(super) const FIELDS: [&str; 19] = [
-        // `command`, `mark`, `outage`, `alarm` or `own`.
+        // `command`, `mark`, `note`, `outage`, `alarm` or `own`.
         "event",
         // Number of the command.
         "command_id",
@@ -25,11 +26,11 @@ impl EventRecord {
         "status",
         // The command in words, when it is queued.
         "command",
-        // Why a command was refused or failed; cause of an outage; the alarm.
+        // Code: why a command was refused or failed; cause of an outage; the alarm.
         "code",
         // The client that gave the command.
         "by",
-        // The moment of a mark; begin of an outage or an alarm.
+        // Time of a mark; beginning of an outage or an alarm.
         "begin_s",
         // End of an outage; empty if it lasts at the end of the capture.
         "end_s",
@@ -38,19 +39,20 @@ impl EventRecord {
         "lines_lost_max",
         // `warning` or `alarm`.
         "severity",
-        // Figure of an alarm, its limit and the unit of both.
-        "figure",
+        // Limit of an alarm, and the unit of limit and value.
         "limit",
         "unit",
         // Time for which an alarm is shelved.
         "shelved_s",
-        // A line of the robot's own as it came.
+        // A line of the robot's own, unchanged.
         "own",
-        // Its values by the name of their field; JSON only.
+        // Values of the line by the name of their field; JSON only.
         "values",
-        // One of its values: name and value; CSV only.
+        // One of its values: name and value; CSV only. The value of an alarm.
         "field",
         "value",
+        // Text of a note.
+        "text",
     ];
 
     /// The record of an event; `None` for other kinds.
@@ -75,7 +77,7 @@ impl EventRecord {
                 "code": alarm.code,
                 "begin_s": milliseconds(at.saturating_sub(Duration::from_nanos(alarm.ago_ns))),
                 "severity": alarm.severity,
-                "figure": alarm.value,
+                "value": alarm.value,
                 "limit": alarm.limit,
                 "unit": Some(&alarm.unit).filter(|unit| !unit.is_empty()),
                 "shelved_s": alarm.shelved_ns.map(|ns| milliseconds(Duration::from_nanos(ns))),
@@ -85,7 +87,7 @@ impl EventRecord {
         Some(Self::from(value))
     }
 
-    /// The records of a line of the robot's own.
+    /// The records of a line of the robot's own: one in JSON, one for each value in CSV.
     pub(super) fn of_own(line: &OwnLine, format: Format) -> Vec<Self> {
         let samples = match &line.content {
             Content::Values(samples) => &samples[..],
@@ -114,6 +116,11 @@ impl EventRecord {
             }))
         });
         rows.collect()
+    }
+
+    /// The record of a note in the label.
+    pub(super) fn of_note(note: &Note) -> Self {
+        Self::from(json!({ "event": "note", "text": note.text }))
     }
 
     /// The record of an outage.

@@ -1,4 +1,4 @@
-//! The usual mistakes in a checksum.
+//! Recognizes the usual mistakes in a checksum.
 
 use groundwave_protocol::crc::{self, CHARACTERS, DOWNLINK_INIT};
 use groundwave_protocol::sixbit;
@@ -6,15 +6,15 @@ use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 
 use super::kind::{self, Kind};
 
-/// Columns that the checksum of a long line covers.
+/// Number of columns that the checksum of a long line covers.
 const LONG: usize = 74;
 
-/// Columns that the checksum of lines K and G covers.
+/// Number of columns that the checksum of lines K and G covers.
 const SHORT: usize = ACK_LINE_BYTES - 2 - CHARACTERS;
 
 const POLYNOMIAL: u32 = 0x7B_01BD;
 
-/// The mistake that explains the checksum of `line`, CR LF removed, and its column; `None` if none does.
+/// The mistake that explains the checksum of `line` (without CR LF), and its column; `None` if no known mistake does.
 pub(super) fn mistake(line: &[u8]) -> Option<(usize, &'static Kind)> {
     let covered = match line {
         [b'K' | b'G', ..] if line.len() >= SHORT + CHARACTERS && line.len() < LONG => SHORT,
@@ -39,7 +39,7 @@ pub(super) fn mistake(line: &[u8]) -> Option<(usize, &'static Kind)> {
     Some((covered.len() + 1, kind))
 }
 
-/// A checksum in digits.
+/// Recognizes a checksum written in digits.
 fn in_digits(covered: &[u8], found: &[u8]) -> Option<&'static Kind> {
     let found = str::from_utf8(found).ok()?;
     let found = found.strip_prefix('*').unwrap_or(found);

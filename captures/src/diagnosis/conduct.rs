@@ -12,13 +12,13 @@ use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use super::kind::{self, Kind};
 
-/// Lines in a row of which at least one shows the era; while a STOP has a receipt, twice as many.
+/// A robot must show the era at least once in this many consecutive lines; in twice as many while it acknowledges a STOP.
 const ERA_EVERY: u32 = 4;
 
-/// Most lines A in a row of a robot with lines C; the sixth covers an extra one.
+/// Maximum number of consecutive lines A from a robot with lines C; the sixth allows for an extra line.
 const STATES_MAX: u32 = 6;
 
-/// Longest time between the beginnings of two lines, at the lowest rate and with turns, seconds.
+/// Maximum time between the beginnings of two lines, seconds: at the lowest rate, with turns.
 const LINE_S_MAX: u32 = 4;
 
 /// Twice as many lines as a robot begins in a second.
@@ -30,10 +30,15 @@ const COMPARED_S_MAX: u32 = 60;
 /// Lines in a row of which one is a line I, unless the robot has everything: 12 a second in 20 s.
 const ABILITIES_EVERY: u32 = 240;
 
+/// Jumps of the sequence, and share of the lines that follow the one before it, per cent, from which on and below which they are no
+/// lines that the radio lost.
+const JUMPS: u64 = 100;
+const JUMPS_NEXT_PCT: u64 = 5;
+
 /// Bytes of a line that a restart cut off.
 const CUT_BYTES_MAX: u64 = 80;
 
-/// A suspicion: its column, and its kind.
+/// A suspected mistake: column and kind.
 pub(super) type Suspicion = (usize, &'static Kind);
 
 /// A line that was judged.
@@ -44,7 +49,7 @@ pub(super) struct Taken {
     pub is_next: bool,
 }
 
-/// What the lines showed before.
+/// State of the robot by the lines so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Conduct {
     previous: Option<Previous>,
@@ -64,12 +69,14 @@ pub(super) struct Conduct {
     without_era: u32,
     has_receipt: bool,
     states: u32,
-    /// Letter of the latest long line, if none is missing since.
+    /// Letter of the latest long line, if no line has been missing since.
     long: Option<u8>,
     has_status: bool,
     has_counters: bool,
-    /// Sequences before a line 00 of the same boot, but 99.
+    /// Sequences other than 99 that preceded a line 00 of the same boot, and how often.
     wraps: BTreeMap<u8, u64>,
+    /// Jumps of the sequence by their steps, modulo 100.
+    jumps: BTreeMap<u8, u64>,
     /// Lines that followed one another, and among them those of another type than the line before.
     pub pairs: u64,
     pub changes: u64,
@@ -86,7 +93,7 @@ struct Previous {
 }
 
 impl Conduct {
-    /// Takes a line. `noise` is the number of bytes so far that belong to none.
+    /// Takes a line; returns the suspected mistakes. `noise` is the total number of bytes outside lines.
     pub(super) fn take(&mut self, received: &Received, noise: u64) -> Taken {
         let mut found = Vec::new();
         let (letter, column) = place(received);
@@ -144,7 +151,7 @@ impl Conduct {
         Taken { found, is_next }
     }
 
-    /// Judges the step from line to line; returns whether no line is missing between them.
+    /// Judges the sequence of two lines; returns whether no line is missing between them.
     fn judge_sequence(
         &mut self,
         found: &mut Vec<Suspicion>,
@@ -155,12 +162,12 @@ impl Conduct {
         let after = |sequence: u8| (sequence + 1) % SEQUENCE_MODULUS;
         let is_next = now.sequence == after(previous.sequence);
         let noise = now.noise - previous.noise;
-        // The shortest lines that the noise may have been.
+        // The number of short lines that the noise may have been.
         let missing = u64::from(SEQUENCE_MODULUS - 1 - previous.sequence);
         let is_explained = noise >= missing * ACK_LINE_BYTES as u64;
         let begins_anew = now.sequence == 0 && previous.sequence > 5 && last_of_type.is_some();
         if begins_anew && !is_next && !is_explained && noise < CUT_BYTES_MAX {
-            // The line before is of the robot's previous life, or the sequence wraps.
+            // The previous line was sent before the boot, or the sequence wraps.
             if previous.boot == now.boot {
                 *self.wraps.entry(previous.sequence).or_default() += 1;
                 if let Some(kind) = self.wrap() {
@@ -183,6 +190,8 @@ impl Conduct {
             return true;
         }
         if previous.boot == now.boot {
+            let step = (now.sequence + SEQUENCE_MODULUS - previous.sequence) % SEQUENCE_MODULUS;
+            *self.jumps.entry(step).or_default() += 1;
             found.push(match now.sequence {
                 _ if is_per_type => (2, kind::PER_TYPE),
                 same if same == previous.sequence => (2, kind::STUCK),
@@ -190,6 +199,15 @@ impl Conduct {
             });
         }
         false
+    }
+
+    /// Whether the robot makes the sequence jump: mostly by the same step, or nearly always. Lines that the radio lost make it jump by
+    /// various steps, and some lines follow the one before.
+    pub(super) fn jumps(&self) -> bool {
+        let most = self.jumps.values().max().copied().unwrap_or(0);
+        let all: u64 = self.jumps.values().sum();
+        let next = self.pairs.saturating_sub(all);
+        most * 4 > self.pairs * 3 || all >= JUMPS && next * 100 < self.pairs * JUMPS_NEXT_PCT
     }
 
     /// A sequence that begins anew: always at the same number, or at restarts.
@@ -353,7 +371,7 @@ fn disagreement(abilities: &AbilitiesLine, body: &Body) -> Option<usize> {
     }
 }
 
-/// Letter of a line and column of its acknowledgement. Lines K and G count as one type.
+/// Letter of a line, and column of its acknowledgement. Lines K and G count as one type.
 fn place(received: &Received) -> (u8, usize) {
     match received {
         Received::Line(line, _) => (line.body.line_type().letter(), 70),

@@ -1,4 +1,4 @@
-//! Judges the lines that a decoder took.
+//! Finds the mistakes in the lines of a decoder.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,16 +12,16 @@ use super::conduct::Conduct;
 use super::kind::{self, Kind};
 use super::{checksum, forms};
 
-/// How often a mistake that the radio may cause once has to recur.
+/// Minimum number of occurrences of a mistake that the radio may also cause.
 const RECURS: u64 = 3;
 
-/// How often a field has to be too long or too short in only some of the lines.
+/// Minimum number of occurrences of a field that is too long or too short in only some of the lines.
 const RECURS_SOMETIMES: u64 = 12;
 
-/// Intact lines for each of these, at most: the radio makes one line in 200 too long or too short.
+/// Maximum number of intact lines per such occurrence; the radio makes one line in 200 too long or too short.
 const SOMETIMES: u64 = 20;
 
-/// Longest line that is examined.
+/// Maximum length of an examined line, bytes.
 const LINE_BYTES_MAX: usize = 2 * LINE_BYTES;
 
 /// Longest text between two lines that is examined.
@@ -31,7 +31,7 @@ const GAP_BYTES_MAX: usize = 100;
 const RECURS_BETWEEN: u64 = 12;
 const BETWEEN: u64 = 20;
 
-/// Collects the mistakes in the lines that a decoder took.
+/// Collects the mistakes in the lines of a decoder.
 #[derive(Clone, Debug, Default)]
 pub struct Examiner {
     piece: Vec<u8>,
@@ -40,26 +40,26 @@ pub struct Examiner {
     /// Lines that followed one another with bytes between them.
     gaps: u64,
     row: u64,
-    /// By code, letter and column.
+    /// Suspected mistakes by code, letter and column.
     suspects: BTreeMap<(&'static str, u8, Option<usize>), Finding>,
     conduct: Conduct,
-    /// Intact lines, and damaged ones, by their letter.
+    /// Number of intact and of damaged lines, by letter.
     intact: BTreeMap<u8, u64>,
     damaged: BTreeMap<u8, u64>,
-    /// Damaged lines that no usual mistake explains.
+    /// Number of damaged lines that no usual mistake explains.
     unexplained: u64,
     /// The checksum that the latest damaged line should have, and how the one that it has differs.
     checksum: Option<(u32, u32)>,
     level: u8,
-    /// Whether there are suspects since the latest news.
+    /// Whether mistakes were suspected since the latest call of [`Self::news`].
     has_suspects: bool,
-    /// Codes of the findings that were news.
+    /// Codes of the findings returned by [`Self::news`].
     known: BTreeSet<&'static str>,
 }
 
 impl Examiner {
-    /// Takes a line, or a part of one, and the empty lines after it (`groundwave_lines::runs`), after the decoder took them; the
-    /// last intact line in them with the decoder's noise bytes right after it; and the decoder's counts before.
+    /// Takes a line or a part of one, with the empty lines after it (`groundwave_lines::runs`), after the decoder took them; the
+    /// last intact line in these bytes, with the decoder's noise bytes right after it; and the decoder's earlier counts.
     pub fn take(
         &mut self,
         run: &[u8],
@@ -84,13 +84,13 @@ impl Examiner {
         self.gap.extend(empty.iter().take(GAP_BYTES_MAX));
     }
 
-    /// Takes a place where bytes are missing, or a line that is none of Groundwave's.
+    /// Takes a place where bytes are missing, or a line that is not in Groundwave's form.
     pub fn skip(&mut self) {
         self.piece.clear();
         self.gap.clear();
     }
 
-    /// The next mistake of a kind that was not returned before.
+    /// Returns the next mistake of a kind not returned before.
     pub fn news(&mut self) -> Option<Finding> {
         if !self.has_suspects {
             return None;
@@ -153,7 +153,7 @@ impl Examiner {
         let Some(error) = decoder.last_field_error() else {
             return;
         };
-        // The line is the end of the piece; noise may be before it.
+        // The line ends the piece; noise may precede it.
         let is_long = last(line, LINE_BYTES - 1).is_some_and(|line| is_sealed(line, 74));
         let length = if is_long { LINE_BYTES } else { ACK_LINE_BYTES };
         let line = last(line, length - 1).unwrap_or(line).to_vec();
@@ -178,7 +178,7 @@ impl Examiner {
         let misread = begins(content).then(|| misread(content)).flatten();
         if let Some((column, kind)) = checksum::mistake(content) {
             let place = place(letter, column);
-            // The line is as the robot sent it, so its fields count, too.
+            // The line is as the robot sent it, so its fields are judged, too.
             if let Some((column, misread)) = misread {
                 self.suspect(
                     misread.kind,
@@ -277,7 +277,7 @@ impl Examiner {
     ) -> &mut Finding {
         self.has_suspects = true;
         let row = self.row;
-        // The sequence is one for all types.
+        // All types share one sequence.
         let letter = if column == Some(2) {
             0
         } else {
@@ -311,13 +311,13 @@ impl Examiner {
             let same = suspects.filter(|it| it.kind == finding.kind && it.line.first() == letter);
             same.map(|it| it.count).sum::<u64>()
         };
-        // Lines and bytes that the radio lost make the sequence jump and lines too short or too long, but not mostly and not
+        // Losses on the radio make the sequence jump, and lines too short or too long, but rarely and not
         // always at the same column.
         let is_mistake = |finding: &&Finding| {
             let count = finding.count;
             let kind = finding.kind;
             if finding.is_sure {
-                // A robot with two ids is taken for two robots.
+                // A robot with two ids counts as two robots.
                 return kind != kind::TWO_ROBOTS || !self.has(kind::ID_DISAGREES);
             }
             if count < RECURS {
@@ -326,8 +326,10 @@ impl Examiner {
             let intact = of(&self.intact, finding);
             // A bad radio damages most lines in ways that no mistake explains.
             let is_clear = same_kind(finding) > self.unexplained;
-            if kind == kind::STUCK || kind == kind::JUMP {
+            if kind == kind::STUCK {
                 count > self.conduct.pairs / 2
+            } else if kind == kind::JUMP {
+                self.conduct.jumps()
             } else if kind == kind::PER_TYPE {
                 count > self.conduct.changes / 2
             } else if kind == kind::NO_STATE {
@@ -342,7 +344,7 @@ impl Examiner {
                             && count * 5 > all * 3
                             && count * SOMETIMES > intact)
             } else if kind == kind::CRC_ZERO {
-                // One flipped bit makes a space of a backtick.
+                // One flipped bit turns a backtick into a space.
                 count > intact / 100
             } else if kind == kind::BETWEEN {
                 // A radio that doubles bytes makes some of one byte.
@@ -368,7 +370,7 @@ impl Examiner {
         self.suspects.values().any(|it| it.kind == kind)
     }
 
-    /// The level that the lines show, 1 to 5 (SPEC.md section 1); 0 without an intact line.
+    /// Level of the robot by its lines, 1 to 5 (SPEC.md section 1); 0 without an intact line.
     #[must_use]
     pub const fn level(&self) -> u8 {
         self.level
@@ -396,7 +398,7 @@ pub(super) fn level(received: &Received, is_stated: bool) -> u8 {
     if by_ack == 1 { 1 } else { by_type.max(by_ack) }
 }
 
-/// A mistake in the line's end or length, its column and its place in words. `line` lacks its line feed.
+/// A mistake in the line's end or length, its column, and its place as text. `line` excludes the line feed.
 fn shape(line: &[u8]) -> Option<(&'static Kind, Option<usize>, String)> {
     if let [b'\r', line @ ..] = line
         && begins(line)
@@ -423,7 +425,7 @@ fn shape(line: &[u8]) -> Option<(&'static Kind, Option<usize>, String)> {
         }
         Some(content) => {
             let found = content.len() + 2;
-            // A longer one is another line, its letter damaged, and robots print what they print.
+            // A longer line is of another type with a damaged letter, or text that the robot printed.
             let is_text = content.iter().all(|byte| (b' '..=b'~').contains(byte));
             if !is_text || !(8..=length + length / 2).contains(&found) {
                 return None;
@@ -446,7 +448,7 @@ fn shape(line: &[u8]) -> Option<(&'static Kind, Option<usize>, String)> {
     Some((kind::LINE_END, Some(end), text))
 }
 
-/// The first field that cannot be read in a line of any length, without its CR LF.
+/// The first unreadable field in a line of any length, given without CR LF, and its column.
 fn misread(content: &[u8]) -> Option<(usize, forms::Misread)> {
     if content.first().is_some_and(|it| AckLine::begins_with(*it)) {
         return None;
@@ -459,13 +461,13 @@ fn misread(content: &[u8]) -> Option<(usize, forms::Misread)> {
     Some((column, forms::judge(&line[..LINE_BYTES - 1], column)))
 }
 
-/// Whether a line begins with a letter of section 5 and a sequence.
+/// Whether a line begins with a type letter (SPEC.md section 5) and a sequence.
 fn begins(line: &[u8]) -> bool {
     let is_type = |byte: u8| forms::is_type(byte) || AckLine::begins_with(byte);
     matches!(*line, [letter, tens, units, ..] if is_type(letter) && tens.is_ascii_digit() && units.is_ascii_digit())
 }
 
-/// Whether the checksum after the columns covered is valid.
+/// Whether the checksum after the first `covered` columns is valid.
 fn is_sealed(line: &[u8], covered: usize) -> bool {
     let remainder = crc::update(crc::DOWNLINK_INIT, &line[..covered]);
     line[covered..].starts_with(&crc::characters(remainder))

@@ -1,4 +1,4 @@
-//! The forms of the fields, by type of line and column (SPEC.md section 5), and the likely cause of another one.
+//! The forms of the fields, by line type and column (SPEC.md section 5), and the likely cause of a wrong form.
 
 use groundwave_protocol::telemetry::LineType;
 
@@ -168,15 +168,15 @@ fn fields(letter: u8) -> &'static [Field] {
     }
 }
 
-/// A field that cannot be read.
+/// An unreadable field.
 pub(super) struct Misread {
-    /// Its place and content, and the form expected.
+    /// Place and content of the field, and the expected form.
     pub place: String,
     /// The likely cause.
     pub kind: &'static Kind,
 }
 
-/// Judges the field at a column.
+/// Describes the unreadable field at a column, and its likely cause.
 pub(super) fn judge(line: &[u8], column: usize) -> Misread {
     let letter = line.first().copied().unwrap_or(b'?');
     let is_short = line.len() < 20;
@@ -195,7 +195,7 @@ pub(super) fn judge(line: &[u8], column: usize) -> Misread {
     };
     let end = last.min(line.len());
     let whole = line.get(first - 1..end).unwrap_or_default();
-    // Each flag and layer is a field of its own.
+    // Each flag and each layer is a separate field.
     let content = if is_letters(form) && last > first {
         line.get(column - 1..column).unwrap_or_default()
     } else {
@@ -211,12 +211,12 @@ pub(super) fn judge(line: &[u8], column: usize) -> Misread {
     Misread { place, kind }
 }
 
-/// Whether a form is of single letters.
+/// Whether a form consists of single letters.
 fn is_letters(form: &str) -> bool {
     form.contains("letter") && !form.starts_with("lower case letters") || form.starts_with("one of")
 }
 
-/// The likely cause of a field that does not have its form. `offset` is the place to blame in the whole field.
+/// The likely cause of a field with a wrong form. `offset` is the wrong character's position in the whole field.
 fn likely(content: &[u8], whole: &[u8], offset: usize, form: &str) -> &'static Kind {
     let text = String::from_utf8_lossy(content);
     let digits = text.trim_start_matches([' ', '+', '-']);
@@ -285,7 +285,7 @@ fn has_point(text: &str, form: &str) -> bool {
     points == usize::from(form.contains("point"))
 }
 
-/// Whether the content looks like a sign and digits, or hyphens.
+/// Whether the content matches a form of a sign and digits, or hyphens.
 fn has_form(content: &[u8], form: &str) -> bool {
     let is_signed =
         matches!(content, [b'+' | b'-', digits @ ..] if digits.iter().all(u8::is_ascii_digit));
@@ -326,7 +326,7 @@ fn letters(content: &[u8], whole: &[u8], offset: usize, form: &str) -> &'static 
     }
 }
 
-/// Whether a line of section 5 begins with the letter.
+/// Whether the letter is a line type (SPEC.md section 5).
 pub(super) fn is_type(letter: u8) -> bool {
     LineType::from_letter(letter).is_some()
 }

@@ -1,7 +1,7 @@
-//! Mistakes in the lines that a robot sends, distinguished from damage by the radio.
+//! Finds mistakes in a robot's lines, and distinguishes them from damage by the radio.
 //!
-//! A line with a valid checksum and an unreadable field is the robot's mistake in any case: the radio makes one in 10^9 damaged
-//! lines. A wrong checksum or shape is one if it recurs and a usual mistake explains it.
+//! A valid checksum with an unreadable field is always the robot's mistake: the radio produces one in 10^9 damaged
+//! lines. A wrong checksum or shape is the robot's mistake if it recurs and a usual mistake explains it.
 
 mod checksum;
 mod conduct;
@@ -24,20 +24,20 @@ pub struct Finding {
     /// Code, likely cause and remedy.
     #[serde(flatten)]
     pub kind: &'static Kind,
-    /// Number of the line feed that ended the first such line, from 1.
+    /// Number of the first such line, from 1, counted by line feeds.
     pub row: u64,
-    /// That line, without its line feed.
+    /// The first such line, without its line feed.
     #[serde(serialize_with = "serialize_line")]
     pub line: Vec<u8>,
-    /// First column to blame, from 1.
+    /// First wrong column, from 1.
     pub column: Option<usize>,
-    /// The line and column in words, the content and the form expected.
+    /// Line and column as text, the content, and the expected form.
     pub place: String,
-    /// Occurrences.
+    /// Number of occurrences.
     pub count: u64,
-    /// Whether the station refuses the lines that it is in.
+    /// Whether the station rejects lines with this mistake.
     pub is_refused: bool,
-    /// Whether the radio cannot have caused it.
+    /// Whether the radio cannot have caused the mistake.
     #[serde(skip)]
     is_sure: bool,
 }
@@ -54,7 +54,7 @@ fn serialize_line<S: Serializer>(line: &[u8], to: S) -> Result<S::Ok, S::Error> 
     to.serialize_str(String::from_utf8_lossy(line).trim_end_matches('\r'))
 }
 
-/// Mistakes in one clause: the first, and how many others; `None` if there are none.
+/// Mistakes in one clause: the first one and the number of others; `None` if there are none.
 #[must_use]
 pub fn clause(findings: &[Finding]) -> Option<String> {
     let (first, others) = findings.split_first()?;
@@ -124,7 +124,7 @@ impl Diagnosis {
         self.own_lines
     }
 
-    /// The level that the lines show, 1 to 5 (SPEC.md section 1); 0 without an intact line.
+    /// Level of the robot by its lines, 1 to 5 (SPEC.md section 1); 0 without an intact line.
     #[must_use]
     pub const fn level(&self) -> u8 {
         self.examiner.level()

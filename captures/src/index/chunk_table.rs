@@ -1,4 +1,4 @@
-//! Table of the chunks of a recording: where each begins, and the number of messages before it.
+//! Table of a recording's chunks: offset, time, and number of earlier messages of each.
 
 use std::collections::BTreeMap;
 
@@ -9,20 +9,20 @@ use crate::mcap_reader::Channel;
 use crate::record::HEAD_BYTES;
 use crate::topics::Topic;
 
-/// Bytes of the channel number and the length before the entries of a message index.
+/// Length of the channel number and the length field before the entries of a message index, bytes.
 const INDEX_HEAD_BYTES: u64 = 2 + 4;
 
-/// Bytes of the log time and offset of a message.
+/// Length of an entry of a message index (log time and offset), bytes.
 const ENTRY_BYTES: u64 = 16;
 
 /// Message counts (lines, commands and bumps), found without reading the messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Counts {
-    /// Intact lines, acknowledgement lines among them.
+    /// Number of intact lines, acknowledgement lines among them.
     pub(super) lines: u64,
-    /// Messages about commands; `None` if the recording has no such topic but may have commands.
+    /// Number of messages about commands; `None` if the recording has no such topic but may have commands.
     uplinks: Option<u64>,
-    /// Messages about bumps; `None` likewise.
+    /// Number of messages about bumps; `None` if the recording has no such topic but may have bumps.
     logs: Option<u64>,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Entry {
     pub(super) start_ns: u64,
     /// Offset in the file.
     pub(super) offset: u64,
-    /// Numbers of messages before the entry.
+    /// Number of messages before the entry.
     pub(super) before: Counts,
     /// Offset in the file of the message index of its lines; 0 if there is none.
     pub(super) lines_at: u64,
@@ -77,7 +77,7 @@ impl Default for ChunkTable {
 }
 
 impl ChunkTable {
-    /// Takes note of a channel that a summary lists before the chunks.
+    /// Adds a channel that a summary lists before the chunks.
     pub(super) fn know(&mut self, id: u16, channel: &Channel) {
         let known = match channel.ours {
             Some(Topic::RawRx) => &mut self.ids.received,
@@ -110,7 +110,7 @@ impl ChunkTable {
         self.counts.add(counts.unwrap_or(Counts::ZERO));
     }
 
-    /// Adds a record with its first log time, nanoseconds, and its offset in the file; its messages are not counted.
+    /// Adds a record by its first log time, nanoseconds, and its offset in the file. Its messages are not counted.
     pub(super) fn add_uncounted(&mut self, start_ns: u64, offset: u64) {
         self.are_counted = false;
         self.entries.push(Entry {
@@ -143,10 +143,10 @@ impl ChunkTable {
     /// Whether there may be a landmark of a kind between two log times, both included.
     pub(super) fn may_hold(&self, landmark: Landmark, from_ns: u64, until_ns: u64) -> bool {
         let count = |counts: Counts| match landmark {
-            // Each of these has a message.
+            // Each of these landmarks has a message.
             Landmark::Bump => counts.logs,
             Landmark::Command => counts.uplinks,
-            // These have no topic with a message for each.
+            // These landmarks have no topic with one message each.
             Landmark::Line | Landmark::Alarm | Landmark::Behaviour | Landmark::Marker => None,
         };
         let later = self
@@ -181,7 +181,7 @@ impl Ids {
     }
 }
 
-/// Numbers of messages of a chunk, from the lengths of its message indexes, each of which ends where the next begins.
+/// Number of messages in a chunk, from the lengths of its message indexes; each index ends where the next begins.
 /// `None` if the summary lacks them.
 fn counts(index: &ChunkIndex, ids: Ids) -> Option<Counts> {
     let mut indexes: BTreeMap<u64, u16> = BTreeMap::new();

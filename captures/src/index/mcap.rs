@@ -24,7 +24,7 @@ use crate::session::Session;
 /// Length of the footer and the end mark of a finished file, bytes.
 const END_BYTES: usize = HEAD_BYTES + 20 + MAGIC.len();
 
-/// Length of the record before the summary, which is read for the summary's checksum, bytes.
+/// Length of the record before the summary, bytes. The summary's checksum covers it.
 const DATA_END_BYTES: u64 = HEAD_BYTES as u64 + 4;
 
 /// Maximum accepted length of a record that an index refers to, bytes.
@@ -44,7 +44,7 @@ pub struct SeekableRecording {
     own: Recognizer,
     pieces: Pieces<SourceReader>,
     at: Moment,
-    /// The end has been reached, and its reason returned.
+    /// Whether the end has been reached and its reason returned.
     is_over: bool,
 }
 
@@ -52,7 +52,7 @@ impl SeekableRecording {
     /// Opens a recording at its beginning.
     ///
     /// # Errors
-    /// When it cannot be read or has no channel of received bytes.
+    /// If it cannot be read or has no channel of received bytes.
     pub fn new(source: Arc<dyn Source>, name: &Path) -> Result<Self, CaptureError> {
         let read_error = |error| CaptureError::Read {
             path: name.to_owned(),
@@ -85,7 +85,7 @@ impl SeekableRecording {
         })
     }
 
-    /// Log time of the next piece, nanoseconds; at the end an error, with a reason unless the recording is finished.
+    /// Log time of the next piece, nanoseconds. At the end, an error, with a reason unless the recording is finished.
     fn next_ns(&mut self) -> Result<u64, Option<String>> {
         match self.pieces.next_ns() {
             _ if self.is_over => Err(None),
@@ -252,7 +252,7 @@ impl Contents {
     }
 }
 
-/// Reads the summary of a finished file; `None` if there is none or it lists no chunks.
+/// Reads the summary of a finished file; returns `None` if there is none or it lists no chunks.
 fn read_summary(source: &Arc<dyn Source>) -> io::Result<Option<Contents>> {
     let size = source.size()?;
     let mut end = [0; END_BYTES];
@@ -346,7 +346,7 @@ fn indexed(source: &dyn Source, offset: u64) -> io::Result<Option<Vec<u8>>> {
     Ok((read == record.len()).then_some(record))
 }
 
-/// Reads pieces from a position on.
+/// Reads pieces, beginning at a position.
 fn pieces(
     source: &Arc<dyn Source>,
     place: PiecePosition,
@@ -355,7 +355,7 @@ fn pieces(
     Pieces::resume(SourceReader::new(source, place.offset()), place, channels)
 }
 
-/// Reads a source from an offset on.
+/// Reads a source, beginning at an offset.
 struct SourceReader {
     source: Arc<dyn Source>,
     offset: u64,

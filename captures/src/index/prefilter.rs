@@ -1,4 +1,4 @@
-//! Finds possible landmarks in lines, five times as fast as with a model.
+//! Finds possible landmarks in lines, five times as fast as a search with the model.
 
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, Body};
@@ -6,7 +6,7 @@ use groundwave_protocol::telemetry::{Ack, Body};
 use crate::event::Landmark;
 use crate::topics::is_contact;
 
-/// Finds every landmark of a kind; may also report others.
+/// Finds every landmark of a kind; may also report lines without one.
 #[derive(Debug)]
 pub(super) struct Prefilter {
     kind: Kind,
@@ -16,7 +16,7 @@ pub(super) struct Prefilter {
 #[derive(Debug)]
 enum Kind {
     Bump,
-    /// With the robot's latest acknowledgement.
+    /// Searches for commands; holds the robot's latest acknowledgement.
     Command(Option<(u8, u8, u8, u8)>),
 }
 
@@ -34,7 +34,7 @@ impl Prefilter {
         Some(Self { kind, decoder })
     }
 
-    /// Takes the next bytes received; returns whether they may contain a landmark.
+    /// Takes the next received bytes; returns whether they may contain a landmark.
     pub(super) fn may_hold(&mut self, mut bytes: &[u8]) -> bool {
         let mut may_hold = false;
         while let Some(received) = self.decoder.next_own_line(&mut bytes) {

@@ -15,16 +15,16 @@ use crate::hint;
 use crate::pieces::PiecePosition;
 use crate::text::{HEAD_BYTES, Style};
 
-/// Number of bytes at the end that are searched for the last timestamp.
+/// Number of bytes at the end of the file that are searched for the last timestamp.
 const TAIL_BYTES: u64 = 4096;
 
-/// Distance between the samples that count days when timestamps have no date, bytes: four minutes of lines.
+/// Distance between the samples for counting days when timestamps have no date, bytes: four minutes of lines.
 const DAYS_STEP_BYTES: usize = 64 * 1024;
 
-/// Length of such a sample, bytes; a line begins in it.
+/// Length of such a sample, bytes; long enough to contain the beginning of a line.
 const DAYS_SAMPLE_BYTES: usize = 512;
 
-/// Lead before a search: lines read to know the state at its beginning.
+/// Time before the beginning of a search from which lines are read, to know the state at the beginning.
 const READ_BEFORE: Moment = Moment::from_mins(3);
 
 /// Number of samples for estimating the density of lines.
@@ -33,10 +33,10 @@ const SAMPLES: u64 = 64;
 /// Length of such a sample, bytes: fifty lines.
 const SAMPLE_BYTES: usize = 4096;
 
-/// Bytes that are searched for a timestamp.
+/// Maximum number of bytes searched for a timestamp.
 const STAMP_SEARCH_BYTES: u64 = 1 << 20;
 
-/// Pieces that are searched for a landmark at once: three hours of lines.
+/// Maximum number of pieces searched for a landmark in one call: three hours of lines.
 const LANDMARK_SEARCH_PIECES: usize = 32_768;
 
 /// A raw text with random access.
@@ -45,7 +45,7 @@ pub struct SeekableText {
     source: Arc<dyn Source>,
     size: u64,
     style: Style,
-    /// Offsets and times from which days are counted.
+    /// Offsets and times for counting days.
     days: Vec<(u64, Moment)>,
     length: Moment,
     buffer: Box<[u8]>,
@@ -57,7 +57,7 @@ pub struct SeekableText {
     ahead: Option<(Range<usize>, Moment)>,
     /// The radio's bytes of the piece returned last.
     current: Vec<u8>,
-    /// Why reading failed; taken when it is returned.
+    /// Reason why reading failed; returned once.
     problem: Option<String>,
 }
 
@@ -65,7 +65,7 @@ impl SeekableText {
     /// Reads from the beginning.
     ///
     /// # Errors
-    /// When reading fails.
+    /// If reading fails.
     pub fn new(source: Arc<dyn Source>) -> io::Result<Self> {
         let size = source.size()?;
         let mut buffer = vec![0; HEAD_BYTES].into_boxed_slice();
@@ -114,7 +114,7 @@ impl SeekableText {
         Ok(())
     }
 
-    /// A time shortly before that of the piece at an offset.
+    /// Estimates the time of the piece at an offset; never later than its real time.
     fn about(&self, offset: u64) -> Moment {
         let after = self.days.partition_point(|(from, _)| *from <= offset);
         let day = after.checked_sub(1).and_then(|n| self.days.get(n));
@@ -131,7 +131,7 @@ impl SeekableText {
         Ok(last.next_back().unwrap_or(Moment::ZERO))
     }
 
-    /// At least `wanted` bytes from an offset on; fewer only at the end.
+    /// At least `wanted` bytes from an offset; fewer only at the end of the file.
     fn fill(&mut self, offset: u64, wanted: usize) -> &[u8] {
         let end = self.buffered_at + self.filled as u64;
         let wanted_end = (offset + wanted as u64).min(self.size);
@@ -169,7 +169,7 @@ impl SeekableText {
         self.ahead.as_ref()
     }
 
-    /// Offset of the beginning of the line around an offset; the offset itself if there is no line.
+    /// Offset at which the line around an offset begins; the offset itself if there is no line.
     fn line_start(&mut self, offset: u64) -> u64 {
         let from = offset.saturating_sub(4 * self.style.reach() as u64);
         if from == 0 && offset == 0 {
@@ -250,7 +250,7 @@ impl SeekableText {
                 Some((said, offset)) if said < at => {
                     found = Place {
                         position: PiecePosition::of_record(offset),
-                        // Just before the line, so that its own timestamp counts.
+                        // A position before the line, so that the line's own timestamp counts.
                         at: said.saturating_sub(Moment::from_nanos(1)),
                     };
                     // Continue after the line.
@@ -328,7 +328,7 @@ impl SeekableReader for SeekableText {
         let at = if self.style.is_stamped() {
             self.time_after(from, self.size)?.0
         } else {
-            // The line before it ended at this time.
+            // The previous line ended at this time.
             self.style.on_the_wire(from) + Moment::from_nanos(1)
         };
         Some((at, number.saturating_sub(1)))
@@ -355,7 +355,7 @@ impl SeekableReader for SeekableText {
                 return true;
             }
         }
-        // Reading finds the end, and landmarks that are far away.
+        // Reading finds the end, and distant landmarks.
         true
     }
 

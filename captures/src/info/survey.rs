@@ -1,4 +1,4 @@
-//! Adds up the lines of a capture.
+//! Collects the summary of a capture from its lines.
 
 use std::convert::Infallible;
 use std::time::Duration;
@@ -22,7 +22,7 @@ use crate::statistics::{self, BITS_PER_BYTE, Damaged, Loss, OtherRobot, per_cent
 use crate::words::layer_word;
 use crate::{Capture, CaptureError};
 
-/// Silence after which the count of ticks, modulo 4096 at 20 Hz, is ambiguous, seconds.
+/// Silence after which the tick count (modulo 4096, at 20 Hz) is ambiguous, seconds.
 const TICKS_ROUND_S: u32 = 200;
 
 /// Largest plausible airtime, per cent: clocks of serial ports differ by a few per cent.
@@ -47,7 +47,7 @@ pub(super) struct Survey {
     ticks: [u64; HOLDERS],
     bumps: Bumps,
     since_line_feed: u64,
-    /// Bytes at time zero.
+    /// Number of bytes at time zero.
     first_bytes: u64,
     gaps: Gaps,
     noise: statistics::Gaps,
@@ -198,7 +198,7 @@ impl Survey {
             lines: self.lines,
             loss: Loss::of(seen),
             gaps: self.gaps.count(),
-            // The first line of a robot of another kind may have been no own one yet.
+            // The first line of another kind of robot may not have been recognized as the robot's own.
             damaged: if is_own {
                 Damaged::default()
             } else {

@@ -7,7 +7,7 @@ use super::{Info, LineCounts};
 use crate::diagnosis;
 use crate::outages::Outage;
 
-/// Number of outages that the text lists; JSON has all.
+/// Maximum number of outages that the text lists; JSON contains all.
 const OUTAGES_SHOWN: usize = 10;
 
 impl Info {
@@ -41,16 +41,9 @@ impl Info {
             types => writeln!(output, ": {types}")?,
         }
         if let Some(clause) = diagnosis::clause(&self.mistakes) {
-            writeln!(output, "mistakes   {clause}; `groundwave check` tells more")?;
+            writeln!(output, "mistakes   {clause}; `groundwave check` shows more")?;
         }
-        match self.other.other_robot {
-            Some(id) => writeln!(
-                output,
-                "others     {} lines of robot {id}, kept apart",
-                self.other.other_lines
-            ),
-            None => Ok(()),
-        }
+        self.other.write_row(output)
     }
 
     /// Writes the bytes, and Groundwave's lines unless all lines are the robot's own.
@@ -137,7 +130,7 @@ impl Info {
         Ok(())
     }
 
-    /// Writes the longest outages, in their order.
+    /// Writes the longest outages, ordered by time.
     fn write_outages(&self, output: &mut impl Write) -> io::Result<()> {
         let mut durations: Vec<_> = self.outages.iter().map(Outage::duration).collect();
         durations.sort_unstable();
@@ -158,7 +151,7 @@ impl Info {
     /// Writes the summary as text, one fact per line.
     ///
     /// # Errors
-    /// When writing the output fails.
+    /// If writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         self.write_origin(output)?;
         writeln!(output, "duration   {}", duration_words(self.duration_s))?;

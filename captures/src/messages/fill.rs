@@ -1,4 +1,4 @@
-//! What a line of the robot says, field by field.
+//! Converts a line of the robot to the fields of a message.
 
 use groundwave_protocol::decoder::Received;
 use groundwave_protocol::status_codes::{
@@ -11,7 +11,7 @@ use groundwave_protocol::telemetry::{
 
 use super::{LINE_TYPES, Telemetry};
 
-/// Fills the fields that a line has.
+/// Fills the fields that a line contains.
 pub(super) fn fill(received: &Received, to: &mut Telemetry) {
     let letter = match received {
         Received::Ack(_) => AckLine::LETTERS[0],
@@ -30,7 +30,7 @@ pub(super) fn fill(received: &Received, to: &mut Telemetry) {
             Body::Parameter(parameter) => fill_parameter(to, parameter),
             Body::Song(song) => to.song = Some(notes(song)),
             Body::Abilities(abilities) => fill_abilities(to, abilities),
-            // Their values are messages of their own.
+            // The values are separate messages.
             Body::Field(_) | Body::Values(_) => {}
         }
     }
@@ -170,7 +170,7 @@ fn fill_parameter(to: &mut Telemetry, line: &ParameterLine) {
     to.parameter_unit = Some(line.unit.as_str().to_owned());
 }
 
-/// `523:0.20 0:0.10`. A tick is five hundredths of a second, so two decimals are exact.
+/// Notes of a song as text: `523:0.20 0:0.10`. A tick is 0.05 s, so two decimals are exact.
 fn notes(song: &SongLine) -> String {
     let note = |note: Note| {
         let hundredths = u32::from(note.ticks) * 5;
@@ -179,7 +179,7 @@ fn notes(song: &SongLine) -> String {
     song.notes().map(note).collect::<Vec<_>>().join(" ")
 }
 
-/// A state's number in protobuf is its place in the wire's list of states.
+/// A state's number in protobuf: its index in the protocol's list of states.
 fn number<T: Copy + PartialEq>(all: &[T], state: T) -> Option<i32> {
     all.iter().position(|s| *s == state).map(|i| i as i32)
 }

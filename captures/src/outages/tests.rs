@@ -1,4 +1,4 @@
-//! Handmade sessions.
+//! Outages in constructed sessions.
 
 use groundwave_protocol::decoder::Decoder;
 use groundwave_protocol::telemetry::{
@@ -7,11 +7,11 @@ use groundwave_protocol::telemetry::{
 
 use super::*;
 
-/// A robot with three lines a second, every twelfth of them a line C.
+/// A robot that sends three lines per second; every twelfth is a line C.
 struct Robot {
     sent: u64,
     boots: u16,
-    /// When it booted.
+    /// Time at which the robot booted, milliseconds.
     since_ms: u64,
 }
 
@@ -54,7 +54,7 @@ impl Robot {
     }
 }
 
-/// What is to happen to the lines from a moment on, seconds.
+/// Fate of the lines from a time on, in seconds.
 #[derive(Clone, Copy)]
 enum Fate {
     Arrive,
@@ -143,8 +143,74 @@ fn each_outage_has_its_cause_its_times_and_its_lines() {
     }
 }
 
+/// A recording has the lines that waited before the end of the suspension, and among them a line C.
 #[test]
-fn an_outage_is_told_as_it_begins_and_again_once_its_lines_are_known() {
+fn a_suspension_that_is_told_after_the_lines_that_waited_explains_the_silence() {
+    for told_after in [0, 1, 14, 40] {
+        let (mut robot, mut decoder, mut list) =
+            (Robot::new(), Decoder::default(), OutageList::default());
+        let woken = Moment::from_secs(115);
+        for n in 0..540_u64 {
+            let at_ms = n * 1000 / 3;
+            let line = robot.line(at_ms);
+            let is_waiting = (180..345).contains(&n);
+            let now = if is_waiting {
+                woken
+            } else {
+                Moment::from_millis(at_ms)
+            };
+            if n == 180 + told_after {
+                let event = StationEvent::suspended(Moment::from_secs(55));
+                list.handle_event(woken, &event);
+            }
+            let mut bytes = &line[..];
+            while let Some(received) = decoder.next_own_line(&mut bytes) {
+                list.handle_line(now, &received, decoder.counters());
+            }
+        }
+        let [outage] = list.into_outages(Moment::from_mins(3))[..] else {
+            panic!("one");
+        };
+        let expected = Outage {
+            cause: OutageCause::Suspended,
+            begin: Moment::from_mins(1),
+            end: Some(woken),
+            lost: Lost::default(),
+        };
+        assert_eq!(outage, expected, "after {told_after} lines");
+    }
+}
+
+#[test]
+fn times_that_go_back_make_no_outage_longer() {
+    let (mut robot, mut decoder, mut outages) =
+        (Robot::new(), Decoder::default(), Outages::default());
+    for at_s in [100, 103, 7, 8, 1, 90, 2] {
+        if at_s == 7 {
+            decoder.interrupt();
+            outages.handle_unplugged(Moment::from_secs(6));
+        }
+        let now = Moment::from_secs(at_s);
+        let line = robot.line(100_000);
+        let mut bytes: &[u8] = &line;
+        while let Some(received) = decoder.next_own_line(&mut bytes) {
+            outages.handle_line(now, &received, decoder.counters());
+        }
+        outages.handle_timeout(now);
+    }
+    outages.finish(Moment::from_secs(3));
+    let mut ended = 0;
+    while let Some(outage) = outages.poll() {
+        if let Some(end) = outage.end {
+            assert!(outage.begin <= end, "{outage}");
+            ended += 1;
+        }
+    }
+    assert!(ended > 0, "one began when the link was lost");
+}
+
+#[test]
+fn an_outage_is_reported_when_it_begins_and_when_its_lines_are_known() {
     let found = session(&[(60, Fate::Silence), (70, Fate::Arrive)]);
     let words: Vec<String> = found.iter().map(Outage::to_string).collect();
     assert_eq!(
@@ -170,7 +236,7 @@ fn one_that_lasts_at_the_end_has_no_end() {
 }
 
 #[test]
-fn a_reboot_is_an_outage_of_its_own_behind_a_cable() {
+fn a_reboot_is_a_separate_outage_on_a_cable() {
     use OutageCause::{Rebooted, Unplugged};
     assert_eq!(ended(&[(60, Fate::Reboot)]), [(Rebooted, 59, 60, 0)]);
     let causes: Vec<_> = ended(&[(60, Fate::Unplug), (70, Fate::Reboot)])
@@ -180,15 +246,14 @@ fn a_reboot_is_an_outage_of_its_own_behind_a_cable() {
     assert_eq!(causes, [Unplugged, Rebooted]);
 }
 
-#[test]
-fn a_gap_that_only_the_robots_clock_shows_is_found() {
-    // A capture without times: each line follows the one before it.
+/// The outages in a capture without times, each line of which follows the one before it, with some lines lost.
+fn without_times(lost: std::ops::Range<u64>) -> Vec<Outage> {
     let (mut robot, mut decoder, mut list) =
         (Robot::new(), Decoder::default(), OutageList::default());
     let mut now = Moment::ZERO;
     for n in 0..600_u64 {
         let line = robot.line(n * 1000 / 3);
-        if (200..400).contains(&n) {
+        if lost.contains(&n) {
             continue;
         }
         now += Moment::from_millis(333);
@@ -197,11 +262,29 @@ fn a_gap_that_only_the_robots_clock_shows_is_found() {
             list.handle_line(now, &received, decoder.counters());
         }
     }
-    let [outage] = list.into_outages(now)[..] else {
+    list.into_outages(now)
+}
+
+#[test]
+fn a_gap_that_only_the_robots_clock_shows_is_found() {
+    let [outage] = without_times(200..400)[..] else {
         panic!("one");
     };
     assert_eq!(
         (outage.cause, outage.lost.min, outage.lost.max),
         (OutageCause::Gap, 200, 200)
     );
+}
+
+#[test]
+fn a_gap_without_times_is_where_the_sequence_shows_it_and_has_all_its_lines() {
+    for first in 200..212 {
+        let [outage] = without_times(first..first + 165)[..] else {
+            panic!("one");
+        };
+        let begin = Moment::from_millis(333 * first);
+        assert_eq!((outage.cause, outage.begin), (OutageCause::Gap, begin));
+        let words = format!("gap at {:.1} s: 165 lines lost", begin.as_secs_f64());
+        assert_eq!(outage.to_string(), words);
+    }
 }

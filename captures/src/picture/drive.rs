@@ -1,4 +1,4 @@
-//! The picture of a track.
+//! Draws the picture of a track.
 
 use super::font::Font;
 use super::mark::{self, HALO, PATH, Symbol};
@@ -9,15 +9,27 @@ use crate::CaptureError;
 use crate::event::Truth;
 use crate::track::{Event, Holder, Place, Stretch, Track, simplify};
 
-/// Segments of a circle.
+/// The letters of marks; later marks are only counted.
+const LETTERS: std::ops::RangeInclusive<char> = 'A'..='Z';
+
+/// Number of line segments that draw a circle.
 const CIRCLE: u8 = 32;
 
-pub(super) fn draw(title: &str, track: &Track, problem: Option<&CaptureError>) -> Option<Picture> {
+pub(super) fn draw(
+    name: &str,
+    run: Option<&str>,
+    track: &Track,
+    problem: Option<&CaptureError>,
+) -> Option<Picture> {
     let font = Font::load();
     let stretches = track.stretches();
     let plan = Plan {
-        title: title.to_owned(),
-        facts: facts(track),
+        title: run.unwrap_or(name).to_owned(),
+        facts: run
+            .map(|_| name.to_owned())
+            .into_iter()
+            .chain(facts(track))
+            .collect(),
         legend: legend(track, &stretches),
         notes: notes(track, problem),
         bounds_in: bounds_in(track)?,
@@ -54,6 +66,10 @@ fn notes(track: &Track, problem: Option<&CaptureError>) -> Vec<String> {
             "After a restart, positions count from the place of the restart{walls}."
         ));
     }
+    let unmarked = track.marks.len().saturating_sub(LETTERS.count());
+    if unmarked > 0 {
+        notes.push(format!("{unmarked} later marks are not shown."));
+    }
     if let Some(longest) = track.outages.iter().max_by_key(|it| it.duration()) {
         notes.push(match track.outages.len() {
             1 => format!("1 outage: {longest}."),
@@ -73,6 +89,7 @@ fn bounds_in(track: &Track) -> Option<[(f32, f32); 2]> {
     for event in Event::ALL {
         places.extend(&track.events(event).places_in);
     }
+    places.extend(track.marks.iter().map(|(place, _)| *place));
     if let Some(truth) = &track.truth {
         let ends = truth.walls.iter().flatten();
         places.extend(ends.map(|&(x, y)| (x as f32, y as f32)));
@@ -80,7 +97,7 @@ fn bounds_in(track: &Track) -> Option<[(f32, f32); 2]> {
     Some(bounds(&places))
 }
 
-/// Least and greatest x and y of places.
+/// Minimum and maximum x and y of places.
 pub(super) fn bounds(places: &[Place]) -> [(f32, f32); 2] {
     let none = (f32::INFINITY, f32::NEG_INFINITY);
     places.iter().fold([none, none], |[x, y], place| {
@@ -89,7 +106,7 @@ pub(super) fn bounds(places: &[Place]) -> [(f32, f32); 2] {
     })
 }
 
-/// The true walls; where they are not known, what the sensors saw.
+/// The true walls; if unknown, the detections of the sensors.
 fn surroundings(sheet: &Sheet, track: &Track) -> Vec<Layer> {
     if let Some(truth) = &track.truth {
         return vec![Layer {
@@ -137,7 +154,7 @@ fn walls(sheet: &Sheet, truth: &Truth) -> Vec<Shape> {
     shapes
 }
 
-/// The path in the colours of its behaviours, dashed where it was not received.
+/// The path in the colours of its behaviours, dashed where lines were not received.
 pub(super) fn path(
     sheet: &Sheet,
     stretches: &[Stretch],
@@ -194,6 +211,9 @@ fn marks(sheet: &Sheet, font: &Font, track: &Track) -> Layer {
         let heading_deg = f32::from(track.heading_deg);
         mark::end(&mut shapes, sheet.spot(last.place), heading_deg, BLACK);
     }
+    for (letter, (place, _)) in LETTERS.zip(&track.marks) {
+        mark::flag(&mut shapes, sheet.spot(*place), letter);
+    }
     Layer {
         name: "marks",
         shapes,
@@ -227,12 +247,19 @@ fn legend(track: &Track, stretches: &[Stretch]) -> Vec<Vec<Row>> {
             marks.push(Row::new(Symbol::Event(event), text));
         }
     }
+    let flags = LETTERS.zip(&track.marks);
+    marks.extend(flags.map(|(letter, (_, text))| Row::new(Symbol::Mark(letter), text)));
     let mut holders: Vec<Holder> = stretches.iter().filter_map(|it| it.holder).collect();
     holders.sort_unstable();
     holders.dedup();
     let mut path: Vec<Row> = holders
         .into_iter()
-        .map(|holder| Row::new(Symbol::Path(mark::color(holder)), holder.word()))
+        .map(|holder| {
+            Row::new(
+                Symbol::Path(mark::color(holder)),
+                holder.word().replace('-', " "),
+            )
+        })
         .collect();
     if track.gaps > 0 {
         path.push(Row::new(Symbol::Gap, gap_words(track)));
@@ -251,14 +278,14 @@ fn legend(track: &Track, stretches: &[Stretch]) -> Vec<Vec<Row>> {
             around.push(Row::new(Symbol::Infrared, "infrared detection"));
         }
     }
-    // A blank row sets each block apart from the next.
+    // A blank row separates the blocks.
     for rows in [&mut marks, &mut path] {
         rows.push(Row::new(None, ""));
     }
     vec![marks, path, around]
 }
 
-/// Gaps as a summary counts them.
+/// Number of gaps as text, counted as in the summary.
 pub(super) fn gap_words(track: &Track) -> String {
     let plural = if track.gaps == 1 { "" } else { "s" };
     format!("not received ({} gap{plural})", track.gaps)

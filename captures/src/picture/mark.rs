@@ -8,14 +8,14 @@ use super::shape::{
 use crate::track::{Event, Holder};
 use groundwave_protocol::status_codes::Layer;
 
-/// Width of the path, and of the white line below it, pixels.
+/// Width of the path, and of the white line below the path, pixels.
 pub(super) const PATH: f32 = 2.6;
 pub(super) const HALO: f32 = 5.0;
 
 /// Radius of the ring around a start, pixels.
 pub(super) const START: f32 = 8.0;
 
-/// Half of the width of a line in the legend, pixels.
+/// Half of the length of a line in the legend, pixels.
 const REACH: f32 = 15.0;
 
 /// A symbol of the legend.
@@ -27,8 +27,10 @@ pub(super) enum Symbol {
     Start(Color),
     /// The end of a path, with the robot's heading, degrees clockwise from +Y.
     End(Color, f32),
-    /// A waypoint that was reached, or not.
+    /// A waypoint; `true` if it was reached.
     Waypoint(bool),
+    /// A mark of the operator, with its letter.
+    Mark(char),
     Echo,
     Infrared,
     Wall,
@@ -46,6 +48,7 @@ pub(super) fn draw(shapes: &mut Vec<Shape>, font: &Font, symbol: Symbol, at: Spo
         Symbol::Start(color) => start(shapes, at, START, color),
         Symbol::End(color, heading_deg) => end(shapes, at, heading_deg, color),
         Symbol::Waypoint(is_reached) => waypoint(shapes, font, at, "1", is_reached),
+        Symbol::Mark(letter) => flag(shapes, at, letter),
         Symbol::Echo => shapes.extend(dots(
             vec![(x - 8.0, y + 2.0), (x, y - 2.0), (x + 8.0, y)],
             ECHO,
@@ -79,7 +82,7 @@ pub(super) fn furniture(spots: Vec<Spot>) -> Shape {
     Shape::line(spots, 1.6, FURNITURE)
 }
 
-/// Detections of a sensor; `None` without any.
+/// Detections of a sensor; `None` if there are none.
 pub(super) fn dots(centers: Vec<Spot>, color: Color) -> Option<Shape> {
     (!centers.is_empty()).then_some(Shape::Circles {
         centers,
@@ -89,7 +92,7 @@ pub(super) fn dots(centers: Vec<Spot>, color: Color) -> Option<Shape> {
     })
 }
 
-/// A line with a halo of paper.
+/// Draws lines with a white outline.
 fn outlined(shapes: &mut Vec<Shape>, lines: &[Vec<Spot>]) {
     for (width, color) in [(4.6, PAPER), (2.0, BLACK)] {
         for line in lines {
@@ -184,6 +187,24 @@ pub(super) fn waypoint(
             SIZE,
             if is_reached { PAPER } else { INK },
         )
+    }));
+}
+
+/// Draws the letter of a mark in a square.
+pub(super) fn flag(shapes: &mut Vec<Shape>, (x, y): Spot, letter: char) {
+    for (reach, color) in [(10.8, PAPER), (9.0, PURPLE)] {
+        let spots = vec![
+            (x - reach, y - reach),
+            (x + reach, y - reach),
+            (x + reach, y + reach),
+            (x - reach, y + reach),
+        ];
+        shapes.push(Shape::Filled { spots, color });
+    }
+    shapes.push(Shape::Text(Text {
+        anchor: Anchor::Middle,
+        is_bold: true,
+        ..Text::new((x, y + 4.3), letter.to_string(), 12.0, BLACK)
     }));
 }
 

@@ -1,7 +1,7 @@
 //! Pictures of runs, as SVG and PNG.
 //!
-//! A picture is laid out once, as shapes and outlines of letters; both forms draw the same shapes. The colours of behaviours are
-//! those of Okabe and Ito, which colour-blind people tell apart; each kind of event also has a shape of its own.
+//! A picture is laid out once, as shapes and outlines of letters; SVG and PNG draw the same shapes. The colours of behaviours are
+//! those of Okabe and Ito, which colour-blind people can distinguish; each kind of event also has its own shape.
 
 mod drive;
 mod font;
@@ -22,7 +22,7 @@ use shape::Layer;
 /// Width of the outline that makes letters bold, ems.
 const BOLD: f32 = 0.035;
 
-/// Tolerance of a drawn path, pixels: a place left out is no further from the line than this.
+/// Tolerance of a drawn path, pixels: maximum distance of an omitted place from the line.
 const TOLERANCE: f32 = 0.25;
 
 /// A picture, laid out.
@@ -35,13 +35,19 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Draws a track with its title and the reason why it is incomplete; `None` if there is no position.
+    /// Draws a track, with the names of its capture and, if it has one, of its run, and the reason why the capture is incomplete;
+    /// returns `None` if there is no position.
     #[must_use]
-    pub fn of_track(title: &str, track: &Track, problem: Option<&CaptureError>) -> Option<Self> {
-        drive::draw(title, track, problem)
+    pub fn of_track(
+        name: &str,
+        run: Option<&str>,
+        track: &Track,
+        problem: Option<&CaptureError>,
+    ) -> Option<Self> {
+        drive::draw(name, run, track, problem)
     }
 
-    /// Draws two runs over each other, each since its odometer was last reset; `None` if one has no position.
+    /// Draws two runs over each other, each from its last odometer reset; returns `None` if one has no position.
     #[must_use]
     pub fn of_pair(runs: [&Run<'_>; 2]) -> Option<Self> {
         pair::draw(runs)
@@ -53,10 +59,10 @@ impl Picture {
         svg::draw(self, &Font::load())
     }
 
-    /// The picture as PNG, two pixels for each of the SVG's.
+    /// The picture as PNG, with twice the SVG's resolution.
     ///
     /// # Errors
-    /// When it cannot be encoded.
+    /// If encoding fails.
     pub fn png(&self) -> Result<Vec<u8>, String> {
         png::draw(self, &Font::load())
     }

@@ -1,4 +1,4 @@
-//! The picture of two runs over each other.
+//! Draws two runs over each other.
 
 use super::drive::{bounds, gap_words, path};
 use super::font::Font;
@@ -8,14 +8,14 @@ use super::sheet::{Plan, Row, Sheet};
 use super::{Picture, date_words, feet_words, time_words};
 use crate::track::{Place, Point, Track};
 
-/// Colours that colour-blind people tell apart, and that differ in print.
+/// Colours that colour-blind people can distinguish, and that differ in print.
 const COLORS: [Color; 2] = [BLUE, VERMILION];
 
-/// A run to compare: its name and its track since the odometer was last reset.
+/// A run to compare.
 pub struct Run<'a> {
     /// Name of the run or its capture.
     pub name: String,
-    /// Its track.
+    /// Track since the last odometer reset.
     pub track: &'a Track,
     /// Distance from the end of the path to its beginning, inches.
     pub closing_error_in: Option<f64>,
@@ -72,7 +72,7 @@ fn rows(number: u8, run: &Run<'_>, color: Color) -> Vec<Row> {
     let track = run.track;
     let place = |at: Option<&Point>| {
         at.map_or_else(String::new, |point| {
-            // Added, so that a negated zero becomes zero.
+            // Adding turns a negated zero into zero.
             let tenths_ft = |inches: f32| (inches / 1.2).round() / 10.0 + 0.0;
             let (x_in, y_in) = point.place;
             format!("({:.1}, {:.1}) ft", tenths_ft(x_in), tenths_ft(y_in)).replace('-', "−")

@@ -1,4 +1,4 @@
-//! Pictures as PNG.
+//! Draws pictures as PNG.
 
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform,
@@ -8,7 +8,7 @@ use super::Picture;
 use super::font::{Font, Piece};
 use super::shape::{self, Anchor, Shape, Spot, Text};
 
-/// Pixels of the file for each of the picture, so that it is sharp in print.
+/// Pixels of the file per pixel of the picture; sharp in print.
 const SCALE: f32 = 2.0;
 
 pub(super) fn draw(picture: &Picture, font: &Font) -> Result<Vec<u8>, String> {

@@ -36,7 +36,7 @@ pub(super) enum Anchor {
 /// A text of one line.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Text {
-    /// Start, middle or end of the baseline.
+    /// Position of the baseline's start, middle or end.
     pub(super) at: Spot,
     pub(super) words: String,
     /// Height of an em, pixels.
@@ -44,7 +44,7 @@ pub(super) struct Text {
     pub(super) color: Color,
     pub(super) anchor: Anchor,
     pub(super) is_bold: bool,
-    /// Whether it reads upward.
+    /// Whether the text reads upward.
     pub(super) is_upward: bool,
 }
 
@@ -75,7 +75,7 @@ pub(super) enum Shape {
         spots: Vec<Spot>,
         color: Color,
     },
-    /// Circles of one kind; filled if the width is 0.
+    /// Circles of one style; filled if the width is 0.
     Circles {
         centers: Vec<Spot>,
         radius: f32,

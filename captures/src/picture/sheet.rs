@@ -1,4 +1,4 @@
-//! The paper of a picture: title, axes in feet, grid, legend and notes around the plot.
+//! The sheet of a picture: title, axes in feet, grid, legend and notes around the plot.
 
 use super::Picture;
 use super::font::Font;
@@ -6,30 +6,30 @@ use super::mark::{self, Symbol};
 use super::shape::{Anchor, Color, FRAME, GRID, INK, Layer, PALE_INK, Shape, Spot, Text};
 use crate::track::Place;
 
-/// Longer and shorter side of the paper, pixels. A long legend makes it longer.
+/// Longer and shorter side of the sheet, pixels. A long legend makes the sheet longer.
 const PAPER_LONG: f32 = 1400.0;
 const PAPER_SHORT: f32 = 990.0;
 
-/// Least width of the paper, for the title.
+/// Minimum width of the sheet for the title, pixels.
 const WIDTH_MIN: f32 = 760.0;
 
-/// Least height of the plot.
+/// Minimum height of the plot, pixels.
 const PLOT_MIN: f32 = 300.0;
 
 const MARGIN: f32 = 36.0;
 
-/// Height of title and facts, left of the plot, and below it.
+/// Height of title and facts, width left of the plot, and height below the plot, pixels.
 const HEADER: f32 = 84.0;
 const LEFT: f32 = 74.0;
 const BELOW: f32 = 58.0;
 
-/// Gap between plot and legend, height of a row of the legend, width of its symbols, and greatest width of its text.
+/// Gap between plot and legend; row height, symbol width and maximum text width of the legend, pixels.
 const GUTTER: f32 = 28.0;
 const ROW: f32 = 25.0;
 const SYMBOL: f32 = 46.0;
 const LEGEND_TEXT_MAX: f32 = 400.0;
 
-/// Height of a line of the notes.
+/// Height of a line of the notes, pixels.
 const NOTE_ROW: f32 = 19.0;
 
 /// Sizes of the letters, pixels.
@@ -38,13 +38,13 @@ const PLAIN: f32 = 15.0;
 const TICK: f32 = 14.0;
 const NOTE: f32 = 13.0;
 
-/// Inches per foot.
+/// Number of inches per foot.
 const FOOT_IN: f32 = 12.0;
 
-/// Smallest floor shown, inches.
+/// Minimum width and height of the area shown, inches.
 const SPAN_MIN_IN: f32 = 36.0;
 
-/// Least distance between two ticks, pixels.
+/// Minimum distance between two ticks, pixels.
 const TICK_MIN: f32 = 84.0;
 
 /// A row of the legend.
@@ -64,7 +64,7 @@ impl Row {
     }
 }
 
-/// What a sheet has to show besides its plot.
+/// Content of a sheet besides its plot.
 pub(super) struct Plan {
     pub(super) title: String,
     /// Facts below the title.
@@ -73,17 +73,17 @@ pub(super) struct Plan {
     pub(super) legend: Vec<Vec<Row>>,
     /// Notes below the plot.
     pub(super) notes: Vec<String>,
-    /// Least and greatest x and y of the plot, inches.
+    /// Minimum and maximum x and y of the plot, inches.
     pub(super) bounds_in: [(f32, f32); 2],
 }
 
-/// A plot on its paper: converts inches to pixels.
+/// A plot on its sheet; converts inches to pixels.
 pub(super) struct Sheet {
     size: (f32, f32),
     /// Left, top, right and bottom of the plot, pixels.
     plot: [f32; 4],
     pub(super) pixels_per_in: f32,
-    /// Place of the plot's top left corner, inches.
+    /// Position of the plot's top left corner, inches.
     corner_in: Place,
     notes: Vec<String>,
     /// Top left corner of each block of the legend, pixels.
@@ -91,7 +91,7 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    /// Lays out a plan on the paper, landscape or portrait, that shows the plot larger.
+    /// Lays out a plan in landscape or portrait, whichever shows the plot larger.
     pub(super) fn new(font: &Font, plan: &Plan) -> Self {
         let [landscape, portrait] = [true, false].map(|wide| Self::oriented(font, plan, wide));
         if portrait.pixels_per_in > landscape.pixels_per_in {
@@ -179,7 +179,7 @@ impl Sheet {
         }
     }
 
-    /// The spot of a place in inches; +Y is up.
+    /// Converts a place in inches to pixels; +Y is up.
     pub(super) fn spot(&self, (x_in, y_in): Place) -> Spot {
         let (left_in, top_in) = self.corner_in;
         (
@@ -188,7 +188,7 @@ impl Sheet {
         )
     }
 
-    /// Whether a spot is in the plot, with a margin.
+    /// Whether a spot is in the plot, at least `margin` from its edge.
     pub(super) fn is_in_plot(&self, (x, y): Spot, margin: f32) -> bool {
         let [left, top, right, bottom] = self.plot;
         let is_between = |at: f32, from: f32, to: f32| from + margin <= at && at <= to - margin;
@@ -318,7 +318,7 @@ impl Sheet {
     }
 }
 
-/// Column and row of each block of a legend of some columns, and the height of the legend, pixels.
+/// Column and row of each legend block for a number of columns, and the height of the legend, pixels.
 fn blocks(rows: &[usize], columns: usize) -> (Vec<(usize, usize)>, f32) {
     let all: usize = rows.iter().sum();
     let most = rows.iter().copied().max().unwrap_or(0);
@@ -343,7 +343,7 @@ fn blocks(rows: &[usize], columns: usize) -> (Vec<(usize, usize)>, f32) {
     (places, deepest as f32 * ROW)
 }
 
-/// A distance between ticks of 1, 2 or 5 times a power of ten, feet.
+/// Distance between ticks, feet: 1, 2 or 5 times a power of ten.
 fn step_ft(pixels_per_ft: f32) -> f32 {
     let least_ft = (TICK_MIN / pixels_per_ft).max(0.1);
     let power = 10.0_f32.powf(least_ft.log10().floor());
@@ -352,7 +352,7 @@ fn step_ft(pixels_per_ft: f32) -> f32 {
     step.unwrap_or(10.0 * power)
 }
 
-/// Multiples of the step between two values.
+/// The multiples of `step` between two values.
 fn ticks(from: f32, to: f32, step: f32) -> impl Iterator<Item = f32> {
     let first = (from / step).ceil() as i32;
     let last = (to / step).floor() as i32;

@@ -1,4 +1,4 @@
-//! Pictures as SVG.
+//! Draws pictures as SVG.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -7,7 +7,7 @@ use super::Picture;
 use super::font::{Font, Piece};
 use super::shape::{Anchor, Color, Layer, Shape, Spot, Text};
 
-/// The picture as an SVG document. Letters are outlines, each defined once, so that it looks the same everywhere.
+/// The picture as an SVG document. Letters are outlines, each defined once; the picture looks the same in every viewer.
 pub(super) fn draw(picture: &Picture, font: &Font) -> String {
     let (width, height) = picture.size;
     let mut svg = format!(
@@ -62,7 +62,7 @@ fn define(svg: &mut String, font: &Font, layers: &[Layer]) {
     svg.push_str("</defs>\n");
 }
 
-/// Draws a shape, or lines of one style, which become one path: a day's drive has thousands.
+/// Draws a shape. Lines of one style become one path, because a day's drive has thousands.
 fn draw_alike(svg: &mut String, font: &Font, alike: &[Shape]) {
     let Some(first) = alike.first() else {
         return;
@@ -100,7 +100,7 @@ fn draw_alike(svg: &mut String, font: &Font, alike: &[Shape]) {
     };
 }
 
-/// The path of lines.
+/// Lines as the data of an SVG path.
 fn lines(shapes: &[Shape]) -> String {
     let mut path = String::new();
     for shape in shapes {

@@ -54,7 +54,7 @@ fn texts(shapes: &[Shape]) -> impl Iterator<Item = &Text> {
     })
 }
 
-/// Asserts that nothing is outside of the paper, and that no text is over another one.
+/// Asserts that nothing is outside the sheet, and that texts do not overlap.
 fn is_whole(picture: &Picture) {
     let font = Font::load();
     let (width, height) = picture.size;
@@ -121,7 +121,7 @@ fn long_names_counts_and_problems_are_within_the_picture() {
         is_in_use: false,
     };
     let name = "a long name of a capture ".repeat(10);
-    let picture = Picture::of_track(&name, &track, Some(&problem)).unwrap();
+    let picture = Picture::of_track(&name, None, &track, Some(&problem)).unwrap();
     is_whole(&picture);
     same_in_both_forms(&picture);
     let legend: Vec<_> = texts(layer(&picture, "legend"))
@@ -138,7 +138,7 @@ fn long_names_counts_and_problems_are_within_the_picture() {
 fn the_paper_has_the_orientation_of_the_path() {
     let size = |x: f32, y: f32| {
         let track = track(vec![point(0.0, 0.0, 1), point(x, y, 2)]);
-        let picture = Picture::of_track("a", &track, None).unwrap();
+        let picture = Picture::of_track("a", None, &track, None).unwrap();
         is_whole(&picture);
         picture.size
     };
@@ -152,12 +152,12 @@ fn the_paper_has_the_orientation_of_the_path() {
 fn names_of_other_alphabets_are_drawn_and_named() {
     let track = track(vec![point(0.0, 0.0, 1), point(9.0, 9.0, 2)]);
     for name in ["Küche", "кухня", "台所", "a<b>&\"c\""] {
-        let picture = Picture::of_track(name, &track, None).unwrap();
+        let picture = Picture::of_track(name, None, &track, None).unwrap();
         is_whole(&picture);
         same_in_both_forms(&picture);
     }
     assert!(
-        Picture::of_track("Küche", &track, None)
+        Picture::of_track("Küche", None, &track, None)
             .unwrap()
             .svg()
             .contains("aria-label=\"Küche\"")
@@ -171,11 +171,11 @@ fn gaps_are_dashed_and_moves_are_not_drawn() {
         .collect();
     points[4].is_apart = true;
     let mut track = track(points);
-    let whole = Picture::of_track("a", &track, None).unwrap();
+    let whole = Picture::of_track("a", None, &track, None).unwrap();
     assert!(layer(&whole, "gaps").is_empty() && !whole.svg().contains("dash"));
     track.gap_lines = vec![3];
     track.gaps = 1;
-    let picture = Picture::of_track("a", &track, None).unwrap();
+    let picture = Picture::of_track("a", None, &track, None).unwrap();
     assert_eq!(layer(&picture, "gaps").len(), 1);
     assert_eq!(layer(&picture, "path").len(), 3);
     // One in the plot and one in the legend.
@@ -194,7 +194,7 @@ fn gaps_are_dashed_and_moves_are_not_drawn() {
 fn true_walls_replace_detections() {
     let mut track = track(vec![point(0.0, 0.0, 1), point(20.0, 0.0, 2)]);
     track.echoes_in = vec![(5.0, 5.0)];
-    let measured = Picture::of_track("a", &track, None).unwrap();
+    let measured = Picture::of_track("a", None, &track, None).unwrap();
     assert_eq!(layer(&measured, "detections").len(), 1);
     track.truth = Some(Truth {
         walls: vec![
@@ -204,12 +204,12 @@ fn true_walls_replace_detections() {
         circles: vec![((10.0, 10.0), 4.0)],
         ..Truth::default()
     });
-    let known = Picture::of_track("a", &track, None).unwrap();
+    let known = Picture::of_track("a", None, &track, None).unwrap();
     is_whole(&known);
     assert!(layer(&known, "detections").is_empty());
     assert!(layer(&known, "notes").is_empty());
     track.events[Event::Restart as usize].count = 1;
-    let restarted = Picture::of_track("a", &track, None).unwrap();
+    let restarted = Picture::of_track("a", None, &track, None).unwrap();
     assert!(texts(layer(&restarted, "notes")).any(|it| it.words.contains("walls do not fit")));
     assert_eq!(layer(&known, "walls").len(), 3);
 }
@@ -248,6 +248,37 @@ fn two_runs_have_their_facts_beside_them() {
 }
 
 #[test]
+fn marks_have_letters_in_the_plot_and_their_texts_in_the_legend() {
+    let points = (1..9_u16).map(|n| point(f32::from(n) * 20.0, 0.0, n.into()));
+    let track = Track {
+        marks: (0..30_u16)
+            .map(|n| ((f32::from(n), 40.0), format!("mark {n}")))
+            .collect(),
+        ..track(points.collect())
+    };
+    let picture = Picture::of_track("evening", Some("new wheels"), &track, None).unwrap();
+    is_whole(&picture);
+    let words = |name: &str| -> Vec<String> {
+        texts(layer(&picture, name))
+            .map(|text| text.words.clone())
+            .collect()
+    };
+    assert_eq!(words("title")[0], "new wheels");
+    assert!(
+        words("title")[1].starts_with("evening"),
+        "{:?}",
+        words("title")
+    );
+    let letters: Vec<String> = ('A'..='Z').map(String::from).collect();
+    assert_eq!(words("marks"), letters);
+    let legend = words("legend");
+    let at = legend.iter().position(|it| it == "B").unwrap();
+    assert_eq!(legend[at + 1], "mark 1");
+    assert!(!legend.contains(&"mark 26".to_owned()));
+    assert_eq!(words("notes"), ["4 later marks are not shown."]);
+}
+
+#[test]
 fn a_long_drive_makes_a_small_picture() {
     let points = (1..20_000_u16).map(|n| {
         let angle = f32::from(n) * 0.05;
@@ -255,7 +286,7 @@ fn a_long_drive_makes_a_small_picture() {
         point(radius * angle.cos(), radius * angle.sin(), n.into())
     });
     let track = track(points.collect());
-    let svg = Picture::of_track("a", &track, None).unwrap().svg();
+    let svg = Picture::of_track("a", None, &track, None).unwrap().svg();
     assert!(svg.len() < 500_000, "{}", svg.len());
 }
 
@@ -302,7 +333,7 @@ fn any_track() -> impl Strategy<Value = Track> {
 proptest! {
     #[test]
     fn any_track_fits_its_paper(track in any_track(), name in "\\PC{0,80}") {
-        let picture = Picture::of_track(&name, &track, None).unwrap();
+        let picture = Picture::of_track(&name, None, &track, None).unwrap();
         is_whole(&picture);
         let gaps = track.stretches().iter().filter(|it| it.holder.is_none()).count();
         prop_assert_eq!(layer(&picture, "gaps").len(), gaps);

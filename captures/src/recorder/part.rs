@@ -18,22 +18,22 @@ use crate::{CaptureError, Existing, files, presence};
 pub(super) enum Job {
     /// Sync, and check that the file still has its name.
     Sync,
-    /// Finish the present part and continue with this one.
+    /// Finish the current part and continue with this one.
     Next(Part),
-    /// End, and leave the present part unfinished.
+    /// End; leave the current part unfinished.
     Leave,
 }
 
-/// A file of the recording, locked until this is dropped.
+/// A file of the recording, locked until the part is dropped.
 pub(super) struct Part {
     path: PathBuf,
     file: File,
-    /// Bytes written.
+    /// Number of bytes written.
     bytes: Arc<AtomicU64>,
 }
 
 impl Part {
-    /// Begins a part; its beginning is on the disk when this returns.
+    /// Begins a part and waits until its beginning is on the disk.
     pub(super) fn begin(
         file: File,
         path: &Path,
@@ -70,7 +70,7 @@ pub(super) fn create(path: &Path, existing: Existing) -> Result<File, CaptureErr
     match existing {
         Existing::Append => return Err(CaptureError::CannotAppend(path.to_owned())),
         Existing::Refuse => options.write(true).create_new(true),
-        // Truncated after the check that no other program records it.
+        // Truncated only after the check that no other program records to the file.
         Existing::Overwrite => options.write(true).create(true).truncate(false),
     };
     if files::is_in_use(path) {
@@ -126,7 +126,7 @@ impl Syncer {
                     self.shared.progress.fetch_add(1, Ordering::Relaxed);
                 }
                 Job::Next(part) => {
-                    // A part that cannot be finished stays complete and unfinished.
+                    // A part that cannot be finished stays unfinished, without loss.
                     let result = self.finish();
                     if let Err(error) = &result {
                         self.shared.set_problem(error);

@@ -32,9 +32,9 @@ fn at(second: u64) -> (Moment, SystemTime) {
     (now, UNIX_EPOCH + now)
 }
 
-/// No call waits; the stall is reported after 30 s, and the end says how much is missing.
+/// No call waits; the stall is reported after 30 s, and `finish` reports how many bytes are missing.
 #[test]
-fn a_disk_that_hangs_stalls_nothing_and_is_told() {
+fn a_disk_that_hangs_stalls_nothing_and_is_reported() {
     let (mut recorder, mut reader) = stalled();
     let line = [b'x'; 4096];
     for second in 0..100 {
@@ -58,18 +58,18 @@ fn a_disk_that_hangs_stalls_nothing_and_is_told() {
         .to_string();
     let told = error.split(" bytes are not in it").next().unwrap();
     let told: u64 = told.rsplit(' ').next().unwrap().parse().unwrap();
-    // The pipe may have taken some more meanwhile, as much as it holds.
+    // The pipe may have taken more meanwhile, up to its capacity.
     assert!(told <= missing && told + 65_536 >= missing, "{error}");
-    // It goes on when the disk does: all that was recorded comes.
+    // Recording continues when the disk does; no byte is lost.
     drop(recorder);
     let mut read = Vec::new();
     reader.read_to_end(&mut read).unwrap();
     assert!(read.len() > 100 * 4096, "{}", read.len());
 }
 
-/// 16 MiB wait and no more; the rest is counted.
+/// The queue holds at most 16 MiB; further bytes are counted.
 #[test]
-fn overflow_is_bounded_and_told() {
+fn overflow_is_bounded_and_reported() {
     let (mut recorder, reader) = stalled();
     let (now, wall) = at(0);
     let line = vec![b'x'; 1 << 20];

@@ -20,9 +20,9 @@ use crate::{CaptureError, Existing, files};
 
 /// An observation to be recorded.
 pub(super) struct Entry {
-    /// `None` for one from before the recording.
+    /// Time of the observation; `None` if it was made before the recording began.
     pub(super) now: Option<Moment>,
-    /// Nanoseconds since 1970.
+    /// Time since 1970, nanoseconds.
     pub(super) at_ns: u64,
     pub(super) observation: Observation,
 }
@@ -30,16 +30,16 @@ pub(super) struct Entry {
 /// Writes the parts of a recording.
 pub(super) struct PartWriter {
     session: Session,
-    /// The name of the first part, from which the others follow.
+    /// The name of the first part; the names of later parts are derived from it.
     first: PathBuf,
     rotation: Rotation,
     existing: Existing,
     part: u32,
     part_since: Option<Moment>,
     file: UnfinishedWriter,
-    /// Bytes of the present part before its first message.
+    /// Number of bytes of the current part before its first message.
     begun_bytes: u64,
-    /// The present part has an observation.
+    /// Whether the current part has an observation.
     has_begun: bool,
     jobs: Sender<Job>,
     syncer: JoinHandle<Result<(), CaptureError>>,
@@ -50,7 +50,7 @@ impl PartWriter {
     /// Starts the thread that syncs.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If no thread can be started.
     pub(super) fn new(
         part: Part,
         file: UnfinishedWriter,
@@ -109,7 +109,7 @@ impl PartWriter {
                 self.file = file;
                 self.hand_over(Job::Next(part));
                 self.part = number;
-                // The disk may have taken a while; the next bytes begin the part.
+                // The disk may have been slow; the next bytes begin the part.
                 self.part_since = None;
                 self.has_begun = false;
             }
@@ -143,7 +143,7 @@ impl FileWorker for PartWriter {
             at_ns,
             observation,
         } = entry;
-        // A part ends with a line, so that none is torn.
+        // A part ends with a whole line.
         let (is_received, ends_line) = match &observation {
             Observation::Received(raw) => (true, raw.data.ends_with(b"\n")),
             _ => (false, false),
@@ -181,7 +181,7 @@ impl FileWorker for PartWriter {
 
     fn leave(self) {
         self.hand_over(Job::Leave);
-        // The error after which it is left is reported.
+        // The error that ended the part is reported.
         let _ = self.join();
     }
 }

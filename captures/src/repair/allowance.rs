@@ -1,14 +1,14 @@
-//! Limits the work on lengths that a hostile file claims.
+//! Limits the work that false lengths in a hostile file can cause.
 
 use crate::record::RECORD_BYTES_MAX;
 
-/// Bytes that may be examined per byte passed: a record is read, checked and, after damage, searched for.
+/// Number of bytes that may be examined per byte passed: a record is read, checked and, after damage, searched for.
 const EARNED: u64 = 4;
 
 /// Number of unpacked bytes that count as one byte examined.
 const UNPACKED: u64 = 16;
 
-/// Number of bytes that may still be examined. A byte may be part of any number of false records; the allowance keeps
+/// Number of bytes that may still be examined. A byte may belong to any number of false records; the allowance keeps
 /// the time linear in the length of the file.
 pub(super) struct Allowance(u64);
 

@@ -1,4 +1,4 @@
-//! Chunks, opened when their checksum is right.
+//! Opens chunks with a valid checksum.
 
 use ::mcap::McapError;
 use ::mcap::records::{Record, op};
@@ -8,13 +8,13 @@ use super::allowance::Allowance;
 use super::{Position, Problem};
 use crate::record::{HEAD_BYTES, RECORD_BYTES_MAX, bytes_after_fields, parse};
 
-/// Reason why a chunk is lost, and first and last log time of its messages, nanoseconds.
+/// Reason why a chunk is lost, and first and last log time of its messages, nanoseconds, if known.
 pub(super) type Lost = (Problem, Option<(u64, u64)>);
 
-/// A chunk with a right checksum.
+/// A chunk with a valid checksum.
 pub(super) struct Chunk {
     pub(super) reader: LinearReader,
-    /// Its first record, which is read to check the chunk.
+    /// First record of the chunk; read to check the chunk.
     pub(super) first: Option<(u8, Vec<u8>)>,
     pub(super) position: Position,
 }

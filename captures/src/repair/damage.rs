@@ -12,7 +12,7 @@ pub enum Problem {
         "a chunk is compressed with LZ4, which is not read here; `mcap compress` rewrites the file with zstd"
     )]
     Lz4,
-    /// Any other.
+    /// Any other reason.
     #[error("{0}")]
     Flaw(&'static str),
 }
@@ -32,11 +32,11 @@ impl Serialize for Problem {
 /// A damaged part of the file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Damage {
-    /// First byte in the file.
+    /// Offset of the first damaged byte in the file.
     pub offset: u64,
-    /// Number of bytes skipped; 0 if it is unknown which are wrong.
+    /// Number of bytes skipped; 0 if unknown.
     pub bytes: u64,
-    /// Reason.
+    /// Reason for the damage.
     pub problem: Problem,
     /// First and last log time of the lost messages, nanoseconds; known if the chunk's header is intact.
     #[serde(skip)]

@@ -39,7 +39,7 @@ fn written(options: ::mcap::WriteOptions) -> Vec<u8> {
     writer.into_inner().into_inner()
 }
 
-/// An unfinished file, with the begin and end of each message.
+/// An unfinished file, with the beginning and end of each message.
 fn unfinished() -> (Vec<u8>, Vec<(usize, usize)>) {
     let options = ::mcap::WriteOptions::new()
         .use_chunks(false)

@@ -2,15 +2,15 @@
 
 use std::io::{self, Read};
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const READ_BYTES: usize = 256 << 10;
 
-/// The unread part of a source, from the beginning of a record on.
+/// The unread part of a source; it begins with a record.
 pub(super) struct Window<R> {
     source: R,
     bytes: Vec<u8>,
     start: usize,
-    /// Byte of the file at `start`.
+    /// Offset in the file of the byte at `start`.
     pub(super) offset: u64,
     has_ended: bool,
 }
@@ -26,7 +26,7 @@ impl<R: Read> Window<R> {
         }
     }
 
-    /// At least `wanted` unread bytes, or all there are.
+    /// At least `wanted` unread bytes; fewer only at the end of the source.
     pub(super) fn fill(&mut self, wanted: usize) -> io::Result<&[u8]> {
         while self.bytes.len() - self.start < wanted && !self.has_ended {
             self.bytes.drain(..self.start);

@@ -10,11 +10,11 @@ use crate::odometer::distance_in;
 pub use crate::runs::figures::{Apart, Comparison, Figures};
 use crate::statistics::{Damaged, Loss};
 
-/// Maximum places compared; time grows with the square.
+/// Maximum number of places compared; the time grows with its square.
 const PLACES_MAX: usize = 2048;
 
 impl Figures {
-    /// The figures of a course with its capture's start, duration and the decoder's totals.
+    /// The figures of a run from its course, its capture's start and duration, and the decoder's totals.
     #[must_use]
     pub fn of(
         capture: String,
@@ -42,7 +42,7 @@ impl Figures {
 }
 
 impl Apart {
-    /// Distances from each place of either course to the other course, in the robot's frame; `None` if a course has no
+    /// Mean and maximum distance between two courses, over the places of both, in the robot's frame; `None` if a course has no
     /// places.
     #[must_use]
     pub fn between(a: &Course, b: &Course) -> Option<Self> {
@@ -75,7 +75,7 @@ fn places(course: &Course) -> Vec<Place> {
     points.iter().copied().step_by(every).collect()
 }
 
-/// Distance from a place to a line through others, inches.
+/// Distance from a place to a line through other places, inches.
 fn nearest_in(place: Place, line: &[Place]) -> f64 {
     let alone = distance_in(place, line[0]);
     line.windows(2)

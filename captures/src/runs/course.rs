@@ -10,13 +10,13 @@ use crate::odometer::{Odometer, Step, distance_in};
 pub use crate::runs::figures::Place;
 use crate::{Capture, CaptureError};
 
-/// Maximum points; a longer path is kept more coarsely.
+/// Maximum number of points; a longer path is stored with wider spacing.
 const POINTS_MAX: usize = 4096;
 
 /// Initial distance between two points, inches.
 const SPACING_IN: f64 = 1.0;
 
-/// The path since the robot's odometer was last reset, for earlier positions are in another frame; distance and bumps of
+/// The path since the last odometer reset (earlier positions are in another frame), and distance and bumps of
 /// the whole run.
 #[derive(Clone, Debug)]
 pub struct Course {
@@ -41,7 +41,7 @@ impl Default for Course {
 }
 
 impl Course {
-    /// Reads a whole capture; returns its course, the decoder's totals, and the reason why they are not complete.
+    /// Reads a whole capture; returns its course, the decoder's totals, and the reason if reading was incomplete.
     pub fn read(capture: &mut Capture) -> (Self, Counters, Option<CaptureError>) {
         let mut course = Self::default();
         let mut decoder = Decoder::default();
@@ -100,25 +100,25 @@ impl Course {
         self.odometer.distance_in
     }
 
-    /// Resets of the odometer, each of which began a new path.
+    /// Number of odometer resets; each began a new path.
     #[must_use]
     pub const fn odometer_resets(&self) -> u32 {
         self.odometer.resets
     }
 
-    /// Contacts of the bumper in the whole run.
+    /// Number of contacts of the bumper in the whole run.
     #[must_use]
     pub fn bumps(&self) -> u32 {
         self.bumps.total()
     }
 
-    /// Places in order, evenly spaced.
+    /// Places of the path in order, evenly spaced.
     #[must_use]
     pub fn points(&self) -> &[Place] {
         &self.points
     }
 
-    /// Distance from the end of the path to its beginning, inches: the error of a closed round.
+    /// Distance from the end of the path to its beginning, inches: the odometry error of a closed loop.
     #[must_use]
     pub fn closing_error_in(&self) -> Option<f64> {
         self.ends.map(|(first, last)| distance_in(first, last))
@@ -199,7 +199,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_silence_that_a_raw_capture_does_not_know_of_is_no_jump() {
+    fn a_silence_that_a_raw_capture_does_not_contain_is_not_a_jump() {
         let mut course = Course::default();
         take(
             &mut course,

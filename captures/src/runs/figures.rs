@@ -17,7 +17,7 @@ pub struct Figures {
     pub capture: String,
     /// The operator's name of the run.
     pub name: Option<String>,
-    /// Reason why it does not count.
+    /// Reason why the run is void; `None` if it is valid.
     pub void: Option<String>,
     /// Start in UTC, `2025-03-14T09:26:53Z`; `None` of raw text without dates.
     pub start: Option<String>,
@@ -25,39 +25,82 @@ pub struct Figures {
     pub duration_s: f64,
     /// Distance driven, inches.
     pub distance_in: f64,
-    /// Distance from the end to the beginning, or to the place where the odometer was last reset, inches; `None` without a
+    /// Distance from the end to the beginning or to the place of the last odometer reset, inches; `None` without a
     /// position.
     pub closing_error_in: Option<f64>,
-    /// Contacts of the bumper.
+    /// Number of contacts of the bumper.
     pub bumps: u32,
-    /// Restarts of the robot.
+    /// Number of restarts of the robot.
     pub restarts: u64,
     /// Loss of lines.
     #[serde(flatten)]
     pub loss: Loss,
     /// Damaged lines.
     pub damaged: Damaged,
-    /// Odometer resets in the middle: restarts and set positions.
+    /// Number of odometer resets during the run: restarts and set positions.
     pub odometer_resets: u32,
 }
 
 impl Figures {
-    /// Start to the minute, `2025-03-14 09:26`; empty if unknown.
+    /// Start with minutes, `2025-03-14 09:26`; empty if unknown.
     #[must_use]
     pub fn started(&self) -> String {
         let minute = self.start.as_ref().and_then(|start| start.get(..16));
         minute.unwrap_or_default().replace('T', " ")
     }
+
+    /// Returns a row of a narrow list of runs, without the run's name if that does not fit into `room` characters.
+    #[must_use]
+    pub fn short_row(&self, room: usize) -> String {
+        let drive = self.drive();
+        let whole = format!("{drive}  {}", self.names());
+        if whole.chars().count() <= room {
+            whole
+        } else {
+            format!("{drive}  {}", self.capture)
+        }
+    }
+
+    /// Returns the figures that a narrow list leaves out.
+    #[must_use]
+    pub fn details(&self) -> String {
+        let closing = self.closing_error_in.map_or_else(String::new, |error_in| {
+            format!("closing error {error_in:.1} in, ")
+        });
+        let loss = self.loss.share();
+        format!("{closing}bumps {}, loss {loss}", self.bumps)
+    }
+
+    /// Start, duration and distance, in columns.
+    fn drive(&self) -> String {
+        let tenths = (self.duration_s * 10.0).round() as u64;
+        let time = format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);
+        let distance = format!("{:.1} in", self.distance_in);
+        format!("{:16} {time:>8} {distance:>10}", self.started())
+    }
+
+    /// Returns the capture, the run's name, and the reason why it does not count.
+    #[must_use]
+    pub fn names(&self) -> String {
+        let name = self.name.as_ref().map(|name| format!("  {name}"));
+        let void = match self.void.as_deref() {
+            None | Some("") => String::new(),
+            Some(reason) => format!("  (void: {reason})"),
+        };
+        format!("{}{}{void}", self.capture, name.unwrap_or_default())
+    }
 }
 
 /// Header of a list of runs.
-pub const HEADING: &str = "start (UTC)          time   distance  closing bumps   loss  capture";
+pub const HEADING: &str =
+    "start (UTC)          time   distance  closing error  bumps   loss  capture";
+
+/// Header of a narrow list of runs.
+pub const SHORT_HEADING: &str = "start (UTC)          time   distance  capture";
 
 /// A row of a list of runs.
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let tenths = (self.duration_s * 10.0).round() as u64;
-        let time = format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);
         let closing = self
             .closing_error_in
             .map_or_else(String::new, |error_in| format!("{error_in:.1} in"));
@@ -66,21 +109,8 @@ impl fmt::Display for Figures {
         } else {
             self.loss.short_share()
         };
-        let distance = format!("{:.1} in", self.distance_in);
-        write!(
-            f,
-            "{:16} {time:>8} {distance:>10} {closing:>8} {:>5} {loss:>6}  {}",
-            self.started(),
-            self.bumps,
-            self.capture
-        )?;
-        if let Some(name) = &self.name {
-            write!(f, "  {name}")?;
-        }
-        match self.void.as_deref() {
-            None | Some("") => Ok(()),
-            Some(reason) => write!(f, "  (void: {reason})"),
-        }
+        let (drive, bumps, names) = (self.drive(), self.bumps, self.names());
+        write!(f, "{drive} {closing:>14} {bumps:>6} {loss:>6}  {names}")
     }
 }
 
@@ -108,7 +138,7 @@ impl Comparison {
     /// Writes the comparison as text.
     ///
     /// # Errors
-    /// When the output takes no more.
+    /// If writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         let [a, b] = &self.runs;
         let mut row = |what: &str, a: String, b: String, more: String| {
@@ -196,7 +226,7 @@ impl Comparison {
     }
 }
 
-/// The end of a long name, where captures differ.
+/// A name, or only the end of a long name, where captures differ.
 fn short(name: &str) -> String {
     const WIDTH: usize = 18;
     let length = name.chars().count();
@@ -223,7 +253,7 @@ pub struct Listed {
 pub struct Overlaid {
     /// The comparison.
     pub comparison: Comparison,
-    /// Places of each course, in order.
+    /// Places of both courses, in order.
     pub paths: [Vec<Place>; 2],
     /// Problems, one line each.
     pub problems: Vec<String>,

@@ -12,16 +12,16 @@ use crate::runs::figures::Figures;
 use crate::track::Track;
 use crate::{Capture, CaptureError};
 
-/// Bytes of a file that are searched for a line of a robot.
+/// Number of bytes of a file that are searched for a robot's line.
 const LOOK_BYTES: usize = 64 * 1024;
 
 /// A run cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// Its label.
+    /// The label cannot be read.
     #[error(transparent)]
     Label(#[from] LabelError),
-    /// Its capture.
+    /// The capture cannot be read.
     #[error(transparent)]
     Capture(#[from] CaptureError),
 }
@@ -29,13 +29,13 @@ pub enum RunError {
 /// A run as far as it could be read.
 #[derive(Debug)]
 pub struct Run {
-    /// Its figures.
+    /// Figures of the run.
     pub figures: Figures,
-    /// Its path.
+    /// Path of the run.
     pub course: Course,
     /// The decoder's totals.
     pub counters: Counters,
-    /// Reason why it is not complete.
+    /// Reason why the capture could not be read completely.
     pub problem: Option<CaptureError>,
 }
 
@@ -43,7 +43,7 @@ impl Run {
     /// Reads a whole capture and its label.
     ///
     /// # Errors
-    /// When either cannot be opened.
+    /// If the capture or its label cannot be opened.
     pub fn read(path: &Path) -> Result<Self, RunError> {
         let label = Label::of(path)?;
         let mut capture = Capture::open(path)?;
@@ -64,10 +64,10 @@ impl Run {
         })
     }
 
-    /// As [`Self::read`], with the track for a picture.
+    /// Reads a whole capture and its label as [`Self::read`] does; also returns the track for a picture.
     ///
     /// # Errors
-    /// As [`Self::read`].
+    /// The errors of [`Self::read`].
     pub fn read_with_track(path: &Path) -> Result<(Self, Track), RunError> {
         let label = Label::of(path)?;
         let mut capture = Capture::open(path)?;
@@ -97,10 +97,10 @@ pub fn sort(runs: &mut [Figures]) {
     runs.sort_by(|a, b| a.start.cmp(&b.start));
 }
 
-/// The captures in a folder, by name.
+/// The captures in a folder, sorted by name.
 ///
 /// # Errors
-/// When the folder cannot be read.
+/// If the folder cannot be read.
 pub fn captures(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder)? {
@@ -116,7 +116,7 @@ pub fn captures(folder: &Path) -> io::Result<Vec<PathBuf>> {
 }
 
 fn is_capture(file: &Path) -> bool {
-    // A pipe could wait for ever.
+    // Opening a pipe could block forever.
     if !file.is_file() {
         return false;
     }

@@ -10,14 +10,17 @@ use crate::event::Remark;
 use crate::hint::words;
 use crate::text_file;
 
-/// A name, remarks, and whether the run counts.
+/// Maximum length of the file, bytes. It may come from others, and reading it takes 25 times as much memory.
+const BYTES_MAX: usize = 256 << 10;
+
+/// A run's name and remarks, and whether the run is void.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Label {
     /// Name of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Reason why the run does not count; `None` if it counts.
+    /// Reason why the run is void; `None` if it is valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
     /// Remarks in the order they were made.
@@ -29,14 +32,14 @@ pub struct Label {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Note {
-    /// Its moment, seconds since the capture began; `None` of a remark about the whole run.
+    /// Time of the remark, seconds since the capture began; `None` for a remark about the whole run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_s: Option<f64>,
-    /// Its text.
+    /// Text of the remark.
     pub text: String,
 }
 
-/// Header of the file.
+/// The hint for an error of writing a label; may be empty.
 fn hint(error: &io::Error) -> &'static str {
     match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
@@ -50,17 +53,17 @@ fn hint(error: &io::Error) -> &'static str {
 /// A label could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum LabelError {
-    /// The operating system.
+    /// The operating system reported an error.
     #[error("cannot {action} {}: {}{}", path.display(), words(error), hint(error))]
     File {
         /// The action that failed.
         action: &'static str,
         /// The label's file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The operating system's error.
         error: io::Error,
     },
-    /// The file cannot be parsed; it is left as it is.
+    /// The file cannot be parsed; it is not changed.
     #[error("{} is not a valid label: {problem}; correct it, or delete it to start again", path.display())]
     Malformed {
         /// The label's file.
@@ -79,10 +82,10 @@ pub fn file_of(capture: &Path) -> PathBuf {
 }
 
 impl Label {
-    /// The label of a capture; an empty one where there is no file.
+    /// The label of a capture; an empty label if there is no file.
     ///
     /// # Errors
-    /// When the file cannot be read or parsed.
+    /// If the file cannot be read or parsed.
     pub fn of(capture: &Path) -> Result<Self, LabelError> {
         let path = file_of(capture);
         let text = match text_file::read(&path) {
@@ -96,6 +99,10 @@ impl Label {
                 });
             }
         };
+        if text.len() > BYTES_MAX {
+            let problem = format!("it is longer than {} KiB", BYTES_MAX >> 10);
+            return Err(LabelError::Malformed { path, problem });
+        }
         Self::parse(&text).map_err(|problem| LabelError::Malformed { path, problem })
     }
 
@@ -104,13 +111,18 @@ impl Label {
     /// # Errors
     /// The mistake and its place.
     pub fn parse(text: &str) -> Result<Self, String> {
-        toml::from_str(text).map_err(|error| error.to_string().trim_end().replace('\n', "; "))
+        toml::from_str(text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            let before = text.get(..at).unwrap_or(text);
+            let line = before.matches('\n').count() + 1;
+            format!("line {line}: {}", error.message())
+        })
     }
 
-    /// Saves the label beside the capture. A failure leaves the old label whole.
+    /// Saves the label beside the capture. After a failure, the old label is intact.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If the label cannot be written.
     pub fn keep(&self, capture: &Path) -> Result<(), LabelError> {
         let path = file_of(capture);
         self.write(&path).map_err(|error| LabelError::File {
@@ -122,10 +134,15 @@ impl Label {
 
     fn write(&self, path: &Path) -> io::Result<()> {
         let text = toml::to_string(self).map_err(io::Error::other)?;
+        if text.len() > BYTES_MAX {
+            return Err(io::Error::other(
+                "it has too many notes; begin a shorter label",
+            ));
+        }
         let mut new = path.as_os_str().to_owned();
         new.push(".new");
         let new = PathBuf::from(new);
-        // One that an interrupted attempt left.
+        // A file that an interrupted attempt left.
         let _ = fs::remove_file(&new);
         let mut file = File::create_new(&new)?;
         file.write_all(text.as_bytes())
@@ -137,7 +154,7 @@ impl Label {
             })
     }
 
-    /// Applies a remark of the operator; `at_s`, seconds since the capture began, is used by notes only.
+    /// Applies a remark of the operator. `at_s` is the time of a note, seconds since the capture began; other remarks have none.
     pub fn take(&mut self, at_s: Option<f64>, remark: &Remark) {
         match remark {
             Remark::Name(name) => self.name = Some(name.clone()),
@@ -145,6 +162,15 @@ impl Label {
             Remark::Void(reason) => self.void = Some(reason.clone()),
             Remark::Counts => self.void = None,
         }
+    }
+
+    /// Removes and returns the notes close to a moment, seconds since the capture began.
+    pub fn remove_notes(&mut self, at_s: f64, reach_s: f64) -> Vec<Note> {
+        let is_close = |note: &mut Note| {
+            note.at_s
+                .is_some_and(|noted_s| (noted_s - at_s).abs() < reach_s)
+        };
+        self.notes.extract_if(.., is_close).collect()
     }
 
     /// Adds a remark about a moment or the whole run.
@@ -181,6 +207,20 @@ mod tests {
     }
 
     #[test]
+    fn notes_close_to_a_moment_are_removed() {
+        let mut label = Label::default();
+        for (at_s, text) in [(None, "whole"), (Some(1.0), "here"), (Some(1.3), "close")] {
+            label.remark(at_s, text);
+        }
+        let removed = label.remove_notes(1.1, 0.25);
+        let texts: Vec<&str> = removed.iter().map(|note| &*note.text).collect();
+        assert_eq!(texts, ["here", "close"]);
+        assert_eq!(label.remove_notes(1.1, 0.25), []);
+        assert_eq!(label.notes.len(), 1);
+        assert_eq!(label.notes[0].text, "whole");
+    }
+
+    #[test]
     fn without_a_label_there_is_nothing_to_say() {
         let folder = tempfile::tempdir().unwrap();
         let label = Label::of(&folder.path().join("none.mcap")).unwrap();
@@ -202,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_label_that_nobody_understands_is_named_and_left_alone() {
+    fn an_unreadable_label_is_reported_and_not_changed() {
         let folder = tempfile::tempdir().unwrap();
         let capture = folder.path().join("evening.mcap");
         fs::write(file_of(&capture), "name = \"x\"\nvoide = \"y\"\n").unwrap();

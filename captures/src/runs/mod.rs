@@ -1,7 +1,7 @@
-//! Runs: captures with their operator's labels, and comparisons of two.
+//! Runs: captures with their operator's labels, and comparisons of two runs.
 //!
-//! A finished capture is never changed; the operator's remarks are in a [`label`] beside it. A [`course`] is the path of a run, and
-//! a [`comparison`] lays two of them over each other.
+//! A finished capture is never changed; a [`label`] file beside it contains the operator's remarks. A [`course`] is the path of a run;
+//! a [`comparison`] measures the distance between two courses.
 
 pub mod comparison;
 pub mod course;

@@ -1,12 +1,12 @@
-//! Two courses over each other as characters.
+//! Draws two courses over each other with characters.
 
 use super::Course;
 use super::course::Place;
 
-/// Height of a character over its width.
+/// Ratio of a character's height to its width.
 const CELL_RATIO: f64 = 2.0;
 
-/// Draws two courses to one scale, north up, in at most the given columns and rows: `1` for the first, `2` for the second, `#`
+/// Draws two courses at one scale, north up, in at most the given columns and rows: `1` for the first, `2` for the second, `#`
 /// for both. Empty when neither has a place.
 #[must_use]
 pub fn sketch(courses: [&Course; 2], columns: usize, rows: usize) -> String {

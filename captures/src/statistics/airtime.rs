@@ -6,17 +6,17 @@ use groundwave_protocol::BYTES_PER_S;
 
 use crate::event::Moment;
 
-/// Window of the airtime.
+/// Time over which airtime is measured.
 const WINDOW: Moment = Moment::from_secs(20);
 
-/// Bytes over the latest seconds.
+/// Measures the airtime of one direction.
 #[derive(Clone, Debug)]
 pub(super) struct Airtime {
-    /// Bytes that the radio carries in a second.
+    /// Number of bytes per second that the radio carries.
     bytes_per_s: u32,
-    /// Time at which the first bytes began.
+    /// Time at which the transmission of the first bytes began.
     begun: Option<Moment>,
-    /// Bytes of each second with any, oldest first.
+    /// Bytes of each second that has any, oldest first.
     clumps: VecDeque<Clump>,
 }
 
@@ -62,8 +62,8 @@ impl Airtime {
         }
     }
 
-    /// Airtime over the window or since the beginning, at least a second, per cent. Bytes were in the air before they arrive and
-    /// before later ones, so that it never exceeds 100.
+    /// Airtime over the window, or since the beginning but at least a second, per cent. Bytes were in the air before they arrived and
+    /// before later bytes, so the airtime never exceeds 100.
     pub(super) fn share_pct(&self, now: Moment) -> f64 {
         let Some(begun) = self.begun else {
             return 0.0;
@@ -87,7 +87,7 @@ impl Airtime {
     }
 }
 
-/// Airtime of a number of bytes in a time at a rate, per cent; 0 in no time.
+/// Airtime of a number of bytes in a time at a rate, per cent; 0 if the time is zero.
 #[must_use]
 pub fn share_pct(bytes: u64, time: Moment, bytes_per_s: u32) -> f64 {
     if time.is_zero() {

@@ -1,4 +1,4 @@
-//! Handmade streams, with statistics computed by hand.
+//! Constructed streams, with statistics computed by hand.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Command, Drive, Frame, Key, Message, Open, Order, Slots};
@@ -41,10 +41,10 @@ fn hear(meter: &mut LinkMeter, decoder: &mut Decoder, now: Moment, mut bytes: &[
 }
 
 #[test]
-fn a_damaged_stream_comes_to_what_a_pencil_says() {
+fn a_damaged_stream_has_the_figures_computed_by_hand() {
     let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
     let mut stream = Vec::new();
-    // Half a line before the first is no error, but its line feed counts as rejected.
+    // Half a line before the first is not an error, but its line feed counts as rejected.
     stream.extend_from_slice(&line(9)[40..]);
     stream.extend_from_slice(&line(10));
     // 1: a wrong letter costs the line, 80 bytes.
@@ -77,7 +77,7 @@ fn a_damaged_stream_comes_to_what_a_pencil_says() {
 }
 
 #[test]
-fn bytes_while_a_link_is_found_again_are_no_error() {
+fn bytes_during_the_search_for_a_link_are_not_errors() {
     let (mut meter, mut decoder) = (LinkMeter::default(), Decoder::default());
     hear(&mut meter, &mut decoder, at_ms(0), &line(1));
     hear(&mut meter, &mut decoder, at_ms(10), &line(2)[..50]);
@@ -90,7 +90,7 @@ fn bytes_while_a_link_is_found_again_are_no_error() {
 }
 
 #[test]
-fn frames_that_go_again_are_told_from_new_ones() {
+fn repeated_frames_are_distinguished_from_new_ones() {
     let open = |replaces| {
         let (boot, owner) = (1, 677);
         let open = Open {
@@ -202,7 +202,7 @@ fn airtime_is_of_the_latest_twenty_seconds() {
     assert_eq!(share(&meter, 60), (0, 0));
 }
 
-/// The robot's 240 bytes a second are all of 2400 baud, a quarter of 9600, and twice as much as 1200 baud carries.
+/// The robot sends 240 bytes per second: the full rate of 2400 baud, a quarter of 9600 baud, and twice the rate of 1200 baud.
 #[test]
 fn airtime_is_of_the_radios_rate() {
     for (baud, bytes_per_s, expected_pct) in [

@@ -5,28 +5,28 @@ use groundwave_protocol::crc;
 
 use crate::event::Moment;
 
-/// Time within which a second STOP is a repetition.
+/// Maximum time between a STOP and its repetition.
 const STOP_AGAIN: Moment = Moment::from_secs(1);
 
-/// Counts the frames in the bytes sent, however they are split.
+/// Counts the frames in the bytes sent; the bytes may be split in any way.
 #[derive(Clone, Debug, Default)]
 pub struct Uplink {
-    /// Bytes since the latest line feed, at most one more than the longest frame.
+    /// Bytes since the latest line feed; at most one more than the longest frame.
     run: Vec<u8>,
     bytes: u64,
     frames: u64,
     again: u64,
     stop_at: Option<Moment>,
     open: Option<Open>,
-    /// The latest command with its checksum, which tells sessions apart.
+    /// The latest command with its checksum; the checksum distinguishes sessions.
     command: Vec<u8>,
-    /// The route under way and the blocks of it that were sent.
+    /// Tag of the current route, and its blocks that were sent.
     tag: u8,
     blocks: u128,
 }
 
 impl Uplink {
-    /// Takes bytes that go to the radio.
+    /// Takes bytes sent to the radio.
     pub fn take(&mut self, now: Moment, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         for &byte in bytes {
@@ -41,25 +41,25 @@ impl Uplink {
         }
     }
 
-    /// Bytes sent.
+    /// Number of bytes sent.
     #[must_use]
     pub const fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// STOPs, requests for a session, commands and waypoints.
+    /// Number of frames: STOPs, session requests, commands and waypoints.
     #[must_use]
     pub const fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Frames that were repeated.
+    /// Number of frames that were repeated.
     #[must_use]
     pub const fn frames_again(&self) -> u64 {
         self.again
     }
 
-    /// Counts a frame; one cut short by a STOP counts as bytes only.
+    /// Counts a frame. A frame cut short by a STOP counts as bytes only.
     fn end_frame(&mut self, now: Moment) {
         let content = self.run.len().saturating_sub(crc::CHARACTERS);
         let Some(message) = Message::parse(&self.run[..content]) else {

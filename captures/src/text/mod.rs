@@ -1,9 +1,8 @@
 //! Raw text: lines, their times, and the style in which they are stored.
 //!
-//! `tee` writes the radio's bytes without times; their times are those of a radio without pauses, at the rate that the robot's clock
-//! tells in its lines C, or at 2400 baud. Other
-//! programs put a timestamp before each line, and copying text may remove the CR of line ends or add a second one. The
-//! first intact lines determine the style; readers get the radio's bytes and their times.
+//! `tee` writes the radio's bytes without times. Readers time them as if the radio sent without pauses, at the rate that follows from
+//! the robot's clock in lines C, or at 2400 baud. Other programs put a timestamp before each line, and copying text may remove the CR
+//! of line ends or add a second one. The first intact lines determine the style; readers get the radio's bytes and their times.
 
 mod reader;
 mod stamps;
@@ -18,10 +17,10 @@ use crate::event::Moment;
 pub use reader::TextReader;
 use stamps::{STAMP_BYTES_MAX, Stamps};
 
-/// Number of bytes at the beginning that are searched for intact lines: four minutes of noise.
+/// Number of bytes at the beginning of a file that are searched for intact lines: four minutes of noise.
 pub(super) const HEAD_BYTES: usize = 64 * 1024;
 
-/// Intact lines that must have the same style.
+/// Number of intact lines that must have the same style.
 const WITNESSES: usize = 3;
 
 /// Maximum length in bytes of a line with a timestamp; longer lines are split.
@@ -44,11 +43,11 @@ enum Ends {
 pub struct Style {
     stamps: Option<Stamps>,
     ends: Ends,
-    /// Rate of the radio, if it is not the usual one.
+    /// Rate of the radio, if it is not 2400 baud.
     rate: Option<Rate>,
 }
 
-/// Bytes and the time in which a robot sent them.
+/// Rate of a robot's radio: a number of bytes, and the time in which the robot sent them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Rate {
     bytes: u64,
@@ -56,14 +55,14 @@ struct Rate {
 }
 
 impl Rate {
-    /// Shortest time from which a rate is concluded, seconds.
+    /// Minimum time for estimating a rate, seconds.
     const SECONDS_MIN: u64 = 4;
 
-    /// Largest difference of a robot's clock and its radio's from the ground's, per cent.
+    /// Maximum error of the robot's clock and its radio's clock, per cent.
     const ERROR_PCT: u64 = 3;
 
-    /// The rate by the robot's clock in the first lines, if it differs from the usual one by more than the error. Only parts without
-    /// a gap count; the clock counts whole seconds, so each run of such parts is a second off at most.
+    /// The rate by the robot's clock in the first lines, if it differs from the usual one by more than the error. Only parts with a
+    /// known number of lost lines count; the clock counts whole seconds, so each run of such parts is a second off at most.
     fn of(style: Style, mut head: &[u8]) -> Option<Self> {
         let mut decoder = Decoder::default();
         let mut rate = Self {
@@ -84,12 +83,13 @@ impl Rate {
                 let now = *decoder.counters();
                 let was_in_run = std::mem::take(&mut is_in_run);
                 if let Some((then_s, then)) = latest.replace((uptime_s, now))
-                    && now.lost() == then.lost()
+                    && now.hidden == then.hidden
                     && now.noise_bytes == then.noise_bytes
                     && now.restarts == then.restarts
+                    && let Some(lost) = now.lines_lost.checked_sub(then.lines_lost)
                     && let Some(passed_s) = uptime_s.checked_sub(then_s)
                 {
-                    rate.bytes += now.bytes - then.bytes;
+                    rate.bytes += now.bytes - then.bytes + lost * LINE_BYTES as u64;
                     rate.seconds += u64::from(passed_s);
                     runs += u64::from(!was_in_run);
                     is_in_run = true;
@@ -111,8 +111,8 @@ impl Rate {
 }
 
 impl Style {
-    /// Style of the first intact lines; `None` where there are too few. One unchanged line decides at once. A changed
-    /// line may be an accident: the radio may lose a CR, or the rest of a damaged line may precede an intact one.
+    /// Style of the first intact lines; `None` if there are too few. One unchanged line decides at once. A changed
+    /// line does not: the radio may lose a CR, or the rest of a damaged line may precede an intact line.
     #[must_use]
     pub fn of(head: &[u8]) -> Option<Self> {
         let mut lines = head
@@ -141,7 +141,7 @@ impl Style {
         Some(style)
     }
 
-    /// Style of an intact line; `None` of any other line.
+    /// Style of an intact line; `None` for any other line.
     fn of_line(line: &[u8]) -> Option<Self> {
         let ends = Ends::of(line);
         let length = match intact(&ends.restore(line))? {
@@ -157,7 +157,7 @@ impl Style {
         })
     }
 
-    /// Differences from the radio's bytes as text; `None` where there are none.
+    /// Describes the differences from the radio's bytes; `None` if there are none.
     #[must_use]
     pub fn words(&self) -> Option<String> {
         let stamps = self.stamps.map(|_| "with a time before each line");
@@ -170,7 +170,7 @@ impl Style {
         (!words.is_empty()).then(|| words.join(", "))
     }
 
-    /// Time since 1970 of the beginning, if timestamps have a date.
+    /// Start of the capture, as time since 1970, if timestamps have a date.
     #[must_use]
     pub fn unix(&self) -> Option<Moment> {
         self.stamps.and_then(|stamps| stamps.unix())
@@ -181,12 +181,12 @@ impl Style {
         self.stamps.is_some()
     }
 
-    /// Whether timestamps wrap around, without a full date.
+    /// Whether timestamps have no full date and therefore wrap around.
     pub(super) fn goes_round(&self) -> bool {
         self.stamps.is_some_and(|stamps| stamps.go_round())
     }
 
-    /// Length of the longest piece, bytes.
+    /// Maximum length of a piece, bytes.
     pub(super) const fn reach(&self) -> usize {
         match (self.stamps, self.ends) {
             (Some(_), _) => STAMPED_BYTES_MAX,
@@ -195,8 +195,8 @@ impl Style {
         }
     }
 
-    /// Length of the first piece of `bytes`: a line, or a part of one that is too long. Lines too short for any of the robot's
-    /// are joined, or a flood of line feeds would cost a piece a byte. There are at least [`Self::reach`] bytes unless the
+    /// Length of the first piece of `bytes`: a line, or a part of a line that is too long. Lines shorter than the robot's shortest line
+    /// are joined; otherwise each byte of a flood of line feeds would be a piece. Pass at least [`Self::reach`] bytes unless the
     /// capture ends.
     pub(super) fn piece_bytes(&self, bytes: &[u8]) -> usize {
         let reach = bytes.len().min(self.reach());
@@ -205,26 +205,26 @@ impl Style {
             return length;
         };
         if self.is_stamped() {
-            // The next line may have a timestamp of its own.
+            // The next line may have its own timestamp.
             return length + more.iter().take_while(|&&byte| byte == b'\n').count();
         }
         let end = more.iter().rposition(|&byte| byte == b'\n');
         end.map_or(length, |at| length + at + 1)
     }
 
-    /// Timestamp of a piece that follows one at `last`.
+    /// Timestamp of a piece; the previous piece has time `last`.
     pub(super) fn said(&self, piece: &[u8], last: Moment) -> Option<Moment> {
         Some(self.stamps?.read(piece, last)?.at)
     }
 
-    /// Latest time that the timestamp of a piece may mean; its last digit may be a whole second.
+    /// Latest time that a piece's timestamp can stand for: its time plus the unit of its last digit.
     pub(super) fn said_until(&self, piece: &[u8], last: Moment) -> Option<Moment> {
         let stamped = self.stamps?.read(piece, last)?;
         Some(stamped.at + stamped.resolution)
     }
 
-    /// Time of a piece since the capture began. It ends at byte `end` of the file and follows one at `last`. Lines with the same
-    /// timestamp follow each other as on the radio.
+    /// Time of a piece since the capture began. The piece ends at byte `end` of the file; the previous piece has time `last`. Lines with the same
+    /// timestamp are spaced by their transmission time.
     pub(super) fn time(&self, piece: &[u8], end: u64, last: Moment) -> Moment {
         let Some(stamps) = self.stamps else {
             return self.on_the_wire(end);
@@ -245,7 +245,7 @@ impl Style {
         const LINE: u64 = LINE_BYTES as u64;
         let sent = match self.ends {
             Ends::AsSent => bytes,
-            // Nearly all lines have 80 bytes.
+            // Almost all lines have 80 bytes.
             Ends::Lf => bytes + bytes / (LINE - 1),
             Ends::CrCrLf => bytes - bytes / (LINE + 1),
         };
@@ -272,7 +272,7 @@ impl Ends {
         }
     }
 
-    /// The line, or joined short lines, with the robot's line ends.
+    /// Restores the robot's line ends of a line or of joined short lines.
     fn restore(self, line: &[u8]) -> Cow<'_, [u8]> {
         let is_one = line
             .split_last()
@@ -294,7 +294,7 @@ impl Ends {
         }
     }
 
-    /// A line without its end, if the end was changed.
+    /// A line without its end; `None` if the end is unchanged.
     fn changed(self, line: &[u8]) -> Option<&[u8]> {
         match (self, Self::of(line)) {
             (Self::Lf, Self::Lf) => line.strip_suffix(b"\n"),
@@ -313,7 +313,7 @@ impl Ends {
     }
 }
 
-/// Index of the first line feed. It is the last byte most often, so the bytes before it are checked at once.
+/// Index of the first line feed. Usually the last byte is the line feed, so all bytes before it are checked at once.
 pub(super) fn line_feed(bytes: &[u8]) -> Option<usize> {
     let (last, head) = bytes.split_last()?;
     if head.contains(&b'\n') {

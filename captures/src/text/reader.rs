@@ -8,22 +8,22 @@ use groundwave_protocol::telemetry::ACK_LINE_BYTES;
 use super::{HEAD_BYTES, Style};
 use crate::event::Moment;
 
-/// The bytes up to a line feed, noise or not, or 80 bytes without one. Lines of fewer than 14 bytes may be joined.
+/// A line or noise up to a line feed, or 80 bytes without a line feed. Lines shorter than 14 bytes may be joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece<'a> {
     /// Time since the capture began.
     pub at: Moment,
-    /// The radio's bytes.
+    /// Bytes as the radio delivered them.
     pub radio: &'a [u8],
-    /// The bytes of the file.
+    /// Bytes as stored in the file.
     pub stored: &'a [u8],
 }
 
-/// Reads pieces; they do not depend on how the bytes arrive. The first piece waits until the style is known.
+/// Reads pieces. The pieces do not depend on how the bytes arrive. The first piece is returned once the style is known.
 pub struct TextReader<R> {
     source: R,
     buffer: Box<[u8]>,
-    /// The bytes read and not yet returned.
+    /// Range of the bytes read but not yet returned.
     unread: std::ops::Range<usize>,
     has_ended: bool,
     style: Option<Style>,
@@ -51,7 +51,7 @@ impl<R: Read> TextReader<R> {
     /// Style of the text.
     ///
     /// # Errors
-    /// When reading fails.
+    /// If reading fails.
     pub fn style(&mut self) -> io::Result<Style> {
         let mut judged = 0;
         loop {
@@ -74,7 +74,7 @@ impl<R: Read> TextReader<R> {
         }
     }
 
-    /// Style of the text, if known so far.
+    /// Style of the text; `None` while it is unknown.
     #[must_use]
     pub const fn judged(&self) -> Option<Style> {
         self.style
@@ -83,14 +83,14 @@ impl<R: Read> TextReader<R> {
     /// The next piece.
     ///
     /// # Errors
-    /// When reading fails.
+    /// If reading fails.
     pub fn next_piece(&mut self) -> io::Result<Option<Piece<'_>>> {
         let style = self.style()?;
         let length = loop {
             let unread = &self.buffer[self.unread.clone()];
             let length = style.piece_bytes(unread);
             let is_whole = length == style.reach() || unread[..length].ends_with(b"\n");
-            // Until then, another short line may be joined.
+            // Until then, another short line can still be joined.
             let is_complete = length >= ACK_LINE_BYTES || unread.len() >= ACK_LINE_BYTES;
             if is_whole && is_complete || self.has_ended {
                 break length;

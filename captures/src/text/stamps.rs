@@ -4,7 +4,7 @@ use crate::event::Moment;
 
 const DAY: Moment = Moment::from_hours(24);
 
-/// Maximum step by which a clock is set back; a larger step is a new day.
+/// Maximum step by which a clock is set back; a larger backward step means a new day.
 const BACK_MAX: Moment = Moment::from_hours(1);
 
 /// Maximum length of a timestamp, bytes.
@@ -13,18 +13,18 @@ pub(super) const STAMP_BYTES_MAX: usize = 48;
 /// Kind of timestamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// Seconds since 1970, or a date with its year.
+    /// Time since 1970 in seconds, or a date with its year.
     Unix,
-    /// Month, day and time.
+    /// Month, day and time of day.
     Year,
     /// Time of day, or since the beginning.
     Day,
-    /// Seconds since the beginning.
+    /// Time since the beginning, seconds.
     Seconds,
 }
 
 impl Kind {
-    /// Time after which timestamps wrap around.
+    /// Period after which timestamps wrap around; `None` if they do not.
     const fn round(self) -> Option<Moment> {
         match self {
             Self::Unix | Self::Seconds => None,
@@ -40,7 +40,7 @@ struct Stamp {
     at: Moment,
     /// Unit of the last digit.
     resolution: Moment,
-    /// Length in the line, bytes.
+    /// Length of the timestamp in the line, bytes.
     length: usize,
 }
 
@@ -54,22 +54,22 @@ pub(super) struct Stamps {
 /// Timestamp of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamped {
-    /// Since the capture began.
+    /// Time since the capture began.
     pub(super) at: Moment,
     /// Unit of its last digit.
     pub(super) resolution: Moment,
-    /// Length in the line, bytes.
+    /// Length of the timestamp in the line, bytes.
     pub(super) length: usize,
 }
 
 impl Stamps {
-    /// Timestamps of the kind of this first line, counted from it.
+    /// Timestamps of the same kind as a first line's; times count from that line.
     pub(super) fn like(first: &[u8]) -> Option<Self> {
         let Stamp { kind, at, .. } = parse(first)?;
         Some(Self { kind, base: at })
     }
 
-    /// Timestamp of a line that follows one at `last`: a clock without a date has wrapped around where it runs back.
+    /// Timestamp of a line; the previous line has time `last`. A clock without a date has wrapped around if it runs back.
     pub(super) fn read(&self, line: &[u8], last: Moment) -> Option<Stamped> {
         let stamp = parse(line).filter(|stamp| stamp.kind == self.kind)?;
         let at = match self.kind.round() {
@@ -100,18 +100,18 @@ impl Stamps {
         self.kind == other.kind
     }
 
-    /// Whether they wrap around.
+    /// Whether the timestamps wrap around.
     pub(super) const fn go_round(&self) -> bool {
         self.kind.round().is_some()
     }
 
-    /// Time since 1970 at the beginning of the capture.
+    /// Start of the capture, as time since 1970, if timestamps have a date.
     pub(super) fn unix(&self) -> Option<Moment> {
         matches!(self.kind, Kind::Unix).then_some(self.base)
     }
 }
 
-/// Words of a text and the number of bytes taken.
+/// Iterates over the words of a text, and counts the bytes taken.
 struct Words<'a> {
     text: &'a str,
     taken: usize,
@@ -129,7 +129,7 @@ impl<'a> Words<'a> {
         (length > 0).then(|| rest[..length].trim_end_matches([':', ',']))
     }
 
-    /// Bytes taken, with closing brackets and one space or tab.
+    /// Number of bytes taken, including closing brackets and one space or tab.
     fn length(&self) -> usize {
         let rest = &self.text[self.taken..];
         let line = rest.trim_start_matches([']', ')', ';']);
@@ -191,12 +191,12 @@ const MONTHS: [&str; 12] = [
 /// Days of a leap year before each month.
 const DAYS_BEFORE: [u32; 12] = [0, 31, 60, 91, 121, 152, 182, 213, 244, 274, 305, 335];
 
-/// Digits of a number of seconds since 1970; fewer digits count from the beginning.
+/// Minimum number of digits of a number of seconds since 1970; shorter numbers count from the beginning of the capture.
 const UNIX_DIGITS: usize = 9;
 
 fn number(word: &str) -> Option<Stamp> {
     let whole = word.split('.').next()?.len();
-    // A bare whole number may be anything; with this many digits it is a time.
+    // A whole number without decimals is a time only with this many digits.
     let kind = match whole {
         UNIX_DIGITS..=11 => Kind::Unix,
         1..UNIX_DIGITS if word.contains('.') => Kind::Seconds,
@@ -211,7 +211,7 @@ fn number(word: &str) -> Option<Stamp> {
     })
 }
 
-/// Parses seconds with up to nine decimals.
+/// Parses seconds with up to nine decimals; returns the time and the unit of the last digit.
 fn seconds(word: &str) -> Option<(Moment, Moment)> {
     let (whole, part) = word.split_once('.').unwrap_or((word, ""));
     let whole = Moment::from_secs(digits(whole)?);
@@ -224,7 +224,7 @@ fn seconds(word: &str) -> Option<(Moment, Moment)> {
     Some((whole + part, Moment::from_nanos(unit_ns)))
 }
 
-/// `2026-11-21T20:46:48.123Z`, or with a zone like `+01:00`; without one it counts as UTC.
+/// Parses `2026-11-21T20:46:48.123Z`, also with a zone such as `+01:00`. A time without a zone counts as UTC.
 fn date_and_time(word: &str) -> Option<Stamp> {
     let (day, rest) = word.split_once('T')?;
     let (at, resolution) = clock(rest)?;
@@ -241,7 +241,7 @@ fn unix(days: i64, at: i64, resolution: Moment) -> Option<Stamp> {
     })
 }
 
-/// Parses nanoseconds since midnight in UTC, and the unit of the last digit.
+/// Parses a time of day; returns nanoseconds since midnight in UTC, and the unit of the last digit.
 fn clock(word: &str) -> Option<(i64, Moment)> {
     let zone_at = word.find(['Z', '+', '-']).unwrap_or(word.len());
     let (local, zone) = word.split_at(zone_at);
@@ -263,7 +263,7 @@ fn clock(word: &str) -> Option<(i64, Moment)> {
     Some((at.as_nanos() as i64 - east_min * 60_000_000_000, resolution))
 }
 
-/// `20:46:48`, with a fraction or without.
+/// Parses `20:46:48`, with or without a fraction; returns the time and the unit of the last digit.
 fn time(word: &str) -> Option<(Moment, Moment)> {
     let mut parts = word.splitn(3, ':');
     let (hours, minutes) = (digits(parts.next()?)?, digits(parts.next()?)?);
@@ -275,7 +275,7 @@ fn time(word: &str) -> Option<(Moment, Moment)> {
     })
 }
 
-/// Days since 1970 of `2026-11-21`, by counting from 1 March of year 0 so that the leap day comes last.
+/// Parses `2026-11-21`; returns days since 1970. Counts from 1 March of year 0, where the leap day is the last day of a year.
 fn date(word: &str) -> Option<i64> {
     let mut parts = word.splitn(3, '-');
     let (year, month, day) = (
@@ -304,7 +304,7 @@ fn digits(text: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// Milliseconds from one stamp to the next, and what is left of the second line without it.
+    /// Time between the timestamps of two lines, milliseconds, and the second line without its timestamp.
     fn read(first: &str, second: &str) -> Option<(u64, String)> {
         let line = format!("{second} A01 line\r\n");
         let stamps = Stamps::like(format!("{first} A00 line\r\n").as_bytes())?;
@@ -359,7 +359,7 @@ mod tests {
             last = stamps.read(line.as_bytes(), last).unwrap().at;
             assert_eq!(last, Moment::from_hours(hour));
         }
-        // The clock is set back by a second at the very beginning: not a new day.
+        // A clock set back by a second at the beginning is not a new day.
         let back = stamps
             .read(b"22:59:59 A00\r\n", Moment::from_millis(333))
             .unwrap();

@@ -28,23 +28,23 @@ use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
 use crate::words::outcome_words;
 
-/// How long the first of joined short lines waits for the others, nanoseconds: the time of a line on the radio.
+/// Maximum time for which the first of joined short lines waits for the others, nanoseconds: the transmission time of a line.
 const JOINED_NS_MAX: u64 = LINE_BYTES as u64 * 1_000_000_000 / BYTES_PER_S as u64;
 
-/// Maximum commands under way whose words are kept; the oldest are dropped.
+/// Maximum number of open commands whose text is kept; the oldest are dropped.
 const COMMANDS_MAX: usize = 64;
 
 /// Derives every topic of a recording from received bytes, sent bytes and events, in their order.
 ///
 /// Each `handle_*` calls `take` with the derived messages in the order of the recording. An error of `take` is returned
-/// at once; the other messages of that call are then missing. Times are nanoseconds since 1970. A time before the
+/// at once; the other messages of that call are then lost. Times are nanoseconds since 1970. A time before the
 /// latest one counts as the latest, so the messages stay in order when a clock is set back.
 ///
 /// Messages that follow from the robot's lines alone carry the robot's time as publish time. `/log` and `/uplink` also
 /// hold events of the station, whose clock differs; there, publish time equals log time, so both orders of their
 /// messages agree.
 ///
-/// `/raw/rx` gets one message per line feed, or per 80 bytes without one, however the bytes arrive. Lines too short to be
+/// `/raw/rx` gets one message per line feed, or per 80 bytes without a line feed, however the bytes arrive. Lines too short to be
 /// intact are joined to the bytes after them, up to about 80 bytes and a third of a second, because a flood of line feeds
 /// would need 40 bytes of recording for each. [`Self::finish`] writes the rest.
 #[derive(Debug, Default)]
@@ -54,11 +54,11 @@ pub struct Deriver {
     tx_offset: u64,
     /// Received bytes of short lines and of an unfinished line.
     pending: Vec<u8>,
-    /// Time of the first of these.
+    /// Time of the first pending byte.
     pending_ns: u64,
-    /// Bytes of the unfinished line.
+    /// Length of the unfinished line, bytes.
     line_bytes: usize,
-    /// Its first 80 bytes are written.
+    /// Whether the first 80 bytes of the unfinished line are written.
     is_continued: bool,
     decoder: Decoder,
     own: Recognizer,
@@ -86,7 +86,7 @@ enum Lines {
     /// The deriver decodes the bytes.
     #[default]
     OfBytes,
-    /// The caller passes them to [`Deriver::handle_received`].
+    /// The caller passes the lines to [`Deriver::handle_received`].
     Decoded,
 }
 
@@ -114,12 +114,12 @@ impl Deriver {
         }
     }
 
-    /// Sets how lines of the robot's own are read; until then their form is recognized.
+    /// Sets how lines of the robot's own are read. Until then, their form is recognized automatically.
     pub fn set_own_lines(&mut self, own: Recognizer) {
         self.own = own;
     }
 
-    /// Begins the next part of a recording. Both streams count from zero, and periodic messages are due at once. State
+    /// Begins the next part of a recording. Both streams count from zero, and periodic messages are due at once. The state
     /// of the robot is kept.
     pub fn begin_part(&mut self) {
         self.rx_offset = 0;
@@ -135,13 +135,13 @@ impl Deriver {
         self.decoder.counters()
     }
 
-    /// Lines of the robot's own with values so far.
+    /// Number of lines of the robot's own with values so far.
     #[must_use]
     pub const fn own_lines(&self) -> u64 {
         self.own_lines
     }
 
-    /// Number of bytes received or missing so far, those of an unfinished line included.
+    /// Number of bytes received or missing so far, including those of an unfinished line.
     #[must_use]
     pub const fn rx_bytes(&self) -> u64 {
         self.rx_offset.saturating_add(self.pending.len() as u64)
@@ -153,7 +153,7 @@ impl Deriver {
         self.tx_offset
     }
 
-    /// Number and firmware of the robot: once after the first line C, and again after each change.
+    /// Returns number and firmware of the robot once after the first line C, and again after each change.
     pub fn take_robot(&mut self) -> Option<(u8, FirmwareVersion)> {
         std::mem::take(&mut self.is_new_robot)
             .then_some(self.robot)
@@ -163,7 +163,7 @@ impl Deriver {
     /// Skips missing received bytes: the offset in `/raw/rx` jumps, and no line spans the gap.
     ///
     /// # Errors
-    /// Those of `take`.
+    /// The errors of `take`.
     pub fn skip_rx<E>(
         &mut self,
         bytes: u64,
@@ -185,7 +185,7 @@ impl Deriver {
     /// Takes bytes received, read at `at_ns`.
     ///
     /// # Errors
-    /// Those of `take`.
+    /// The errors of `take`.
     pub fn handle_rx<E>(
         &mut self,
         at_ns: u64,
@@ -200,7 +200,7 @@ impl Deriver {
             let reach = bytes.len().min(LINE_BYTES - self.line_bytes);
             let line_feed = line_feed(&bytes[..reach]);
             let run = match line_feed {
-                // Empty lines at once, as many as make a short line.
+                // Takes as many empty lines at once as make a short line.
                 Some(0) if self.line_bytes == 0 && !self.is_continued => {
                     let short = reach.min(ACK_LINE_BYTES - 1);
                     let room = LINE_BYTES.saturating_sub(self.pending.len()).max(1);
@@ -218,7 +218,7 @@ impl Deriver {
             let is_short = line_bytes < ACK_LINE_BYTES && !self.is_continued;
             let is_whole = is_line && !(is_short && self.pending.len() + run < LINE_BYTES);
             self.is_continued = line_feed.is_none() && (is_line || self.is_continued);
-            // A line of the robot's own has a message and a time of its own, however short it is.
+            // Each line of the robot's own, however short, has its own message and time.
             let own = if is_short || line_feed.is_none() {
                 self.take_own(head, false)
             } else {
@@ -253,7 +253,7 @@ impl Deriver {
     /// Takes a line that the caller decoded from bytes read at `at_ns`.
     ///
     /// # Errors
-    /// Those of `take`.
+    /// The errors of `take`.
     pub fn handle_received<E>(
         &mut self,
         at_ns: u64,
@@ -270,10 +270,10 @@ impl Deriver {
             .flatten()
     }
 
-    /// Takes a line of the robot's own that the caller read from bytes read at `at_ns`.
+    /// Takes a line of the robot's own from bytes read at `at_ns`.
     ///
     /// # Errors
-    /// Those of `take`.
+    /// The errors of `take`.
     pub fn handle_own<E>(
         &mut self,
         at_ns: u64,
@@ -307,7 +307,7 @@ impl Deriver {
     /// Takes bytes handed to the radio at `at_ns`.
     ///
     /// # Errors
-    /// Those of `take`.
+    /// The errors of `take`.
     pub fn handle_tx<E>(
         &mut self,
         at_ns: u64,
@@ -326,7 +326,7 @@ impl Deriver {
     /// Takes an event of the station.
     ///
     /// # Errors
-    /// Those of `take`.
+    /// The errors of `take`.
     pub fn handle_event<E>(
         &mut self,
         at_ns: u64,
@@ -400,7 +400,7 @@ impl Deriver {
     /// Writes the bytes of an unfinished line.
     ///
     /// # Errors
-    /// Those of `take`.
+    /// The errors of `take`.
     pub fn finish<E>(
         &mut self,
         mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
@@ -444,10 +444,10 @@ impl Deriver {
         Ok(())
     }
 
-    /// Takes an outage whose moments count from `zero_ns` since 1970, from a caller that decodes the bytes.
+    /// Takes an outage from a caller that decodes the bytes. Its times count from `zero_ns` since 1970.
     ///
     /// # Errors
-    /// Those of `take`.
+    /// The errors of `take`.
     pub fn handle_outage<E>(
         &mut self,
         at_ns: u64,
@@ -509,7 +509,7 @@ impl Deriver {
         })
     }
 
-    /// Writes the robot's acknowledgement when it has changed.
+    /// Writes the robot's acknowledgement if it has changed.
     fn handle_ack<E>(
         &mut self,
         ack: Ack,

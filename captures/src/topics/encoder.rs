@@ -57,7 +57,7 @@ impl Encoder {
         });
     }
 
-    /// Encodes the sonars, the right one first because angles grow to the left. No echo is infinity: no obstacle in
+    /// Encodes the sonars, the right one first because angles grow to the left. A missing echo is encoded as infinity: there is no obstacle in
     /// range.
     pub(super) fn scan(&mut self, now_ns: u64, state: &StateLine) {
         let range_m = |inches: Option<u16>| {

@@ -18,7 +18,7 @@ const S_NS: u64 = 1_000_000_000;
 pub(super) struct Place {
     pub(super) x_m: f64,
     pub(super) y_m: f64,
-    /// Counter-clockwise from x.
+    /// Angle counter-clockwise from x, radians.
     pub(super) yaw_rad: f64,
 }
 
@@ -63,7 +63,7 @@ impl Place {
 
 /// Converts a point in the robot's inches to metres in [`ODOM`].
 pub(super) fn odom(x_in: f64, y_in: f64) -> (f64, f64) {
-    // Subtracted, because a negated zero would be written as -0.
+    // Subtracted from zero, because negating zero would write -0.
     (y_in * M_PER_IN, 0.0 - x_in * M_PER_IN)
 }
 

@@ -1,4 +1,4 @@
-//! Log messages from the robot's lines.
+//! Derives log messages from the robot's lines.
 
 use foxglove::messages::log::Level;
 use groundwave_protocol::life::Life;
@@ -84,7 +84,7 @@ impl LogMessages {
     }
 }
 
-/// Whether a bumper touches something.
+/// Whether a bumper is pressed.
 pub(crate) const fn is_contact(bump: Bump) -> bool {
     !matches!(bump, Bump::None | Bump::NotFitted)
 }

@@ -1,7 +1,7 @@
 //! Topics of a recording, derived from received bytes, sent bytes and station events.
 //!
 //! Only the [`Deriver`] derives messages. Recording, recovery and `export` write them to MCAP; the Foxglove server
-//! sends them to other programs. It is a pure fold: the same inputs in the same order with the same times give the same
+//! sends them to other programs. The deriver is a pure fold: the same inputs in the same order with the same times give the same
 //! messages.
 //!
 //! Topics with a schema of our own have the robot's units: inches and degrees. All others follow REP 103: metres and
@@ -58,13 +58,13 @@ pub enum Topic {
     Tf,
     /// The robot's pose.
     Pose,
-    /// The path that it drove lately.
+    /// The newest part of the robot's path.
     Path,
-    /// Distances of its two sonars.
+    /// Distances measured by the robot's two sonars.
     Sonar,
     /// Reserved for an occupancy grid; not written yet.
     Map,
-    /// The robot's body, waypoints, bumps.
+    /// The robot's body, waypoints and bumps.
     Markers,
     /// Events as text.
     Log,
@@ -95,7 +95,7 @@ impl Topic {
         Self::Values,
     ];
 
-    /// Its name in a recording.
+    /// Name of the topic in a recording.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -116,13 +116,13 @@ impl Topic {
         }
     }
 
-    /// Number of its channel.
+    /// Number of the topic's channel.
     #[must_use]
     pub const fn channel_id(self) -> u16 {
         self as u16 + 1
     }
 
-    /// Number of its schema: that of the first topic with this schema.
+    /// Number of the topic's schema: the number of the first topic with the same schema.
     const fn schema_id(self) -> u16 {
         match self {
             Self::RawTx => Self::RawRx.channel_id(),
@@ -130,7 +130,7 @@ impl Topic {
         }
     }
 
-    /// What its messages follow from.
+    /// Source of the topic's messages.
     #[must_use]
     pub const fn origin(self) -> Origin {
         match self {
@@ -152,7 +152,7 @@ impl Topic {
         Self::ALL.into_iter().find(|topic| topic.name() == name)
     }
 
-    /// The protobuf type of its messages.
+    /// The protobuf type of the topic's messages.
     #[must_use]
     pub fn schema(self) -> TopicSchema {
         let ours = |name| TopicSchema {
@@ -177,14 +177,14 @@ impl Topic {
     }
 }
 
-/// What the messages of a topic follow from.
+/// Source of a topic's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// Nothing: they are recorded as they are.
+    /// Recorded, not derived.
     Recorded,
-    /// One line each.
+    /// Each message is derived from one line.
     Line,
-    /// All lines, sent bytes and events so far.
+    /// Messages are derived from all lines, sent bytes and events so far.
     History,
     /// The topic has no messages yet.
     Reserved,
@@ -193,7 +193,7 @@ pub enum Origin {
 /// Adds topics and their schemas to a file, under fixed numbers.
 ///
 /// # Errors
-/// When writing fails.
+/// If writing fails.
 pub(super) fn register<W: Write + Seek>(
     writer: &mut Writer<W>,
     topics: &[Topic],
@@ -214,7 +214,7 @@ pub(super) fn register<W: Write + Seek>(
     Ok(())
 }
 
-/// A protobuf type as other programs need it for decoding.
+/// A protobuf type with everything that other programs need to decode it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TopicSchema {
     /// Name with its package: `groundwave.Telemetry`.
@@ -223,7 +223,7 @@ pub struct TopicSchema {
     pub descriptors: Cow<'static, [u8]>,
 }
 
-/// The schema that comes with a type of the `foxglove` crate.
+/// The schema of a type of the `foxglove` crate.
 fn well_known<T: Encode>() -> TopicSchema {
     T::get_schema().map_or_else(
         || TopicSchema {
@@ -240,11 +240,11 @@ fn well_known<T: Encode>() -> TopicSchema {
 /// A message for a recording or for another program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TopicMessage<'a> {
-    /// Its topic.
+    /// Topic of the message.
     pub topic: Topic,
-    /// When its bytes were received or sent: nanoseconds since 1970, never before the previous message.
+    /// Time at which the bytes were received or sent, nanoseconds since 1970; never before the previous message.
     pub log_time_ns: u64,
-    /// Time by the robot's clock where known, else `log_time_ns`.
+    /// Time by the robot's clock if known, else `log_time_ns`.
     pub publish_time_ns: u64,
     /// The protobuf message.
     pub data: &'a [u8],

@@ -6,13 +6,13 @@ use foxglove::messages::{Pose, PosesInFrame};
 
 use super::geometry::{ODOM, Place, timestamp};
 
-/// Limits the points: about 250 ft.
+/// Maximum number of points: about 250 ft of path.
 const POINTS_MAX: usize = 512;
 
 /// Distance between two points, metres (6 in).
 const SPACING_M: f64 = 0.1524;
 
-/// Number of new points after which the path is due.
+/// Number of new points after which a message is due.
 const FRESH_MAX: usize = 32;
 
 /// Maximum age of the last message while there are new points, nanoseconds.
@@ -23,7 +23,7 @@ const AGE_MAX_NS: u64 = 30_000_000_000;
 pub(super) struct Path {
     poses: VecDeque<Pose>,
     last: Option<Place>,
-    /// Points that are not in the message sent last.
+    /// Number of points that are not in the latest message.
     fresh: usize,
     sent_ns: Option<u64>,
 }
@@ -59,13 +59,13 @@ impl Path {
         }
     }
 
-    /// Makes the path due after the next pose.
+    /// Makes a message due after the next pose.
     pub(super) fn tell_anew(&mut self) {
         self.sent_ns = None;
         self.fresh = self.poses.len();
     }
 
-    /// Forgets all points after an odometer reset, because their frame is gone.
+    /// Removes all points after an odometer reset, because their frame is no longer valid.
     pub(super) fn forget(&mut self) {
         self.poses.clear();
         self.last = None;

@@ -9,15 +9,15 @@ use foxglove::messages::{
 
 use super::geometry::{BASE, M_PER_IN, ODOM, Place, odom, timestamp, upright, vector};
 
-/// Size of the robot's shell, metres.
+/// Radius and height of the robot's shell, metres.
 const RADIUS_M: f64 = 5.5 * M_PER_IN;
 const HEIGHT_M: f64 = 8.0 * M_PER_IN;
 
-/// Size of the arrow on the shell: diameter of its shaft; length and diameter of its head, metres.
+/// Size of the arrow on the shell, metres: diameter of the shaft, length and diameter of the head.
 const SHAFT_DIAMETER_M: f64 = 0.02;
 const HEAD_M: f64 = 0.05;
 
-/// Maximum bumps shown, the newest.
+/// Maximum number of bumps shown; the newest are kept.
 const BUMPS_MAX: usize = 64;
 
 /// Maximum age of the last message, nanoseconds. A viewer that jumps to a moment shows the latest message before it.
@@ -67,7 +67,7 @@ impl Scene {
         self.has_changed = true;
     }
 
-    /// Forgets places after an odometer reset, because their frame is gone.
+    /// Removes places after an odometer reset, because their frame is no longer valid.
     pub(super) fn forget(&mut self) {
         self.bumps.clear();
         self.has_changed = true;
@@ -89,7 +89,7 @@ impl Scene {
             timestamp: Some(timestamp(now_ns)),
             frame_id: frame.to_owned(),
             id: id.to_owned(),
-            // It stays where it is in its frame.
+            // The body does not move in its own frame.
             frame_locked: true,
             ..SceneEntity::default()
         };
@@ -135,7 +135,7 @@ fn body() -> CylinderPrimitive {
     CylinderPrimitive {
         pose: Some(upright([0.0, 0.0, HEIGHT_M / 2.0])),
         size: Some(vector([2.0 * RADIUS_M, 2.0 * RADIUS_M, HEIGHT_M])),
-        // A cylinder, not a cone.
+        // Equal radii: a cylinder, not a cone.
         bottom_scale: 1.0,
         top_scale: 1.0,
         color: Some(BODY),

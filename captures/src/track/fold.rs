@@ -18,23 +18,23 @@ use crate::outages::{Outage, OutageList};
 use crate::pieces::Piece;
 use crate::{Capture, CaptureError, Session};
 
-/// Maximum points; a longer track is thinned out to half of them.
+/// Maximum number of points; a longer track is thinned out to half of that.
 const POINTS_MAX: usize = 20_000;
 
-/// Maximum places kept of each kind of event, the first ones; all events are counted.
+/// Maximum number of places kept for each kind of event; the first ones are kept, all events are counted.
 const EVENTS_MAX: usize = 2_000;
 
-/// Maximum detections kept of each sensor, and the cell that has one of them, inches.
+/// Maximum number of detections kept for each sensor, and the size of the cell that has one detection, inches.
 const DETECTIONS_MAX: usize = 20_000;
 const CELL_IN: f32 = 2.0;
 
-/// Newest lines whose places are known; an outage is listed at the next line C.
+/// Number of newest lines whose places are kept, because an outage is reported only at the next line C.
 const PLACES_MAX: usize = 4096;
 
-/// Minimum distance of two points, inches; shorter steps are joined.
+/// Minimum distance between two points, inches; shorter steps are joined.
 const STEP_IN: f32 = 0.4;
 
-/// Least tolerance of a track that is thinned out, inches.
+/// Minimum tolerance of a thinned-out track, inches.
 const TOLERANCE_IN: f32 = 0.05;
 
 /// Radius of the robot, inches.
@@ -44,10 +44,10 @@ const RADIUS_IN: f32 = 5.5;
 const SONAR_DEG: f32 = 7.5;
 const INFRARED_DEG: f32 = 45.0;
 
-/// Place of each sonar: its distances ahead and to its side, inches.
+/// Position of each sonar: distances ahead of the robot's centre and to the side, inches.
 const SONAR_IN: (f32, f32) = (5.0, 1.5);
 
-/// Greatest range of an echo that is shown, inches: far ones come from several reflections.
+/// Maximum range of an echo that is shown, inches; farther echoes come from several reflections.
 const ECHO_MAX_IN: u16 = 120;
 
 #[derive(Default)]
@@ -59,9 +59,9 @@ pub(super) struct Fold {
     is_kept: bool,
     gaps: Gaps,
     outages: OutageList,
-    /// Outages with a place so far.
+    /// Number of outages with a place so far.
     located: usize,
-    /// Where the robot was after each of the newest lines.
+    /// Times and places of the robot at the newest lines.
     places: VecDeque<(Duration, Place)>,
     counters: Counters,
     has_restarted: bool,
@@ -70,9 +70,18 @@ pub(super) struct Fold {
     mode: Option<Mode>,
     routes: Routes,
     cells: [HashSet<(i32, i32)>; 2],
+    /// The operator's marks that are still to come, in order of time.
+    marks: VecDeque<(Duration, String)>,
 }
 
 impl Fold {
+    pub(super) fn with_marks(marks: Vec<(Duration, String)>) -> Self {
+        Self {
+            marks: marks.into(),
+            ..Self::default()
+        }
+    }
+
     pub(super) fn take_all(
         &mut self,
         capture: &mut Capture,
@@ -128,6 +137,9 @@ impl Fold {
             self.happen(Event::Restart, self.place());
         }
         self.counters = *counters;
+        while let Some((_, text)) = self.marks.pop_front_if(|(mark, _)| *mark < at) {
+            self.track.marks.push((self.place(), text));
+        }
         let step = self.odometer.take(at, received);
         if let Received::Line(line, _) = received {
             self.take_body(&line.body, step.map(|(step, _)| step));
@@ -192,7 +204,7 @@ impl Fold {
         self.detect(state, place);
     }
 
-    /// Notes what the sonars and the infrared detectors saw.
+    /// Adds the detections of the sonars and the infrared detectors.
     fn detect(&mut self, state: &StateLine, place: Place) {
         let heading_deg = f32::from(state.theta_deg);
         let sonars = [(-1.0, state.sonar_left_in), (1.0, state.sonar_right_in)];
@@ -261,7 +273,7 @@ impl Fold {
         }
     }
 
-    /// Marks the outages that have ended since the last call, which begin at a line.
+    /// Adds the outages that have ended since the last call, at the place of the line where they began.
     fn locate_outages(&mut self) {
         while let Some(outage) = self.outages.ended().get(self.located) {
             let outage = *outage;
@@ -312,6 +324,9 @@ impl Fold {
         {
             self.track.points.push(last);
         }
+        let (place, later) = (self.place(), std::mem::take(&mut self.marks));
+        let later = later.into_iter().map(|(_, text)| (place, text));
+        self.track.marks.extend(later);
         let Track {
             points, gap_lines, ..
         } = &mut self.track;
@@ -334,7 +349,7 @@ fn ahead((x_in, y_in): Place, direction_deg: f32, distance_in: f32) -> Place {
     (x_in + distance_in * sin, y_in + distance_in * cos)
 }
 
-/// Notes a detection, one in each cell.
+/// Adds a detection, at most one in each cell.
 fn note(cells: &mut HashSet<(i32, i32)>, places: &mut Vec<Place>, place: Place) {
     let cell = |at_in: f32| (at_in / CELL_IN).round() as i32;
     if places.len() < DETECTIONS_MAX && cells.insert((cell(place.0), cell(place.1))) {

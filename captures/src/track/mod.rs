@@ -1,4 +1,4 @@
-//! The robot's track, the events on it and the obstacles around it.
+//! The robot's track, with events and detected obstacles.
 
 mod fold;
 mod route;
@@ -19,17 +19,17 @@ pub(crate) use thin::simplify;
 /// A place in the robot's frame: x and y, inches.
 pub type Place = (f32, f32);
 
-/// Behaviour that held the motors.
+/// Behaviour that controlled the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Holder {
     /// One of the layers.
     Layer(Layer),
-    /// None of them.
+    /// No layer: prowl.
     Prowl,
 }
 
 impl Holder {
-    /// Word of the layer, or `prowl`.
+    /// Name of the layer, or `prowl`.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -46,26 +46,26 @@ pub struct Point {
     pub place: Place,
     /// Behaviour that drove there.
     pub holder: Holder,
-    /// Whether the odometer was reset since the point before: the robot did not drive from one to the other.
+    /// Whether the odometer was reset since the previous point: the robot did not drive from there.
     pub is_apart: bool,
-    /// Number of its line in the capture.
+    /// Number of the point's line in the capture.
     pub line: u64,
 }
 
 /// Kind of event on the track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Event {
-    /// A bumper touched.
+    /// A bumper was pressed.
     Bump,
     /// A floor edge was detected.
     Edge,
     /// The wheels stalled.
     Stall,
-    /// The robot booted; its last place before.
+    /// The robot booted; marked at its last place before the boot.
     Restart,
-    /// The odometer was reset without a restart, mostly because the operator set the position; the new place.
+    /// The odometer was reset without a restart, usually by the operator; marked at the new place.
     OdometerReset,
-    /// A time without lines; the last place before.
+    /// A time without lines; marked at the last place before.
     Outage,
 }
 
@@ -80,7 +80,7 @@ impl Event {
         Self::Outage,
     ];
 
-    /// Word for a legend.
+    /// Name in a legend.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -99,7 +99,7 @@ impl Event {
 pub struct Events {
     /// Number of events; for bumps the robot's own count, which includes contacts that lines A miss.
     pub count: u32,
-    /// Places of the first ones seen, inches.
+    /// Places of the first events, inches.
     pub places_in: Vec<Place>,
 }
 
@@ -121,23 +121,25 @@ pub struct DrivenTo {
 pub struct Track {
     /// Points in order, thinned out where there are many.
     pub points: Vec<Point>,
-    /// Tolerance with which the points were thinned out, inches; 0 if all are there.
+    /// Tolerance of the thinning, inches; 0 if all points are kept.
     pub tolerance_in: f32,
-    /// Numbers of the lines after gaps, in order; one for each gap that separates two points.
+    /// Numbers of the lines after gaps, in order: one for each gap between two points.
     pub gap_lines: Vec<u64>,
-    /// Number of gaps, as a summary counts them.
+    /// Number of gaps, counted as in the summary.
     pub gaps: u64,
-    /// Lines lost, as a summary counts them, at least.
+    /// Minimum number of lines lost, counted as in the summary.
     pub lines_lost: u64,
-    /// Times without lines, as a summary lists them.
+    /// Times without lines, as listed in the summary.
     pub outages: Vec<Outage>,
-    /// Events, indexed as [`Event::ALL`].
+    /// Events, in the order of [`Event::ALL`].
     pub events: [Events; 6],
     /// Waypoints, by route and number.
     pub waypoints: Vec<DrivenTo>,
-    /// Where the sonars measured an echo, inches.
+    /// The operator's marks: where the robot was at each, in inches, and its text.
+    pub marks: Vec<(Place, String)>,
+    /// Places at which the sonars measured an echo, inches.
     pub echoes_in: Vec<Place>,
-    /// Where the robot's infrared detectors were when they detected an obstacle, inches.
+    /// Places of the robot's infrared detectors when they detected an obstacle, inches.
     pub infrared_in: Vec<Place>,
     /// The simulator's true walls.
     pub truth: Option<Truth>,
@@ -145,32 +147,44 @@ pub struct Track {
     pub distance_in: f64,
     /// Duration of the capture.
     pub duration: Duration,
-    /// Start in UTC, and the link, from the metadata of a recording.
+    /// Start in UTC, from the metadata of a recording.
     pub start: Option<String>,
-    /// The link it was recorded from.
+    /// Link of the session, from the metadata of a recording.
     pub link: Option<String>,
     /// Heading at the end, degrees clockwise from +Y.
     pub heading_deg: u16,
 }
 
-/// A part of the track that is drawn in one way.
+/// A part of the track with one behaviour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
-    /// Behaviour that drove it; `None` where lines are missing and the path is not known.
+    /// Behaviour that drove the part; `None` if lines are missing, so that the path is unknown.
     pub holder: Option<Holder>,
-    /// Its points, at least two.
+    /// Points of the part, at least two.
     pub places_in: Vec<Place>,
 }
 
 impl Track {
-    /// Reads a whole capture; returns the track and the reason why it is incomplete, if it is.
+    /// Reads a whole capture; returns the track, and the reason if reading was incomplete.
     #[must_use]
     pub fn read(capture: &mut Capture) -> (Self, Option<CaptureError>) {
         let (track, _, problem) = Self::read_with(capture, |_, _| {});
         (track, problem)
     }
 
-    /// As [`Self::read`]; calls `take` with each line and the time of its end, and returns the decoder's totals too.
+    /// Reads a whole capture as [`Self::read`] does, and notes the place of each mark, given by its time since the beginning and its text.
+    #[must_use]
+    pub fn read_with_marks(
+        capture: &mut Capture,
+        mut marks: Vec<(Duration, String)>,
+    ) -> (Self, Option<CaptureError>) {
+        marks.sort_by_key(|(at, _)| *at);
+        let mut fold = Fold::with_marks(marks);
+        let result = fold.take_all(capture, &mut Decoder::default(), &mut |_, _| {});
+        (fold.finish(capture), result.err())
+    }
+
+    /// Reads a whole capture as [`Self::read`] does; calls `take` with each line and the time of its end, and also returns the decoder's totals.
     #[must_use]
     pub fn read_with(
         capture: &mut Capture,
@@ -200,7 +214,7 @@ impl Track {
             .collect()
     }
 
-    /// The track since the odometer was last reset, whose frame is the one at the end.
+    /// The part of the track since the last odometer reset; it is in the frame of the capture's end.
     #[must_use]
     pub fn since_reset(mut self) -> Self {
         if let Some(start) = self.points.iter().rposition(|point| point.is_apart) {

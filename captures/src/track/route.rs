@@ -8,11 +8,11 @@ use groundwave_protocol::telemetry::StatusLine;
 use super::DrivenTo;
 use crate::station_event::{StationEvent, StationEventKind};
 
-/// Maximum lists remembered, and waypoints noted.
+/// Maximum number of lists kept, and of waypoints.
 const LISTS_MAX: usize = 64;
 const WAYPOINTS_MAX: usize = 1000;
 
-/// Notes waypoints: from lines B, and from the lists that the operator sent.
+/// Collects waypoints from lines B and from the lists that the operator sent.
 #[derive(Debug, Default)]
 pub(super) struct Routes {
     lists: Vec<(u32, Vec<Waypoint>)>,
@@ -23,7 +23,7 @@ pub(super) struct Routes {
 }
 
 impl Routes {
-    /// Takes an event of the station: a queued command holds its list.
+    /// Takes an event of the station; a queued command contains its list.
     pub(super) fn take_event(&mut self, event: &StationEvent) {
         let Some(StationEventKind::Command(command)) = &event.kind else {
             return;
@@ -50,7 +50,14 @@ impl Routes {
     pub(super) fn take_status(&mut self, mode: Option<Mode>, status: &StatusLine) {
         let (driven, count) = (status.list.driven, status.list.count);
         let list = (status.digest, count);
-        if count == 0 || mode != Some(Mode::Prowl) {
+        if count == 0 {
+            return;
+        }
+        if mode != Some(Mode::Prowl) {
+            // At its last waypoint the robot stops before it reports the arrival.
+            if self.active == Some(list) {
+                self.reach(driven);
+            }
             return;
         }
         let is_again = self.reached() > usize::from(driven);
@@ -80,13 +87,20 @@ impl Routes {
                 });
             }
         }
-        let route = self.route;
-        for waypoint in &mut self.waypoints {
-            waypoint.is_reached |= waypoint.route == route && waypoint.number <= driven;
+        self.reach(driven);
+    }
+
+    /// Notes that a number of waypoints of the present route were reached.
+    fn reach(&mut self, driven: u16) {
+        for waypoint in self.waypoints.iter_mut().rev() {
+            if waypoint.route != self.route {
+                break;
+            }
+            waypoint.is_reached |= waypoint.number <= driven;
         }
     }
 
-    /// The waypoints of the present route.
+    /// The waypoints of the current route.
     fn own(&self) -> impl Iterator<Item = &DrivenTo> {
         self.waypoints
             .iter()
@@ -94,7 +108,7 @@ impl Routes {
             .take_while(|waypoint| waypoint.route == self.route)
     }
 
-    /// Number of waypoints of the present route that were reached.
+    /// Number of waypoints of the current route that were reached.
     fn reached(&self) -> usize {
         self.own().filter(|waypoint| waypoint.is_reached).count()
     }

@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use groundwave_protocol::decoder::{Counters, Decoder};
-use groundwave_protocol::status_codes::{Bump, Drive, LayerMask, LayerState};
+use groundwave_protocol::status_codes::{Bump, Drive, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{Ack, AckLine, Body, Line, ListPlace, StateLine, StatusLine};
 use groundwave_protocol::{Waypoint, digest};
 use proptest::prelude::*;
@@ -117,6 +117,36 @@ fn a_bump_is_at_the_shell_where_it_touched() {
 }
 
 #[test]
+fn marks_are_where_the_robot_was() {
+    let lines = [0, 1, 2].map(|n| state(n, 0, 100 * i32::from(n)).encode());
+    let bytes = lines.concat();
+    let mut capture = Capture::read("test", Box::new(std::io::Cursor::new(bytes))).unwrap();
+    let marks = [
+        (0.8, "end"),
+        (0.5, "middle"),
+        (0.1, "first"),
+        (99.0, "after"),
+    ];
+    let marks = marks.map(|(s, text)| (Duration::from_secs_f64(s), text.to_owned()));
+    let (track, problem) = Track::read_with_marks(&mut capture, marks.to_vec());
+    assert!(problem.is_none());
+    let seen: Vec<(f32, &str)> = track
+        .marks
+        .iter()
+        .map(|((x, _), text)| (*x, &**text))
+        .collect();
+    assert_eq!(
+        seen,
+        [
+            (0.0, "first"),
+            (0.0, "middle"),
+            (10.0, "end"),
+            (20.0, "after")
+        ]
+    );
+}
+
+#[test]
 fn waypoints_are_those_that_the_robot_drove_to() {
     let list = [(10, 20), (30, 40), (50, 60)].map(|(x_in, y_in)| Waypoint { x_in, y_in });
     let status = |sequence, driven: u16| {
@@ -149,6 +179,18 @@ fn waypoints_are_those_that_the_robot_drove_to() {
     let again = [&lines[..], &[status(3, 0)]].concat();
     let twice = [&once[..], &[(2, 1, (10, 20), false)]].concat();
     assert_eq!(seen(&again), twice, "the same list is driven again");
+    let mut stopped = state(4, 0, 0);
+    if let Body::State(state) = &mut stopped.body {
+        state.mode = Mode::Stop;
+    }
+    let driven = [&lines[..], &[status(3, 2), stopped, status(5, 3)]].concat();
+    let all = [1, 2, 3].map(|n: u16| {
+        let place = list[usize::from(n) - 1];
+        (1, n, (place.x_in, place.y_in), true)
+    });
+    assert_eq!(seen(&driven), all, "the robot stops at its last waypoint");
+    let sent = [stopped, status(5, 0)];
+    assert_eq!(seen(&sent), [], "a route that is not driven");
 }
 
 /// Points of a random walk, with their lines.
@@ -215,7 +257,7 @@ proptest! {
         }
     }
 
-    /// Whatever is lost, a picture and a summary count the same gaps, and draw none where nothing was lost.
+    /// A picture and a summary count the same gaps, whatever is lost, and the picture draws none where no line was lost.
     #[test]
     fn gaps_are_those_of_the_summary(
         lost in proptest::collection::vec(any::<bool>(), 2..60),

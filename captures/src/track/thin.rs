@@ -2,8 +2,8 @@
 
 use super::{Holder, Place, Point};
 
-/// The parts of a track that are drawn in one way: the behaviour, `None` in a gap, and the points, at least two. The piece to a
-/// point has the behaviour of its end.
+/// The parts of a track with one behaviour: the behaviour (`None` in a gap) and the points, at least two. The segment to a
+/// point has that point's behaviour.
 pub(super) fn stretches<'a>(
     points: &'a [Point],
     gap_lines: &[u64],
@@ -32,8 +32,8 @@ pub(super) fn stretches<'a>(
     found
 }
 
-/// Indexes of the places of a line that stay, the ends among them: no place left out is further than `tolerance` from the line
-/// through those that stay (Ramer, Douglas and Peucker).
+/// Indexes of the places of a line that are kept, including both ends: no omitted place is farther than `tolerance` from the line
+/// through the kept ones (Ramer, Douglas and Peucker).
 pub(crate) fn simplify(places: &[Place], tolerance: f32) -> Vec<usize> {
     let Some(last) = places.len().checked_sub(1) else {
         return Vec::new();
@@ -54,7 +54,7 @@ pub(crate) fn simplify(places: &[Place], tolerance: f32) -> Vec<usize> {
     (0..=last).filter(|index| stays[*index]).collect()
 }
 
-/// Distance of a place from a piece of a line.
+/// Distance of a place from a line segment.
 fn distance((x, y): Place, from: Place, to: Place) -> f32 {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let square = dx * dx + dy * dy;
@@ -66,18 +66,18 @@ fn distance((x, y): Place, from: Place, to: Place) -> f32 {
     (x - from.0 - part * dx).hypot(y - from.1 - part * dy)
 }
 
-/// Thins out points to at most `most`, with a tolerance or, if it does not do, a larger one; returns the one that did.
+/// Thins out points to at most `most`, with a tolerance or, if necessary, a larger one; returns the tolerance used.
 pub(super) fn reduce(
     points: &mut Vec<Point>,
     gap_lines: &mut Vec<u64>,
     most: usize,
     mut tolerance_in: f32,
 ) -> f32 {
-    /// Beyond it, resets and not distances make the number of points.
+    /// Maximum tolerance, inches; beyond it, resets determine the number of points.
     const TOLERANCE_MAX_IN: f32 = 10_000.0;
     loop {
         let mut stays = vec![false; points.len()];
-        // A point alone between two resets is not drawn.
+        // A single point between two resets is not drawn.
         stays[0] = true;
         stays[points.len() - 1] = true;
         let mut begin = 0;
@@ -97,7 +97,7 @@ pub(super) fn reduce(
             index += 1;
             let (x, y) = point.place;
             let is_near = |(last_x, last_y): Place| (x - last_x).hypot(y - last_y) < tolerance_in;
-            // Neither changes of behaviour nor gaps within the tolerance can be seen.
+            // Changes of behaviour and gaps within the tolerance are invisible.
             let stays =
                 stays[index - 1] && (point.is_apart || !is_crowded || !last.is_some_and(is_near));
             if stays {
@@ -115,7 +115,7 @@ pub(super) fn reduce(
     tolerance_in
 }
 
-/// Leaves one gap between two points.
+/// Merges the gaps between two points into one.
 pub(super) fn merge_gaps(points: &[Point], gap_lines: &mut Vec<u64>) {
     gap_lines.dedup_by_key(|line| interval(points, *line));
 }

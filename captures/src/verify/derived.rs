@@ -1,6 +1,6 @@
-//! Compares the derived messages of a recording with those that its bytes and events give today.
+//! Compares the derived messages of a recording with the messages derived again from its bytes and events.
 //!
-//! The [`Deriver`] gets the received bytes, sent bytes and events again; its messages wait for the equal ones of the
+//! The [`Deriver`] gets the received bytes, sent bytes and events again; its messages wait for the equal messages of the
 //! recording.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -14,8 +14,11 @@ use crate::messages::{RawBytes, StationEvent};
 use crate::own_lines;
 use crate::topics::{Deriver, Origin, RAW_RX, Topic, TopicMessage};
 
-/// Maximum derived messages of a topic that wait for those of the recording.
-const WAITING_MAX: usize = 4096;
+/// Maximum number of derived messages of a topic that wait for the recording's messages.
+const WAITING_MAX: usize = 512;
+
+/// Maximum bytes of a topic's messages that wait, unless one alone has more.
+const WAITING_BYTES_MAX: usize = 1 << 20;
 
 /// A derived message.
 #[derive(Debug, PartialEq, Eq)]
@@ -27,7 +30,11 @@ struct Expected {
 #[derive(Debug)]
 struct Queue {
     expected: VecDeque<Expected>,
-    /// The next message of the topic must equal the first of `expected`; after a gap it may equal a later one.
+    /// Bytes of these messages.
+    bytes: usize,
+    /// Number of messages that waited in vain and made room.
+    dropped: usize,
+    /// Whether the next message of the topic must equal the first of `expected`; after a gap, it may equal a later one.
     is_aligned: bool,
 }
 
@@ -35,7 +42,7 @@ struct Queue {
 pub(super) struct Derived {
     deriver: Deriver,
     queues: BTreeMap<Topic, Queue>,
-    /// The recording is complete from its beginning: every message and time must be equal.
+    /// Whether the recording is complete from its beginning, so that every message and time must be equal.
     is_exact: bool,
 }
 
@@ -48,18 +55,18 @@ impl Derived {
         }
     }
 
-    /// The recording begins here, and this version wrote it.
+    /// Sets that the recording begins here and was written by this version.
     pub(super) const fn begin(&mut self) {
         self.is_exact = true;
     }
 
-    /// Takes the table of the session, which tells the form of the robot's own lines.
+    /// Takes the session's table, which contains the form of the robot's own lines.
     pub(super) fn take_session(&mut self, table: &BTreeMap<String, String>) {
         self.deriver
             .set_own_lines(own_lines::recognizer(Some(table)));
     }
 
-    /// The recording is a part; what came before is unknown.
+    /// Sets that the recording is a part, whose earlier state is unknown.
     pub(super) fn forget_beginning(&mut self) {
         self.is_exact = false;
         for (topic, queue) in &mut self.queues {
@@ -67,7 +74,7 @@ impl Derived {
         }
     }
 
-    /// Takes a gap in the bytes, after which derived messages and those of the recording may differ for a while.
+    /// Takes a gap in the bytes; after it, derived and recorded messages may differ for a while.
     pub(super) fn lose_track(&mut self) {
         self.is_exact = false;
         for queue in self.queues.values_mut() {
@@ -75,7 +82,7 @@ impl Derived {
         }
     }
 
-    /// Takes received bytes that come after `missing` lost ones.
+    /// Takes received bytes after `missing` lost bytes.
     pub(super) fn take_received(&mut self, at_ns: u64, missing: u64, bytes: &[u8]) {
         let (queues, is_exact) = (&mut self.queues, self.is_exact);
         let mut take = |message: TopicMessage<'_>| {
@@ -127,11 +134,11 @@ impl Derived {
 
     fn compare(&mut self, topic: Topic, header: MessageHeader, data: &[u8], verdict: &mut Verdict) {
         let is_exact = self.is_exact;
-        let queue = queue(&mut self.queues, topic, is_exact);
         let times_ns = (header.log_time, header.publish_time);
         let is_it = |it: &Expected| it.data == data && (!is_exact || it.times_ns == times_ns);
+        let queue = queue(&mut self.queues, topic, is_exact);
         if queue.is_aligned && queue.expected.front().is_some_and(is_it) {
-            queue.expected.pop_front();
+            queue.drop_first(1);
             verdict.derived_equal += 1;
             return;
         }
@@ -143,18 +150,18 @@ impl Derived {
             ));
             queue.is_aligned = false;
         } else if let Some(place) = found {
-            queue.expected.drain(..=place);
             queue.is_aligned = is_exact || topic.origin() == Origin::Line;
+            queue.drop_first(place + 1);
             verdict.derived_equal += 1;
             return;
         }
         verdict.derived_unchecked += 1;
     }
 
-    /// Reports expected messages that are missing, on topics that the recording has.
+    /// Reports expected messages that are missing on the recording's topics.
     pub(super) fn finish(&self, has: impl Fn(Topic) -> bool, verdict: &mut Verdict) {
         for (topic, queue) in &self.queues {
-            let count = queue.expected.len();
+            let count = queue.dropped + queue.expected.len();
             if queue.is_aligned && count > 0 && has(*topic) {
                 let name = topic.name();
                 verdict.fault(format!(
@@ -165,9 +172,29 @@ impl Derived {
     }
 }
 
+impl Queue {
+    fn push(&mut self, message: Expected) {
+        self.bytes += message.data.len();
+        self.expected.push_back(message);
+        while self.expected.len() > WAITING_MAX
+            || self.bytes > WAITING_BYTES_MAX && self.expected.len() > 1
+        {
+            self.drop_first(1);
+            self.dropped += 1;
+        }
+    }
+
+    fn drop_first(&mut self, count: usize) {
+        let dropped = self.expected.drain(..count);
+        self.bytes -= dropped.map(|it| it.data.len()).sum::<usize>();
+    }
+}
+
 fn queue(queues: &mut BTreeMap<Topic, Queue>, topic: Topic, is_exact: bool) -> &mut Queue {
     queues.entry(topic).or_insert_with(|| Queue {
         expected: VecDeque::new(),
+        bytes: 0,
+        dropped: 0,
         is_aligned: is_exact || topic.origin() == Origin::Line,
     })
 }
@@ -176,13 +203,33 @@ fn expect(queues: &mut BTreeMap<Topic, Queue>, is_exact: bool, message: &TopicMe
     if matches!(message.topic, Topic::RawRx | Topic::RawTx) {
         return;
     }
-    let queue = queue(queues, message.topic, is_exact);
-    queue.expected.push_back(Expected {
+    queue(queues, message.topic, is_exact).push(Expected {
         times_ns: (message.log_time_ns, message.publish_time_ns),
         data: message.data.to_vec(),
     });
-    if queue.expected.len() > WAITING_MAX {
-        // `finish` reports the rest as missing.
-        queue.expected.pop_front();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_that_wait_in_vain_are_counted_and_take_bounded_memory() {
+        let mut queues = BTreeMap::new();
+        for (length, count) in [(1, 2000), (100_000, 100), (3 << 20, 2)] {
+            let queue = queue(&mut queues, Topic::Telemetry, false);
+            let before = queue.dropped + queue.expected.len();
+            for _ in 0..count {
+                queue.push(Expected {
+                    times_ns: (0, 0),
+                    data: vec![0; length],
+                });
+                let bytes: usize = queue.expected.iter().map(|it| it.data.len()).sum();
+                assert_eq!(queue.bytes, bytes);
+                assert!(bytes <= WAITING_BYTES_MAX.max(length), "{bytes}");
+                assert!(queue.expected.len() <= WAITING_MAX);
+            }
+            assert_eq!(queue.dropped + queue.expected.len(), before + count);
+        }
     }
 }

@@ -1,9 +1,9 @@
 //! Verification of captures.
 //!
-//! For a recording, it checks every checksum, the numbers of the messages, the offsets of the bytes and the statistics;
-//! that each derived message is the one that the bytes give today (`derived`); and that a raw text beside it holds the
-//! same bytes (`raw_file`). Raw text has only the checksums of its lines. Lines lost by the radio are counted; they are
-//! no fault.
+//! For a recording, verification checks every checksum, the numbers of the messages, the offsets of the bytes and the statistics;
+//! that each derived message equals the one derived again from the bytes (`derived`); and that a raw text beside the recording holds the
+//! same bytes (`raw_file`). For raw text, only the lines' checksums are checked. Lines lost by the radio are counted, but are
+//! not a fault.
 
 mod derived;
 mod raw_file;
@@ -24,33 +24,36 @@ use crate::diagnosis::{Diagnosis, Finding};
 use crate::gaps::Gaps;
 use crate::messages::StationEvent;
 use crate::outages::{Outage, OutageList};
-use crate::statistics::{Damaged, Loss};
+use crate::statistics::{Damaged, Loss, OtherRobot};
 pub use raw_file::RawCopy;
 pub use recording::verify_mcap;
 
-/// Maximum faults that are listed.
+/// Maximum number of faults listed.
 const FAULTS_LISTED: usize = 10;
 
-/// The result.
+/// Result of a verification.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
     /// Form of the capture.
     pub form: Form,
-    /// Received bytes in the capture.
+    /// Number of received bytes in the capture.
     pub bytes: u64,
-    /// Received bytes that are missing from it.
+    /// Number of received bytes missing from the capture.
     pub missing_bytes: u64,
-    /// Intact lines.
+    /// Number of intact lines.
     pub lines: u64,
     /// Lines lost by the radio.
     #[serde(flatten)]
     pub loss: Loss,
     /// Damaged lines.
     pub damaged: Damaged,
+    /// Another robot on the channel.
+    #[serde(flatten)]
+    pub other: OtherRobot,
     /// Mistakes in the lines that the robot sent. Those in lines that are refused count as faults.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistakes: Vec<Finding>,
-    /// Places between two intact lines where lines were lost or damaged, or the link was interrupted.
+    /// Number of places between two intact lines where lines were lost or damaged, or the link was interrupted.
     pub gaps: u64,
     /// The longest gap.
     pub worst_gap: Option<Gap>,
@@ -58,11 +61,11 @@ pub struct Verdict {
     pub outages: Vec<Outage>,
     /// Messages by topic.
     pub messages: BTreeMap<String, u64>,
-    /// Derived messages equal to those that the bytes and events give today.
+    /// Number of derived messages equal to those derived again.
     pub derived_equal: u64,
-    /// Derived messages that cannot be checked, because their bytes are missing or precede the capture.
+    /// Number of derived messages that cannot be checked, because their bytes are missing or precede the capture.
     pub derived_unchecked: u64,
-    /// Whether the raw text holds the same bytes; `None` where there is none, or only another capture beside it.
+    /// Whether the raw text holds the same bytes; `None` if there is none, or if the text is another capture.
     pub is_as_raw_file: Option<bool>,
     /// The first faults.
     pub faults: Vec<String>,
@@ -88,6 +91,7 @@ impl Verdict {
             lines: 0,
             loss: Loss::default(),
             damaged: Damaged::default(),
+            other: OtherRobot::default(),
             mistakes: Vec::new(),
             gaps: 0,
             worst_gap: None,
@@ -117,7 +121,7 @@ impl Verdict {
     /// Writes the result as text.
     ///
     /// # Errors
-    /// When writing the output fails.
+    /// If writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         write!(output, "bytes      {}", self.bytes)?;
         match self.missing_bytes {
@@ -139,6 +143,7 @@ impl Verdict {
                 self.gaps, gap.lines, gap.until_s
             )?,
         }
+        self.other.write_row(output)?;
         if let Some(longest) = self.outages.iter().max_by_key(|it| it.duration()) {
             writeln!(
                 output,
@@ -177,7 +182,7 @@ impl Verdict {
 /// Verifies a raw text.
 ///
 /// # Errors
-/// When it cannot be read.
+/// If it cannot be read.
 pub fn verify_raw(source: impl Read) -> io::Result<Verdict> {
     let mut verdict = Verdict::new(Form::Raw);
     let mut reader = TextReader::new(source);
@@ -234,7 +239,7 @@ impl Lines {
             self.outages.handle_line(at, &received, counters);
             self.gaps.take_line(at, &received, counters);
             let counted = shown(counters);
-            // The number of lost lines may fall after a late line or a reboot.
+            // The number of lost lines may decrease after a late line or a reboot.
             let lost = counted.saturating_sub(before);
             before = counted;
             if lost > 0 && verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
@@ -250,7 +255,7 @@ impl Lines {
     fn finish(self, verdict: &mut Verdict) {
         verdict.gaps = self.gaps.count();
         verdict.outages = self.outages.into_outages(self.end);
-        // Their number of lines has the hundreds, which the sequence does not show.
+        // Outages count whole hundreds of lines, which the sequence does not show.
         for outage in &verdict.outages {
             let lines = outage.lost.min;
             if let Some(end) = outage.end
@@ -265,6 +270,7 @@ impl Lines {
         verdict.lines = counters.intact();
         verdict.loss = Loss::of(counters);
         verdict.damaged = Damaged::of(counters);
+        verdict.other = OtherRobot::of(counters);
         verdict.mistakes = self.diagnosis.findings();
         for finding in verdict.mistakes.clone() {
             if finding.is_refused {

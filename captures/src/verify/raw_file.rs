@@ -8,18 +8,18 @@ use super::Verdict;
 use crate::messages::RawBytes;
 use crate::text::TextReader;
 
-/// A file that differs within its first line, and that the operator did not name, is another capture.
+/// Number of equal bytes below which a file that the operator did not name counts as another capture: the first line.
 const UNRELATED_BYTES: u64 = LINE_BYTES as u64;
 
 /// A raw text to compare with the received bytes of a recording.
 pub struct RawCopy {
     /// The text.
     pub source: Box<dyn Read>,
-    /// Whether the operator named it. Otherwise it was found beside the recording, and may be another capture.
+    /// Whether the operator named the file. Otherwise it was found beside the recording, and may be another capture.
     pub is_named: bool,
 }
 
-/// A raw text that is compared with the received bytes of a recording.
+/// Compares a raw text with the received bytes of a recording.
 pub(super) struct RawFile {
     source: RadioBytes,
     is_named: bool,
@@ -42,7 +42,7 @@ impl RawFile {
         }
     }
 
-    /// Compares the next bytes received; the first difference is a fault.
+    /// Compares the next received bytes; the first difference is a fault.
     pub(super) fn compare(&mut self, raw: &RawBytes, verdict: &mut Verdict) -> io::Result<()> {
         if self.is_equal != Some(true) {
             return Ok(());
@@ -52,10 +52,10 @@ impl RawFile {
         let length = raw.data.len() as u64;
         let mut theirs = Vec::with_capacity(raw.data.len());
         self.source.by_ref().take(length).read_to_end(&mut theirs)?;
-        self.offset = raw.stream_offset + length;
+        self.offset = raw.stream_offset.saturating_add(length);
         if theirs != raw.data {
             let equal = theirs.iter().zip(&raw.data).take_while(|(a, b)| a == b);
-            let byte = raw.stream_offset + equal.count() as u64;
+            let byte = raw.stream_offset.saturating_add(equal.count() as u64);
             if byte < UNRELATED_BYTES && !self.is_named {
                 self.is_equal = None;
                 return Ok(());
@@ -66,7 +66,7 @@ impl RawFile {
         Ok(())
     }
 
-    /// Whether all bytes are equal; bytes left over are a fault. `None` for another capture.
+    /// Whether all bytes are equal; remaining bytes are a fault. `None` for another capture.
     pub(super) fn finish(mut self, verdict: &mut Verdict) -> io::Result<Option<bool>> {
         if self.is_equal == Some(true) {
             let more = io::copy(&mut self.source, &mut io::sink())?;

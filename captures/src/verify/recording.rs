@@ -20,10 +20,10 @@ use crate::session_writer::LIBRARY;
 use crate::source::Form;
 use crate::topics::{RAW_RX, Topic};
 
-/// Verifies an MCAP, and that a raw text holds the same bytes.
+/// Verifies an MCAP file, and that a raw text holds the same bytes.
 ///
 /// # Errors
-/// When one of them cannot be read.
+/// If one of the files cannot be read.
 pub fn verify_mcap<R: Read>(source: R, raw: Option<RawCopy>) -> io::Result<Verdict> {
     let mut entries = Entries::new(source);
     let mut check = Check {
@@ -66,9 +66,9 @@ struct Check {
     verdict: Verdict,
     lines: Lines,
     derived: Derived,
-    /// Whether this version of Groundwave wrote the recording; then its derived messages must equal those derived now.
+    /// Whether this version of Groundwave wrote the recording; if so, derived messages must equal those derived again.
     is_ours: bool,
-    /// The recording has no derived topics yet.
+    /// Whether the recording has no derived topics yet.
     is_unfinished: bool,
     start_ns: Option<u64>,
     last_ns: u64,
@@ -143,7 +143,7 @@ impl Check {
             return Ok(());
         };
         if missing > 0 {
-            self.verdict.missing_bytes += missing;
+            self.verdict.missing_bytes = self.verdict.missing_bytes.saturating_add(missing);
             let what = format!("{RAW_RX}: {missing} bytes are missing at {received}");
             self.verdict.fault(what);
             self.lines.skip();
@@ -170,7 +170,7 @@ impl Check {
             }
             Some(Record::Metadata(table)) if table.name == Session::TABLE => {
                 self.derived.take_session(&table.metadata);
-                // Earlier lines are in the previous part.
+                // The previous part contains earlier lines.
                 if table.metadata.get("part").is_some_and(|n| n != "1") {
                     self.derived.forget_beginning();
                 }
@@ -211,7 +211,7 @@ impl Check {
     }
 }
 
-/// Whether this is the first message of a recording. A part that was cut out begins with another.
+/// Whether an event is the first message of a recording. A part that was cut out begins with another message.
 fn begins(event: &[u8]) -> bool {
     StationEvent::decode(event).is_ok_and(|event| event.is_notice(NoticeCode::RecordingBegun))
 }

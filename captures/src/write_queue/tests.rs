@@ -1,7 +1,7 @@
 use super::*;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// Writes one item for each permission, and says what it does.
+/// A worker that writes one item for each permission, and reports its actions.
 struct Gated {
     permissions: Receiver<()>,
     deeds: Sender<String>,
@@ -51,7 +51,7 @@ fn items_looks_and_the_end_come_in_order() {
     assert_eq!(done, ["one", "look", "two", "finish"]);
 }
 
-/// A file is given up with a full queue; the items after that are counted and not written.
+/// A file with a full queue is given up; later items are counted but not written.
 #[test]
 fn a_full_queue_ends_the_file_at_an_exact_place() {
     let (queue, permit, done) = gated();
@@ -91,7 +91,7 @@ fn a_reader_is_delayed_once() {
 }
 
 #[test]
-fn a_disk_that_hangs_after_the_last_byte_is_told() {
+fn a_disk_that_hangs_after_the_last_byte_is_reported() {
     let (queue, permit, done) = gated();
     queue.push("all", 3, None);
     permit.send(()).unwrap();

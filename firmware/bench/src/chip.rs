@@ -10,10 +10,10 @@ use sr04_replay::{DOWNLINK, TICK};
 
 use crate::recorder::{Frames, Recording};
 
-/// Cycles of the frame that ends the results.
+/// Cycle count that marks the end of the results.
 const END: u32 = u32::MAX;
 
-/// Cycles from one tick to the next at 16 MHz.
+/// Number of cycles from one tick to the next at 16 MHz.
 pub(crate) const TICK_CYCLES: u64 = 800_000;
 
 /// Figures of a run whose results equal the host's.
@@ -22,16 +22,16 @@ pub(crate) struct Figures {
     pub(crate) calls: usize,
     /// The chip's bytes to the radio.
     pub(crate) downlink: Vec<u8>,
-    /// Cycles of all calls between two ticks; zero if the emulator counts none.
+    /// Mean number of cycles of all calls between two ticks; zero if the emulator does not count.
     pub(crate) mean_tick_cycles: u64,
     pub(crate) worst_tick_cycles: u64,
-    /// Ticks that a longer one before has delayed.
+    /// Number of ticks delayed by a longer tick before.
     pub(crate) late_ticks: usize,
     pub(crate) stack_bytes: usize,
     pub(crate) spare_bytes: usize,
 }
 
-/// Cycles of each tick with the other calls up to the next one.
+/// Number of cycles of each tick, including the other calls until the next one.
 #[derive(Default)]
 struct Ticks {
     count: u64,
@@ -74,7 +74,7 @@ pub(crate) fn mega(
         return Err("the emulator has no pipes".to_owned());
     };
     let figures = thread::scope(|scope| {
-        // A broken pipe shows as missing results.
+        // A broken pipe appears as missing results.
         scope.spawn(|| write_calls(BufWriter::new(calls), &recording.calls));
         compare(BufReader::new(results), recording)
     });

@@ -1,4 +1,4 @@
-//! Runs the robot's program on emulated chips and compares it with the host's, byte for byte.
+//! Runs the robot's program on emulated chips and compares the results with the host's, byte for byte.
 //!
 //! `cargo xtask emulator` and `cargo xtask microbit` build the chips' programs and run this one.
 
@@ -18,10 +18,10 @@ use clap::{Args, Parser, Subcommand};
 use chip::Figures;
 use scenario::Scenario;
 
-/// Most cycles of a tick with the other calls up to the next one.
+/// Maximum number of cycles of a tick, including the other calls until the next one.
 const TICK_CYCLES_MAX: u64 = 400_000;
 
-/// Least RAM that no stack has reached.
+/// Minimum RAM that the stack has never reached, bytes.
 const SPARE_BYTES_MIN: usize = 1024;
 
 /// Compares the robot's program on an emulated chip with the host's
@@ -63,7 +63,7 @@ struct Replay {
     /// Number of seeds of each run
     #[arg(long, value_name = "N", default_value_t = 1)]
     seeds: u64,
-    /// Only the run of this name; may be repeated
+    /// Run only the scenario with this name; may be repeated
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
     /// Write the chip's bytes to the radio
@@ -128,7 +128,7 @@ fn save(path: Option<&Path>, figures: Figures) -> Result<Figures, String> {
     Ok(figures)
 }
 
-/// Prints the result of a run; `false` if it fails.
+/// Prints the result of a run; returns `false` if it fails.
 fn report(name: &str, seed: u64, outcome: Result<Figures, String>) -> bool {
     let figures = match outcome {
         Ok(figures) => figures,

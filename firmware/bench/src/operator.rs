@@ -14,16 +14,16 @@ pub(crate) const ROBOT_ID: u8 = 4;
 /// Owner of the operator's sessions.
 const OWNER: u16 = 7;
 
-/// Time between two attempts.
+/// Time between two attempts, milliseconds.
 const REPEAT_MS: u64 = 600;
 
-/// Time between two drive frames.
+/// Time between two drive frames, milliseconds.
 const DRIVE_MS: u64 = 200;
 
 /// Number of a route in its session.
 const TAG: u8 = 1;
 
-/// Waypoints of a frame, and blocks that they fill.
+/// Number of waypoints in a frame, and number of blocks that they fill.
 const FRAME_WAYPOINTS: usize = 16;
 const FRAME_BLOCKS: u8 = 4;
 
@@ -99,7 +99,7 @@ impl Operator {
         bytes
     }
 
-    /// Notes what the robot has executed.
+    /// Takes an acknowledgement of the robot, and records which commands it has executed.
     fn take(&mut self, ack: Ack) {
         let present = (ack.boot, ack.session);
         if let Some(replaced) = self.opening

@@ -5,7 +5,7 @@ use sr04_firmware::parameters::Parameters;
 use sr04_firmware::robot::Robot;
 use sr04_replay::{Call, Port, write_downlink, write_leds, write_outputs};
 
-/// Byte strings one after the other.
+/// Several byte strings, stored one after another.
 #[derive(Default)]
 pub(crate) struct Frames {
     bytes: Vec<u8>,
@@ -34,7 +34,7 @@ impl Frames {
         &self.bytes
     }
 
-    /// Number of the string that contains the byte at this place.
+    /// Number of the string that contains the byte at an index.
     pub(crate) fn containing(&self, place: usize) -> usize {
         self.ends.partition_point(|&end| end <= place)
     }

@@ -1,4 +1,4 @@
-//! Runs of the robot: each mode, and each fault of its link, its sensors and its supply.
+//! Scenarios for the robot: each mode, and each fault of its link, its sensors and its supply.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::Order;
@@ -22,11 +22,11 @@ pub(crate) struct Scenario {
     channel: &'static str,
     duplex: Duplex,
     faults: Faults,
-    /// Time between two resets.
+    /// Time between two resets, milliseconds.
     reset_ms: Option<u64>,
-    /// Times in milliseconds and the events then.
+    /// Events and their times, milliseconds.
     script: Vec<(u64, Event)>,
-    /// Time after which the script begins anew.
+    /// Time after which the script begins again, milliseconds.
     period_ms: u64,
 }
 
@@ -58,7 +58,7 @@ impl Scenario {
         Self { period_ms, ..self }
     }
 
-    /// All runs.
+    /// All scenarios.
     pub(crate) fn all() -> Vec<Self> {
         let patience_bytes = PATIENCE_BYTES;
         vec![

@@ -30,13 +30,13 @@ pub trait Port {
 pub enum Call<'a> {
     /// Power-on with these kept parameters.
     Boot(Identity, &'a Parameters),
-    /// [`Robot::tick`].
+    /// A call of [`Robot::tick`].
     Tick(&'a Inputs),
-    /// [`Robot::infrared_sample`].
+    /// A call of [`Robot::infrared_sample`].
     Infrared(Sides),
-    /// [`Robot::handle_uplink`].
+    /// A call of [`Robot::handle_uplink`].
     Uplink(u8),
-    /// [`Robot::poll_downlink`].
+    /// A call of [`Robot::poll_downlink`].
     Downlink,
 }
 
@@ -73,7 +73,7 @@ impl Call<'_> {
     }
 }
 
-/// Repeats calls for ever. The first one must be a boot.
+/// Repeats calls forever. The first call must be a boot.
 pub fn repeat(place: &mut MaybeUninit<Robot>, port: &mut impl Port) -> ! {
     // The kind of the first call.
     port.read();
@@ -102,7 +102,7 @@ fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a mut 
     place.write(Robot::restored(identity, parameters))
 }
 
-/// Repeats one call and writes its result; `false` if the call is a boot.
+/// Repeats one call and writes its result; returns `false` if the call is a boot.
 fn perform(robot: &mut Robot, port: &mut impl Port) -> bool {
     match port.read() {
         BOOT => return false,

@@ -9,7 +9,7 @@ use crate::world::World;
 const MARGIN_IN: f64 = 0.25;
 /// Minimum area in square feet of an unreachable place that is worth a warning.
 const AREA_LEAST_FT2: f64 = 4.0;
-/// Distance within which a lamp or a walker counts as reachable.
+/// Distance within which a lamp or a walker counts as reachable, inches.
 const NEAR_IN: f64 = 36.0;
 
 /// The cells where the robot's centre can be, grouped into connected areas.

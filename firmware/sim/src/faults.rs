@@ -11,14 +11,14 @@ pub(crate) const EDGE_SENSORS: usize = 28;
 /// Duration of a dropout.
 const DROPOUT_S: (f64, f64) = (0.2, 2.0);
 
-/// How often sensors err. The default is never.
+/// Rates of sensor errors. The default is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faults {
     /// Share of the ticks in which an edge sensor misses an edge.
     pub edge_misses: f64,
     /// Share of the ticks in which an edge sensor reports an edge where there is floor.
     pub edge_false: f64,
-    /// Dropouts of each edge sensor per hour; it then sees no edge for up to 2 s.
+    /// Number of dropouts of each edge sensor per hour; after a dropout, the sensor sees no edge for up to 2 s.
     pub edge_dropouts_per_h: f64,
     /// Share of the ticks in which a closed bumper switch reads open.
     pub bumper_misses: f64,
@@ -45,7 +45,7 @@ impl Faults {
         dead_encoder: None,
     };
 
-    /// Sensors that nobody would use any more: edge sensors miss half of their ticks.
+    /// Sensors in very bad condition: edge sensors miss half of their ticks.
     pub const ROTTEN: Self = Self {
         edge_misses: 0.5,
         edge_false: 0.001,
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_err_as_often_as_told() {
+    fn sensors_err_as_often_as_configured() {
         let mut faulty = Faulty::new(Faults::ROTTEN, 1);
         let seen = (0..10_000).filter(|_| faulty.edge(0, true)).count();
         assert!((4700..5100).contains(&seen), "{seen}");

@@ -25,7 +25,7 @@ impl World {
     ///
     /// # Errors
     ///
-    /// When the file cannot be read, or has an error.
+    /// If the file cannot be read, or has an error.
     pub fn open(name_or_path: &str) -> Result<Self, WorldError> {
         Self::parse(name_or_path, &Self::source(name_or_path)?)
     }
@@ -34,7 +34,7 @@ impl World {
     ///
     /// # Errors
     ///
-    /// When the file cannot be read.
+    /// If the file cannot be read.
     pub fn source(name_or_path: &str) -> Result<String, WorldError> {
         if let Some(text) = built_in_text(name_or_path) {
             return Ok(text.to_owned());

@@ -19,7 +19,7 @@ use crate::time::TICK_MS;
 use crate::walker;
 use crate::world::{Outline, Point, World};
 
-/// Ticks from a ping to its echo.
+/// Number of ticks from a ping to its echo.
 const ECHO_TICKS: u8 = 2;
 
 /// True state of the robot, independent of what it believes.
@@ -28,7 +28,7 @@ const ECHO_TICKS: u8 = 2;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an independent fact")]
 pub struct Truth {
-    /// Milliseconds since the start.
+    /// Time since the start, milliseconds.
     pub now_ms: u64,
     /// True pose.
     pub pose: Pose,
@@ -42,9 +42,9 @@ pub struct Truth {
     pub is_docked: bool,
     /// Position of the arm with the motion detectors: 0 stowed to 1 raised.
     pub arm_raised: f64,
-    /// Speed over the floor, negative backward.
+    /// Speed over the floor, negative backward, in/s.
     pub speed_in_s: f64,
-    /// Distance driven since the start.
+    /// Distance driven since the start, inches.
     pub path_in: f64,
     /// Battery charge, 0 empty to 1 full.
     pub charge: f64,
@@ -285,7 +285,7 @@ impl Plant {
         })
     }
 
-    /// Switches a lamp by name; `false` if the world has no lamp of this name.
+    /// Switches a lamp by name; returns `false` if the world has no lamp of this name.
     pub fn set_lamp(&mut self, name: &str, on: bool) -> bool {
         let lamp = self.light.lamps.iter_mut().find(|lamp| lamp.name == name);
         lamp.map(|lamp| lamp.on = on).is_some()

@@ -1,4 +1,4 @@
-//! Solid objects as rays and bodies meet them: fixed obstacles and walkers.
+//! Solid objects that rays and bodies hit: fixed obstacles and walkers.
 
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
@@ -8,7 +8,7 @@ use crate::geometry::{Solid, Vec2};
 use crate::walker::MovingWalker;
 use crate::world::{Dock, Drops, Ground, Material, Obstacle, Overhead, Snag, Surface, World};
 
-/// Where a ray hits.
+/// The point at which a ray hits a solid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hit {
     pub(crate) distance_in: f64,
@@ -21,12 +21,12 @@ pub(crate) struct Hit {
 /// A solid near a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
-    /// Distance from the point to the boundary, negative inside.
+    /// Distance from the point to the boundary, negative inside, inches.
     pub(crate) distance_in: f64,
     /// Unit direction to the solid.
     pub(crate) toward: Vec2,
     pub(crate) material: Material,
-    /// Radius if the solid is round.
+    /// Radius if the solid is round, inches.
     pub(crate) radius_in: Option<f64>,
 }
 

@@ -142,7 +142,7 @@ impl Simulation {
         self.radio.poll_downlink(self.now_ms)
     }
 
-    /// Virtual milliseconds since the start.
+    /// Virtual time since the start, milliseconds.
     #[must_use]
     pub const fn now_ms(&self) -> u64 {
         self.now_ms
@@ -216,7 +216,7 @@ impl Simulation {
         self.radio.set(channel);
     }
 
-    /// Switches a lamp by name; `false` if the world has no lamp of this name.
+    /// Switches a lamp by name; returns `false` if the world has no lamp of this name.
     pub fn set_lamp(&mut self, name: &str, on: bool) -> bool {
         self.plant.set_lamp(name, on)
     }

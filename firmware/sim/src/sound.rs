@@ -8,13 +8,13 @@ use sr04_firmware::song::NOTE_HZ_MAX;
 
 use crate::time::TICK_MS;
 
-/// Samples per second.
+/// Number of samples per second.
 const SAMPLE_HZ: u32 = 22_050;
 
-/// Ticks per second.
+/// Number of ticks per second.
 const TICK_HZ: u32 = 1000 / TICK_MS as u32;
 
-/// Samples of fade-in and fade-out, 5 ms: a tone that switches hard would click.
+/// Number of samples of fade-in and fade-out, 5 ms: a tone that starts abruptly would click.
 const RAMP_SAMPLES: u16 = 110;
 
 /// Amplitude of the loudest sample: small loudspeakers do not distort it.
@@ -26,7 +26,7 @@ const PARTIALS: [u16; 3] = [1, 3, 5];
 /// Maximum number of samples: a WAV file counts its bytes in 32 bits, header included. About 27 hours.
 const SAMPLES_MAX: u32 = (u32::MAX - 1024) / 2;
 
-/// Ticks between two updates of the file's header, 10 s: a killed program loses at most that much.
+/// Number of ticks between two updates of the file's header, 10 s: a killed program loses at most that much.
 const WHOLE_EVERY_TICKS: u32 = 10 * TICK_HZ;
 
 /// Writes the beeper's sound to a WAV file, tick by tick.
@@ -42,7 +42,7 @@ impl<W: Write + Seek> Sound<W> {
     ///
     /// # Errors
     ///
-    /// When `out` cannot be written, or cannot seek back to the header.
+    /// If `out` cannot be written, or cannot seek back to the header.
     pub fn new(mut out: W) -> io::Result<Self> {
         out.rewind()?;
         let spec = WavSpec {
@@ -63,7 +63,7 @@ impl<W: Write + Seek> Sound<W> {
     ///
     /// # Errors
     ///
-    /// When `out` cannot be written, or the file has reached the maximum length of a WAV file.
+    /// If `out` cannot be written, or the file has reached the maximum length of a WAV file.
     pub fn tick(&mut self, note_hz: u16) -> io::Result<()> {
         let samples = self.beeper.begin_tick(note_hz);
         self.write(samples)?;
@@ -78,7 +78,7 @@ impl<W: Write + Seek> Sound<W> {
     ///
     /// # Errors
     ///
-    /// When `out` cannot be written.
+    /// If `out` cannot be written.
     pub fn finish(mut self) -> io::Result<()> {
         let samples = self.beeper.begin_fade();
         self.write(samples)?;

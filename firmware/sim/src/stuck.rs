@@ -6,13 +6,13 @@ use crate::geometry::Pose;
 use crate::plant::Truth;
 use crate::time::TICK_MS;
 
-/// Less progress than this is none.
+/// Minimum distance that counts as progress, inches.
 const STUCK_IN: f64 = 12.0;
-/// Time with the motors on and without progress after which the robot is stuck.
+/// Time with the motors on and without progress after which the robot is stuck, milliseconds.
 const STUCK_MS: u64 = 5 * 60 * 1000;
 
-/// Detects less than 12 inches of progress in 5 minutes with the motors on. Driving to and fro within that circle is
-/// no progress.
+/// Detects less than 12 inches of progress in 5 minutes with the motors on. Driving back and forth within that circle is
+/// not progress.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StuckDetector {
     anchor: Pose,
@@ -20,7 +20,7 @@ pub(crate) struct StuckDetector {
 }
 
 impl StuckDetector {
-    /// Call once per tick.
+    /// Takes the state of a tick. Call once per tick.
     pub(crate) fn observe(&mut self, truth: &Truth, outputs: Outputs) {
         let (x, y) = (
             truth.pose.x_in - self.anchor.x_in,

@@ -2,8 +2,8 @@
 
 use sr04_firmware::board::{INFRARED_SAMPLE_HZ, TICK_HZ};
 
-/// Milliseconds per tick of the robot's program.
+/// Time between two ticks of the robot's program, milliseconds.
 pub const TICK_MS: u64 = 1000 / TICK_HZ as u64;
 
-/// Milliseconds between two infrared samples.
+/// Time between two infrared samples, milliseconds.
 pub const SAMPLE_MS: u64 = 1000 / INFRARED_SAMPLE_HZ as u64;

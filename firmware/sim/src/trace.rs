@@ -1,4 +1,4 @@
-//! True pose, believed pose, inputs and decisions of the robot at every tick, as CSV.
+//! True pose, estimated pose, inputs and decisions of the robot at every tick, as CSV.
 
 use std::io::{self, Write};
 
@@ -28,7 +28,7 @@ impl<W: Write> Trace<W> {
     ///
     /// # Errors
     ///
-    /// When `out` cannot be written.
+    /// If `out` cannot be written.
     pub fn new(mut out: W) -> io::Result<Self> {
         writeln!(out, "{COLUMNS}")?;
         Ok(Self { out, written_ms: 0 })
@@ -38,7 +38,7 @@ impl<W: Write> Trace<W> {
     ///
     /// # Errors
     ///
-    /// When `out` cannot be written.
+    /// If `out` cannot be written.
     pub fn observe(&mut self, simulation: &Simulation) -> io::Result<()> {
         let now_ms = simulation.now_ms();
         if now_ms / TICK_MS == self.written_ms / TICK_MS {
@@ -136,7 +136,7 @@ impl<W: Write> Trace<W> {
     ///
     /// # Errors
     ///
-    /// When buffered rows cannot be written.
+    /// If buffered rows cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)

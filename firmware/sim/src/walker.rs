@@ -3,7 +3,7 @@
 use crate::geometry::{Solid, Vec2};
 use crate::world::{Material, Obstacle, Walker};
 
-/// Milliseconds between two steps of a walker.
+/// Time between two steps of a walker, milliseconds.
 pub(crate) const STEP_MS: u64 = 20;
 
 /// Gap in inches that a walker keeps from the robot.

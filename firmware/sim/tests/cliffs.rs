@@ -21,9 +21,9 @@ fn table(middle: &str) -> World {
 #[derive(Default)]
 struct Outcome {
     falls: u32,
-    /// Times that a sensor found an edge after a second without one.
+    /// Number of times a sensor found an edge after a second without one.
     approaches: u32,
-    /// Longest distance driven toward the edge after that, in inches.
+    /// Maximum distance driven toward the edge after that, inches.
     farthest_in: f64,
     path_in: f64,
 }

@@ -1,4 +1,4 @@
-//! Tests of the simulator from outside: one binary, one module a subject.
+//! Tests of the simulator from outside: one binary, one module per subject.
 
 mod cliffs;
 mod common;

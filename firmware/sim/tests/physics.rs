@@ -17,7 +17,7 @@ fn odometry_without_noise_is_exact() {
         let mut config = SimulationConfig::new(world.clone(), seed);
         config.conditions = ideal();
         let mut simulation = Simulation::new(&config);
-        // Until the first contact: from there on the wheels slip.
+        // Until the first contact, after which the wheels slip.
         while !simulation.truth().is_touching && simulation.now_ms() < 60_000 {
             simulation.run_for_ms(50);
             let truth = simulation.truth().pose;

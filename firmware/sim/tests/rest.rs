@@ -27,7 +27,7 @@ fn room() -> World {
     World::parse("room", &text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Seconds that the person stands before walking.
+/// Time for which the person stands before walking, seconds.
 const PAUSE_S: u32 = 60;
 
 #[test]
@@ -63,7 +63,7 @@ fn room_to_person_in(rig: &Rig) -> f64 {
 /// Distance from the robot's centre to its bumper.
 const ROBOT_IN: f64 = 7.0;
 
-/// Distance at which sonar, and soon infrared, detects an obstacle.
+/// Distance at which sonar, and soon infrared, detects an obstacle, inches.
 const NEAR_IN: f64 = 48.0;
 
 #[test]

@@ -8,6 +8,6 @@ pub trait Behaviour {
     /// Request for this tick.
     fn decide(&mut self, senses: &Senses) -> Request;
 
-    /// Resets the behaviour; called in ticks in which it is off.
+    /// Resets the behaviour; called in ticks in which the behaviour is off.
     fn rest(&mut self);
 }

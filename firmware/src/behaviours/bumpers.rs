@@ -38,7 +38,7 @@ const ESCAPE_TURN: u16 = 0x8000;
 /// Angle by which the slew limit extends a turn, about 15 degrees.
 const OVERRUN: u16 = (0x1_0000_u32 / 24) as u16;
 
-/// Ticks until the wheels stand after a turn. Driving on at once would widen the turn by 20 degrees, because the slew
+/// Number of ticks until the wheels have stopped after a turn. Driving on at once would widen the turn by 20 degrees, because the slew
 /// limit needs longer from reverse to top speed than from reverse to standing.
 const SETTLE_TICKS: u8 = 8;
 
@@ -54,10 +54,10 @@ const CORNER_TICKS: u32 = ticks(15) as u32;
 /// Maximum time of the remembered contacts that count as caught, without progress.
 const CAUGHT_TICKS: u32 = ticks(20) as u32;
 
-/// Minimum distance from the first of these contacts that counts as progress.
+/// Minimum distance from the first of these contacts that counts as progress, inches.
 const PROGRESS_IN: i32 = 12;
 
-/// Ticks after which a closed switch is jammed.
+/// Number of ticks after which a closed switch is jammed.
 const JAM_TICKS: u8 = ticks(3) as u8;
 
 /// Twisting and rocking motions, each with its number of ticks.
@@ -120,7 +120,7 @@ impl Bumpers {
         matches!(self.state, State::Jam { .. })
     }
 
-    /// Forgets the positions of contacts, because the odometer has been set.
+    /// Drops the positions of contacts, because the odometer has been set.
     pub fn forget_places(&mut self) {
         self.contacts = [None; MEMORY];
     }

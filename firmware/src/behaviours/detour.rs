@@ -1,8 +1,8 @@
-//! Detours: when the target comes no nearer, follow a wall until it does.
+//! Detours: when the robot does not come nearer to the target, it follows a wall until it does.
 //!
 //! After the "Bug" algorithms of Lumelsky and Stepanov (1987), which need no map: drive straight at the target, and
-//! where that fails follow the obstacle until the target is nearer than ever before. The layers above do the following:
-//! this one only drives an arc toward the wall, and infrared and bumpers push away from it.
+//! where that fails, follow the obstacle until the target is nearer than ever before. The layers above do the following of the wall:
+//! this layer only drives an arc toward the wall, and infrared and bumpers push away from it.
 
 use super::prowl;
 use crate::drive::Motion;
@@ -10,13 +10,13 @@ use crate::sensors::Senses;
 use crate::units::ticks;
 use groundwave_protocol::Waypoint;
 
-/// Ticks without coming nearer that count as no progress.
+/// Number of ticks without coming nearer that count as no progress.
 const STALLED_TICKS: u16 = ticks(15);
 
-/// Minimum decrease of the distance that counts as nearer.
+/// Minimum decrease of the distance that counts as nearer, inches.
 const NEARER_IN: i32 = 6;
 
-/// Decrease below the smallest distance so far at which the obstacle counts as passed.
+/// Decrease below the smallest distance so far at which the obstacle counts as passed, inches.
 const PASSED_IN: i32 = 18;
 
 /// Duration of the first attempt at following the wall; it doubles with each attempt.
@@ -25,16 +25,16 @@ const ATTEMPT_TICKS: u16 = ticks(60);
 /// Maximum number of doublings.
 const DOUBLINGS_MOST: u8 = 2;
 
-/// Radius of the arc toward the wall at any speed.
+/// Radius of the arc toward the wall at any speed, inches.
 const BOW_RADIUS_IN: i16 = 24;
 
 /// Distance between the wheels in inches.
 const TRACK_IN: i16 = 10;
 
-/// Ticks of straight driving after a contact with the wall, before the next arc toward it.
+/// Number of ticks of straight driving after a contact with the wall, before the next arc toward it.
 const ALONG_TICKS: u16 = ticks(1) / 2;
 
-/// Ticks without contact after which there is no wall: more than half of the arc's circle.
+/// Number of ticks without contact after which there is no wall: more than half of the arc's circle.
 const LOST_TICKS: u16 = ticks(8);
 
 /// State of the detour to the current target.
@@ -43,7 +43,7 @@ pub struct Detour {
     target: Option<Waypoint>,
     nearest_in: i32,
     stalled_ticks: u16,
-    /// Ticks left of following the wall, and the side of the wall.
+    /// Remaining number of ticks for following the wall, and the side of the wall.
     follow_ticks: u16,
     wall_right: bool,
     attempts: u8,
@@ -72,7 +72,7 @@ impl Detour {
             self.follow_ticks = 0;
             self.stalled_ticks = 0;
             self.nearest_in = distance_in;
-            // After a failed attempt follow the wall in the other direction.
+            // After a failed attempt, follow the wall in the other direction.
             self.wall_right ^= !passed;
             return prowl::toward(senses, target);
         }

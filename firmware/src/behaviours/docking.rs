@@ -22,26 +22,26 @@ const APPROACH: Motion = Motion::new(4, 0);
 /// Speed of turning to the beacon: 23 degrees per second.
 const TURN_IN_S: i16 = 4;
 
-/// Forward speed while the beacon is on one side only.
+/// Forward speed while the beacon is on one side only, in/s.
 const CURVE_IN_S: i16 = 1;
 
 /// Rotation while the robot looks for the beacon, 34 degrees per second, and its duration, a little more than a turn.
 const SCAN_IN_S: i16 = 6;
 const SCAN_TICKS: u16 = ticks(12);
 
-/// Ticks without the beacon after which it is lost.
+/// Number of ticks without the beacon after which it is lost.
 const LOST_TICKS: u8 = ticks(10) as u8;
 
 /// Maximum duration of following: the beacon is visible from about 15 feet.
 const FOLLOW_TICKS: u16 = ticks(90);
 
-/// Ticks of pushing against a contact with the beacon straight ahead, which is the dock.
+/// Number of ticks of pushing against a contact with the beacon straight ahead: the contact is the dock.
 const PUSH_TICKS: u8 = ticks(2) as u8;
 
-/// Maximum ticks for which bouncing contacts may open.
+/// Maximum number of ticks for which bouncing contacts may open.
 const BOUNCE_TICKS: u8 = ticks(1) as u8;
 
-/// Maximum distance from the dock of other scan positions, along each axis.
+/// Maximum distance from the dock of other scan positions, along each axis, inches.
 const NEAR_IN: u32 = 60;
 
 /// Backing off the dock: far enough to turn.

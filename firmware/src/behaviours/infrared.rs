@@ -1,6 +1,6 @@
 //! Layer 3: infrared collision avoidance. Turns away from detections.
 //!
-//! A prowling robot passes between them where sonar sees open floor ahead: the detections are the sides of a gap.
+//! A prowling robot passes between two detections if sonar measures open floor ahead, because they are the sides of a gap.
 
 use super::behaviour::Behaviour;
 use crate::arbiter::Request;
@@ -15,17 +15,17 @@ const TURN_CPS: i16 = cps(10);
 /// Turning speed on the spot: the same, because both detectors reach 30 inches.
 const SPIN_CPS: i16 = cps(10);
 
-/// Turning speed where sonar sees open floor ahead: 5 degrees per second keep the robot off an oblique wall from 18
+/// Turning speed where sonar measures open floor ahead: 5 degrees per second keep the robot off an oblique wall from 18
 /// inches away, and hardly turn it from the mouth of a passage.
 const GAP_CPS: i16 = 13;
 
-/// Reach of the detectors. With a shorter horizon a detection may be behind the target.
+/// Reach of the detectors, inches. With a shorter horizon a detection may be behind the target.
 const REACH_IN: u16 = 30;
 
 /// Duration of a turn after a detection on one side: rare detections turn the robot less.
 const HOLD_TICKS: u8 = 2;
 
-/// Duration of a stop after a detection on both sides: with rare ones the slew limit carries the robot on in a passage.
+/// Duration of a stop after a detection on both sides; if these are rare, the slew limit carries the robot on in a passage.
 const STOP_TICKS: u8 = 1;
 
 /// The latest detection while it still turns the robot.

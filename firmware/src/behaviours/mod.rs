@@ -1,6 +1,6 @@
 //! The behaviours, one file each, and the table of their priorities.
 //!
-//! A behaviour decides from the [`Senses`] and its own small state. It does not know the others; the arbiter selects
+//! A behaviour decides from the [`Senses`] and its own small state. It has no access to the other behaviours; the arbiter selects
 //! among them.
 
 mod behaviour;
@@ -48,26 +48,26 @@ pub const ALLOWED_AT_BOOT: LayerMask = FITTED.without(Layer::Photo).without(Laye
 /// States of the eight layers.
 #[derive(Clone, Debug, Default)]
 pub struct Layers {
-    /// Layer 0.
+    /// Layer 0: hand drive.
     pub user: User,
-    /// Layer 1.
+    /// Layer 1: bumpers.
     pub bumpers: Bumpers,
-    /// Layer 2.
+    /// Layer 2: rotation and scans.
     pub rotation: Rotation,
-    /// Layer 3.
+    /// Layer 3: infrared.
     pub infrared: InfraredAvoidance,
-    /// Layer 4.
+    /// Layer 4: sonar.
     pub sonar: Sonar,
-    /// Layer 5.
+    /// Layer 5: photocells.
     pub photo: Photo,
-    /// Layer 6.
+    /// Layer 6: motion detectors.
     pub motion: MotionDetector,
-    /// Layer 7.
+    /// Layer 7: dead reckoning.
     pub dead_reckoning: DeadReckoning,
 }
 
 impl Layers {
-    /// Requests of all layers in falling priority, prowl last. Layers not in `enabled` rest.
+    /// Requests of all layers in order of priority, prowl last. Layers not in `enabled` are reset.
     pub fn decide(&mut self, enabled: LayerMask, senses: &Senses) -> Requests {
         let run = |layer: Layer, behaviour: &mut dyn Behaviour| {
             if enabled.contains(layer) {

@@ -9,13 +9,13 @@ use crate::parameters::Parameter;
 use crate::sensors::Senses;
 use crate::units::{TICKS_PER_S, cps, ticks};
 
-/// Ticks of standing that count as rest.
+/// Number of ticks of standing that count as rest.
 const REST_TICKS: u8 = ticks(1) as u8;
 
-/// Ticks until the arm is raised again after it has touched an obstacle.
+/// Number of ticks until the arm is raised again after it has touched an obstacle.
 const RETRY_TICKS: u16 = ticks(30);
 
-/// Ticks that a detection must last: a body gives a pulse of some tenths of a second, a false alarm often a single tick.
+/// Number of ticks that a detection must last: a body gives a pulse of some tenths of a second, a false alarm often a single tick.
 const SURE_TICKS: u8 = 2;
 
 /// Turn on the spot before a charge to one side, 60 degrees: an arc would slow the charge.

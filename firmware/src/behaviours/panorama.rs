@@ -3,10 +3,10 @@
 use crate::angle::Angle;
 use crate::sensors::Senses;
 
-/// Directions of a scan: one per 7.5 degrees.
+/// Number of directions of a scan: one per 7.5 degrees.
 pub const SAMPLES: usize = 48;
 
-/// Maximum sonar range considered, as in the sonar layer.
+/// Maximum sonar range considered, as in the sonar layer, inches.
 const FAR_IN: u16 = 180;
 
 /// Lag of sonar in samples: an echo arrives two ticks after its ping and is kept for two more, 9 degrees at 45 degrees/s.
@@ -46,9 +46,9 @@ impl Default for Panorama {
 /// Directions by odometry; `None` if all directions are equal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// Longest sonar range.
+    /// Direction of the longest sonar range.
     pub longest: Option<Angle>,
-    /// Brightest light.
+    /// Direction of the brightest light.
     pub brightest: Option<Angle>,
     /// Middle of the widest sector without an infrared detection.
     pub widest: Option<Angle>,
@@ -171,7 +171,7 @@ impl Panorama {
 }
 
 impl Findings {
-    /// Text of the findings, in degrees as in line A, for a line of 64 characters.
+    /// Text of the findings for a line T, with directions in degrees as in line A.
     #[must_use]
     pub fn text(&self) -> [u8; 61] {
         let mut text = *b"scan: longest view ---, brightest light ---, clearest --- deg";

@@ -1,6 +1,6 @@
 //! Mode Passive: scan, face the likely direction of people, stop, sing, wait for motion and charge.
 //!
-//! It is no layer: it requests turns from layer 2, motion detection from layer 6, and the song.
+//! The mode is not a layer: it requests turns from layer 2, motion detection from layer 6, and the song.
 
 use super::bumpers::side;
 use super::motion::MotionDetector;
@@ -13,7 +13,7 @@ use crate::units::ticks;
 /// Number of scans tried before the robot waits at its position; contacts end a scan.
 const TRIES: u8 = 3;
 
-/// Contacts in the sequence that starts the mode.
+/// Number of contacts in the sequence that starts the mode.
 const SEQUENCE: usize = 3;
 
 /// Maximum time of the sequence.
@@ -50,7 +50,7 @@ pub struct Passive {
 }
 
 impl Passive {
-    /// Advances one tick. `is_free` is whether neither the operator nor the bumpers hold the motors; `ending` is the result
+    /// Advances one tick. `is_free` is whether neither the operator nor the bumpers control the motors; `ending` is the result
     /// of a turn that has ended.
     pub fn step(
         &mut self,
@@ -118,7 +118,7 @@ impl BumpSequence {
         fits
     }
 
-    /// Draws a new sequence and forgets the contacts.
+    /// Draws a new sequence and drops the contacts.
     pub fn forget(&mut self) {
         self.wanted = None;
         self.contacts = [None; SEQUENCE];

@@ -27,7 +27,7 @@ const ABOUT_TICKS: u8 = ticks(3) as u8;
 /// Averaging of the ambient light: about 13 s, or 12 feet of driving.
 const AMBIENT_SHIFT: u32 = 8;
 
-/// Ticks of turning after which the deadzone of a reactive robot grows by one, so that it comes to rest between lamps
+/// Number of ticks of turning after which the deadzone of a reactive robot grows by one, so that it comes to rest between lamps
 /// and walls.
 const TIRE_TICKS: u16 = ticks(1);
 
@@ -38,7 +38,7 @@ pub struct Photo {
     was_standing: bool,
     /// Average of both cells in 1/256 of a step; `None` before the first reading.
     ambient: Option<[i32; 2]>,
-    /// Ticks of turning without rest in mode Reactive.
+    /// Number of ticks of turning without rest in mode Reactive.
     tired_ticks: u16,
     impulse: Option<Impulse>,
     refuge: Refuge,
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn difference_within_the_deadzone_is_no_request() {
+    fn difference_within_the_deadzone_makes_no_request() {
         assert_eq!(decide(108, 100), Request::QUIET);
         assert!(decide(109, 100).flag);
         assert_eq!(Photo::default().decide(&Senses::idle()), Request::QUIET);

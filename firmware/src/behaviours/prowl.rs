@@ -12,7 +12,7 @@ use groundwave_protocol::status_codes::Mode;
 /// Minimum approach speed: below it the wheels begin to stick.
 const CREEP_CPS: i16 = cps(2);
 
-/// Distance from which the robot slows down: twice its stopping distance.
+/// Distance from which the robot slows down, inches: twice its stopping distance.
 const SLOW_DOWN_IN: i32 = 24;
 
 /// Heading error above which the robot turns on the spot instead of driving an arc: 60 degrees.

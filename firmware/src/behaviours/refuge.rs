@@ -7,10 +7,10 @@
 use crate::odometry::Pose;
 use crate::units::ticks;
 
-/// Contacts in one place after which the robot has fled as far as it can.
+/// Number of contacts in one place after which the robot has fled as far as it can.
 const CONTACTS: u8 = 4;
 
-/// Maximum distance from the first contact, along each axis, that counts as the same place.
+/// Maximum distance from the first contact, along each axis, that counts as the same place, inches.
 const ABOUT_IN: i32 = 24;
 
 /// Number of known places from which the robot can choose one.
@@ -19,7 +19,7 @@ const KNOWN: u8 = 2;
 /// Duration of ignoring light: 15 feet of driving.
 const ELSEWHERE_TICKS: u16 = ticks(15);
 
-/// The darkest reading.
+/// Reading of complete darkness.
 const DARK: i16 = 255;
 
 /// Known dark places.
@@ -80,7 +80,7 @@ impl Refuge {
             return false;
         }
         self.known = (self.known + 1).min(KNOWN);
-        // Expect less of a place that is not found again.
+        // A place that is not found again counts as less dark.
         self.darkest = self.dark.max(self.darkest.saturating_sub(equal));
         self.elsewhere_ticks = ELSEWHERE_TICKS;
         true

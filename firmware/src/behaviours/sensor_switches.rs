@@ -1,6 +1,6 @@
 //! The behaviour layer: switches sensors off and on according to recent detections.
 //!
-//! It is none of the eight layers, because it moves nothing. It has three rules; the infrared detectors apply a fourth
+//! It is not one of the eight layers, because it does not move the robot. It has three rules; the infrared detectors apply a fourth
 //! themselves (30 s of detections switch them off for 30 s):
 //!
 //! - Sonar is off after it has led the robot to the side on which infrared detects an obstacle. Close to an oblique wall
@@ -15,19 +15,19 @@ use crate::sensors::Senses;
 use crate::units::ticks;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
-/// Minimum ticks between two switchings of a sensor: line A shows each state.
+/// Minimum number of ticks between two switchings of a sensor: line A shows each state.
 const DWELL_TICKS: u16 = ticks(2);
 
-/// Ticks for which a side counts as close after an infrared detection.
+/// Number of ticks for which a side counts as close after an infrared detection.
 const CLOSE_TICKS: u8 = ticks(1) as u8;
 
-/// Doubt, which rises by one per contradicting tick and falls by one in any other, at which sonar is switched off: two and a half seconds of contradiction, which the mouth of a passage rarely causes.
+/// Doubt at which sonar is switched off. Doubt rises by one per contradicting tick and falls by one in any other tick, so this is two and a half seconds of contradiction, which the mouth of a passage rarely causes.
 const DOUBT_ENOUGH: u8 = 50;
 
 /// Maximum doubt: sonar is on again two and a half seconds after the last contradiction.
 const DOUBT_MOST: u8 = 50;
 
-/// Maximum sonar range that can be compared with infrared.
+/// Maximum sonar range that can be compared with infrared, inches.
 const NEAR_IN: u32 = 40;
 
 /// Ratio in percent above which one sonar range counts as longer than the other.
@@ -39,16 +39,16 @@ const CIRCLES: i32 = 12 * 0x1_0000;
 /// Decay of the net turn over about 200 s, 4096 ticks: a wandering robot turns to both sides.
 const FORGET_SHIFT: u32 = 12;
 
-/// Ticks for which photo stays off after circling.
+/// Number of ticks for which photo stays off after circling.
 const LEFT_ALONE_TICKS: u16 = ticks(60);
 
-/// Ticks of movement after which a reactive robot is restless.
+/// Number of ticks of movement after which a reactive robot is restless.
 const RESTLESS_TICKS: u16 = ticks(60);
 
-/// Ticks of standing that count as rest: longer than a jam, after which the detectors wake the robot again.
+/// Number of ticks of standing that count as rest: longer than a jam, after which the detectors wake the robot again.
 const RESTED_TICKS: u16 = ticks(40);
 
-/// Minimum ticks without infrared for a restless robot.
+/// Minimum number of ticks without infrared for a restless robot.
 const UNSEEING_TICKS: u16 = ticks(30);
 
 /// On-off state of a sensor.

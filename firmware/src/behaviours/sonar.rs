@@ -7,7 +7,7 @@ use crate::parameters::Parameter;
 use crate::sensors::{Ranges, Senses};
 use crate::units::cps;
 
-/// Maximum range considered: a doorway 8 ft away must stand out, the end of a hall need not.
+/// Maximum range considered, inches: a doorway 8 ft away must differ from the wall, the end of a hall need not.
 const FAR_IN: u16 = 180;
 
 /// Rotation times the shorter range, so that near obstacles cause sharper turns: 8 in/s at 30 in. A sharper turn would

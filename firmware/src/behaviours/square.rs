@@ -27,7 +27,7 @@ const THERE_PARTS: i32 = PARTS_PER_IN / 16;
 const TURN_MOST_CPS: i32 = cps(5) as i32;
 const TURN_LEAST_CPS: i32 = cps(1) as i32;
 
-/// Heading error per count a second of rotation.
+/// Heading error for each count per second of rotation.
 const ERROR_PER_CPS: i32 = 60;
 
 /// Heading error that counts as reached: a third of a degree, half a count.
@@ -104,9 +104,9 @@ impl Square {
 struct Place {
     /// Distance left along the side.
     left_parts: i32,
-    /// Distance off the line, right positive.
+    /// Distance from the line, positive to the right.
     off_parts: i32,
-    /// Heading error, right positive.
+    /// Heading error, positive to the right.
     off_heading: i32,
     /// Angle left to the heading of the next side.
     to_turn: i32,
@@ -144,7 +144,7 @@ fn drive(place: &Place) -> Option<Motion> {
         (CRUISE_CPS * place.left_parts.min(SLOW_DOWN_PARTS) / SLOW_DOWN_PARTS).max(CREEP_CPS);
     let off = place.off_parts.clamp(-8 * PARTS_PER_IN, 8 * PARTS_PER_IN);
     let back = (off * ERROR_PER_IN / PARTS_PER_IN).clamp(-ERROR_MOST, ERROR_MOST);
-    // At creeping speed a large correction would be a turn.
+    // At creeping speed, a large correction would be a turn.
     let limit = speed / 2;
     let rotation = (-(place.off_heading + back) / ERROR_PER_CPS).clamp(-limit, limit);
     Some(Motion {

@@ -1,4 +1,4 @@
-//! Layer 0: manual driving with a dead man's handle.
+//! Layer 0: manual driving, which ends soon after the last drive frame (dead man's handle).
 
 use super::behaviour::Behaviour;
 use crate::arbiter::Request;

@@ -1,5 +1,5 @@
-//! Decisions of the robot about its own mode: when wandering ends, when a low battery calls for the operator or the
-//! dock, and what follows docking and the calibration square.
+//! Decisions of the robot about its own mode: the end of wandering, the call for the operator or the drive to the dock with a low
+//! battery, and the mode after docking and after the calibration square.
 
 use super::Robot;
 use crate::behaviours::DockingEvent;
@@ -32,13 +32,13 @@ const SQUARE_DRIVEN: &str = "the square is driven: measure where I am";
 /// Text when a contact has ended the square early.
 const SQUARE_ENDED: &str = "the square is spoilt: I touched something";
 
-/// Ticks between two calls while the battery stays low.
+/// Number of ticks between two calls while the battery stays low.
 const CALL_TICKS: u16 = 300 * TICK_HZ as u16;
 
 /// Rise above a limit, in tenths of a volt, at which the battery counts as recovered: its voltage rises at rest.
 const RECOVERED_DV: i32 = 6;
 
-/// Ticks without a rise of the voltage after which a charging battery is full: it rises by a tenth of a volt in a
+/// Number of ticks without a rise of the voltage after which a charging battery is full: it rises by a tenth of a volt in a
 /// quarter of an hour until the charger limits it, and then takes less and less current.
 const FULL_TICKS: u16 = 2700 * TICK_HZ as u16;
 
@@ -46,7 +46,7 @@ const FULL_TICKS: u16 = 2700 * TICK_HZ as u16;
 #[derive(Clone, Debug)]
 pub(super) struct Autonomy {
     wandered_ticks: u32,
-    /// Ticks until the next call; `None` while the battery is not low.
+    /// Number of ticks until the next call; `None` while the battery is not low.
     call_ticks: Option<u16>,
     /// Whether the robot has stopped for a critical battery; later commands of the operator are obeyed.
     has_stopped: bool,

@@ -16,7 +16,7 @@ const LIFTED: &str = "cliff guard: there is no floor under me";
 /// Text while the cliff guard is switched off.
 const GUARD_OFF: &str = "the cliff guard is switched off";
 
-/// Ticks between two such texts.
+/// Number of ticks between two such texts.
 const UNGUARDED_TICKS: u16 = 60 * TICK_HZ as u16;
 
 impl Robot {

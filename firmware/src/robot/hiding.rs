@@ -29,7 +29,7 @@ impl Robot {
         self.bump_sequence.forget();
     }
 
-    /// Reports a finished turn or scan and continues mode Passive. A layer above the rotation layer that holds the motors
+    /// Reports a finished turn or scan and continues mode Passive. A layer above the rotation layer that controls the motors
     /// ends the turn.
     pub(super) fn finish_turns(&mut self) {
         let is_free = !matches!(

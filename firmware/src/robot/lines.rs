@@ -16,11 +16,11 @@ use groundwave_protocol::telemetry::{
 /// Version of this program.
 const VERSION: FirmwareVersion = FirmwareVersion { major: 0, minor: 1 };
 
-/// Largest coordinate that fits line A.
+/// Largest coordinate that fits line A, inches.
 const POSITION_MAX_TENTHS_IN: u32 = 999_999;
 
 impl Robot {
-    /// The next byte for the radio, once per byte time; `None` leaves the carrier idle for that time.
+    /// The next byte for the radio, once per byte time; `None` leaves the carrier idle for this byte time.
     pub fn poll_downlink(&mut self) -> Option<u8> {
         if self.transmitter.wants_line() {
             let kind = self.schedule.next_kind();

@@ -36,7 +36,7 @@ impl Robot {
         self.guarded
     }
 
-    /// Requests of all layers at the last tick, in falling priority.
+    /// Requests of all layers at the last tick, in order of priority.
     #[must_use]
     pub const fn requests(&self) -> &Requests {
         &self.requests

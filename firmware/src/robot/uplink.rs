@@ -159,7 +159,7 @@ impl Robot {
     }
 
     /// Takes a drive frame. A delayed frame must not move the robot. In mode stop no frame moves it, because
-    /// its layers rest and forget drive frames.
+    /// its layers are reset and drop drive frames.
     fn drive_by_hand(&mut self, drive: Drive) {
         if self.is_fresh(drive.heard) && self.live_ticks > 0 && !self.guard.acts() {
             self.farm.take_drive(&drive);
@@ -172,7 +172,7 @@ impl Robot {
     }
 }
 
-/// Ticks for which drive frames are accepted after the ground station has proved that it is present. Line numbers
+/// Number of ticks for which drive frames are accepted after the ground station has proved that it is present. Line numbers
 /// repeat after a hundred: a burst of drive frames that a bridge delayed by half a minute names lines that look
 /// current, but no such proof precedes it.
 const LIVE_TICKS: u8 = 40;

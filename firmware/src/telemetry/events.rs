@@ -16,7 +16,7 @@ pub struct Events {
     bumper: Switches,
     jammed: bool,
     infrared: Sides,
-    /// `None` if no sensors are fitted.
+    /// Edges since the last line A; `None` if no sensors are fitted.
     cliff: Option<Edges>,
     saturated: bool,
     stalled: bool,
@@ -40,7 +40,7 @@ impl Events {
         self.infrared = self.infrared.or(now);
     }
 
-    /// Adds edges of the floor; `None` if no sensors are fitted.
+    /// Adds edges of the floor; returns `None` if no sensors are fitted.
     pub fn cliff(&mut self, now: Option<Edges>) {
         self.cliff = now.map(|now| now.or(self.cliff.unwrap_or_default()));
     }

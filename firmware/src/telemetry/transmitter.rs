@@ -9,7 +9,7 @@ use groundwave_protocol::{LINE_BYTES, crc};
 /// Number of long lines followed by acknowledgement lines after the last received line feed.
 const ECHO_LINES: u8 = 4;
 
-/// Acknowledgement lines after a long line while the ground station sends in full duplex.
+/// Number of acknowledgement lines after a long line while the ground station sends in full duplex.
 const ACK_LINES: u8 = 3;
 
 /// Maximum length of a half-duplex turn, in byte times.
@@ -18,10 +18,10 @@ const TURN_BYTES: u8 = 240;
 /// Consecutive line feeds that end the ground station's turn: two separate frames.
 const OVER_LINE_FEEDS: u8 = 3;
 
-/// Turns after which a long line is sent while the ground station sends much.
+/// Number of turns after which a long line is sent while the ground station sends much.
 const TURNS_A_LINE: u8 = 3;
 
-/// Columns of an acknowledgement.
+/// Number of columns of an acknowledgement.
 const ACK_BYTES: usize = 5;
 
 /// Number of lines whose start time is kept.
@@ -44,7 +44,7 @@ pub struct Transmitter {
     line: [u8; LINE_BYTES],
     /// Index of the next byte.
     position: u8,
-    /// Index of the acknowledgement, which is written with the trailer when it is due.
+    /// Index at which the acknowledgement begins; it is written with the trailer when due.
     head: u8,
     length: u8,
     /// Sequence of the current line.
@@ -55,7 +55,7 @@ pub struct Transmitter {
     ack_lines_due: u8,
     /// The current turn of the ground station in half duplex.
     turn: Option<Turn>,
-    /// Turns since the latest long line.
+    /// Number of turns since the latest long line.
     turns: u8,
     /// Whether an idle byte time has preceded the line: it realigns a receiver after noise.
     has_rested: bool,
@@ -72,7 +72,7 @@ struct Turn {
     heard_bytes: u8,
     has_heard: bool,
     has_heard_line_feed: bool,
-    /// Number of line feeds received in a row.
+    /// Number of consecutive line feeds received.
     line_feeds: u8,
 }
 

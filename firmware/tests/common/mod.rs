@@ -23,7 +23,7 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// Counts a second at full pulse width and 12 V without load.
+    /// Number of counts per second at full pulse width and 12 V without load.
     const FULL_CPS: f64 = 326.0;
 
     pub fn step_ms(&mut self, pwm: i16, battery_v: f64, load: f64) {
@@ -36,7 +36,7 @@ impl Motor {
         self.edges += (self.position.floor() - before).abs() as u16;
     }
 
-    /// Signed counts that the motor has actually turned since the last call.
+    /// Signed number of counts that the motor has actually turned since the last call.
     pub fn take_way(&mut self) -> f64 {
         let way = self.position - self.taken;
         self.taken = self.position;

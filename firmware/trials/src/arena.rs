@@ -22,7 +22,7 @@ const TRIAL_WORLDS: &[(&str, &str)] = &[
     ("walker", include_str!("../worlds/walker.toml")),
 ];
 
-/// Step of the grid of positions.
+/// Step of the grid of positions, inches.
 const STEP_IN: f64 = 3.0;
 
 /// Clearance around the robot's centre at a position: half an inch more than needed.
@@ -151,7 +151,7 @@ pub(crate) fn arena(name: &'static str) -> Arc<Arena> {
             Some((_, text)) => World::parse(name, text),
             None => World::open(name),
         };
-        // A test opens each of them.
+        // A test opens each world.
         Arc::new(Arena::new(world.unwrap_or_else(|error| panic!("{error}"))))
     });
     Arc::clone(arena)

@@ -6,10 +6,10 @@ use crate::run::{Setup, believed};
 use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::parameters::{Parameter, Parameters};
 
-/// Side of the square: ten turns of the wheel.
+/// Side of the square, inches: ten turns of the wheel.
 const SIDE_IN: i16 = 157;
 
-/// True position minus believed position: ahead and to the left of the start.
+/// True position minus estimated position: ahead and to the left of the start.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Miss {
     ahead_in: f64,

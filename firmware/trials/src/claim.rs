@@ -47,7 +47,7 @@ pub(crate) enum Reading {
     Success(bool),
     /// A measured value.
     Value(f64),
-    /// A value without a part, and the same with it.
+    /// A value without a part of the robot, and the value with it.
     Pair(f64, f64),
     /// Number of events, and the hours observed.
     Events { count: u32, hours: f64 },
@@ -68,7 +68,7 @@ pub(crate) enum Figure {
     Greatest { unit: &'static str, digits: usize },
     /// Mean of the first values of the pairs divided by the mean of the second.
     MeanRatio { unit: &'static str, digits: usize },
-    /// Events per hour.
+    /// Number of events per hour.
     PerHour,
     /// Hours per event.
     HoursTo,
@@ -90,9 +90,9 @@ pub(crate) enum Required {
 pub(crate) enum Verdict {
     /// The figure meets the requirement.
     Pass,
-    /// The figure misses it, but its interval reaches it.
+    /// The figure misses the requirement, but its interval reaches it.
     Fail,
-    /// The whole interval misses it.
+    /// The whole interval misses the requirement.
     ClearFail,
 }
 

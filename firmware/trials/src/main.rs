@@ -1,4 +1,4 @@
-//! Acceptance trials of the SR04: every claim about it, tried in fixed worlds.
+//! Acceptance trials of the SR04: tests every claim about the robot in fixed worlds.
 //!
 //! `cargo xtask acceptance` runs them; README.md describes the options.
 

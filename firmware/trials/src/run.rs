@@ -278,7 +278,7 @@ pub(crate) fn believed(simulation: &Simulation) -> Pose {
     }
 }
 
-/// Whether a layer holds the motors.
+/// Whether a layer controls the motors.
 pub(crate) fn is_held_by(simulation: &Simulation, layer: Layer) -> bool {
     simulation.robot().holder() == Some(Holder::Layer(layer))
 }

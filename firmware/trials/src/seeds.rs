@@ -19,7 +19,7 @@ pub(crate) enum Purpose {
     Report,
 }
 
-/// A seed, which can be had only for a purpose.
+/// A seed, which is given out only for a purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Seed(u64);
 

@@ -1,23 +1,23 @@
-//! The ways of damaging a line, and their shares.
+//! The kinds of damage to a line, and their shares.
 
 use crate::damage::Rng;
 use crate::pool::{Pool, Sent};
 use groundwave_protocol::LINE_BYTES;
 
-/// A way of damaging a line.
+/// A kind of damage to a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// 1 to 24 distinct bits flipped, each number equally often.
     Flips,
-    /// A run of 2 to 64 bits of which each is flipped with probability a half, its ends always.
+    /// In a run of 2 to 64 bits, both ends are flipped, and each other bit with probability 1/2.
     Burst,
-    /// 1 to 8 bytes in a row become random bytes; half of the time printable ones.
+    /// 1 to 8 consecutive bytes become random bytes, printable in half of the cases.
     Replaced,
-    /// 1 to 8 bytes in a row are missing.
+    /// 1 to 8 consecutive bytes are missing.
     Deleted,
-    /// 1 to 8 random bytes in a row come in between; half of the time printable ones.
+    /// 1 to 8 consecutive random bytes are inserted, printable in half of the cases.
     Inserted,
-    /// The line continues as another line of the pool from some column on.
+    /// From some column on, the line continues as another line of the pool.
     Spliced,
 }
 
@@ -91,7 +91,7 @@ impl Kind {
                 line.length += run;
             }
             Self::Spliced => {
-                // Where both lines begin alike the splice is a good line.
+                // If both lines begin alike, the splice is a good line.
                 loop {
                     let column = 1 + rng.below(length - 1);
                     let other = pool.draw(rng).as_bytes();

@@ -24,10 +24,10 @@ use groundwave_protocol::decoder::Decoder;
 use pool::{Pool, Sent};
 use tally::{Tally, Totals};
 
-/// Lines decoded by one decoder, with a random generator of their own.
+/// Number of lines decoded by one decoder, with a separate random generator.
 const BLOCK_LINES: u64 = 250_000;
 
-/// One in this number of lines is given a new checksum, to test the checks of its fields alone.
+/// One in this number of lines gets a new checksum, to test the checks of its fields alone.
 const SEALED_ONE_IN: u64 = 64;
 
 fn main() -> ExitCode {

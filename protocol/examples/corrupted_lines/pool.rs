@@ -10,7 +10,7 @@ use groundwave_protocol::telemetry::{
 };
 use serde_json::Value;
 
-/// Lines of each type.
+/// Number of lines of each type.
 const LINES_OF_A_TYPE: usize = 2048;
 
 /// A good line.

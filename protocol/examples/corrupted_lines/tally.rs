@@ -1,27 +1,27 @@
-//! Counts of a run, and the expected ones.
+//! The counts of a run, and the expected counts.
 
 use crate::corruption::Kind;
 use crate::damage::bytes_of;
 use groundwave_protocol::decoder::{Counters, Received};
 use std::fmt;
 
-/// Most wrong lines shown at the end.
+/// Maximum number of wrong lines shown at the end.
 const SHOWN_MAX: usize = 20;
 
 /// Probability that a checksum of 24 bits is valid by chance.
 const BY_ACCIDENT: f64 = 1.0 / (1 << 24) as f64;
 
-/// Counts of the lines damaged in one way.
+/// Counts of the lines with one kind of damage.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     pub lines: u64,
-    /// Lines with at most five wrong bits and none lost, which the checksum must reject.
+    /// Number of lines with at most five wrong bits and no lost byte; the checksum must reject them.
     pub guaranteed: u64,
-    /// Lines received as sent, with damage beside them.
+    /// Number of lines received as sent, with damage beside them.
     pub intact: u64,
-    /// Lines not guaranteed that were given a new checksum.
+    /// Number of other lines that got a new checksum.
     pub sealed: u64,
-    /// Lines given a new checksum that were readable.
+    /// Number of lines with a new checksum that were readable.
     pub sealed_readable: u64,
     wrong: u64,
     wrong_against_the_guarantee: u64,
@@ -67,13 +67,13 @@ impl Tally {
         self.sealed_readable as f64 / (self.sealed as f64).max(1.0)
     }
 
-    /// Expected wrong lines of a checksum that always detects up to five wrong bits and all other damage by chance.
+    /// Expected number of wrong lines, if the checksum always detects up to five wrong bits, and other damage with the probability of chance.
     fn expected(&self) -> f64 {
         (self.lines - self.guaranteed) as f64 * BY_ACCIDENT * self.readable()
     }
 }
 
-/// Counts of all ways of damage.
+/// Counts of all kinds of damage.
 #[derive(Clone, Debug, Default)]
 pub struct Totals([Tally; Kind::ALL.len()]);
 

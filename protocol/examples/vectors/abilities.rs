@@ -1,4 +1,4 @@
-//! Vectors of lines I, F and V, of robots that do less than the whole protocol or have fields of their own.
+//! Vectors of lines I, F and V: robots that implement a part of the protocol, or have fields of their own.
 
 use super::lines::vector as line_vector;
 use super::samples::{abilities, altered, encode, field, values};

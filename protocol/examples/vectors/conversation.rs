@@ -29,7 +29,7 @@ impl Robot {
         self.farm.key()
     }
 
-    /// Gives the robot a frame; returns message, action and acknowledgement. Orders other than activations end with
+    /// Passes a frame to the robot; returns message, action and acknowledgement. Orders other than activations end with
     /// `outcome`.
     pub fn hear(&mut self, frame: &[u8], outcome: Outcome) -> Value {
         let mut message = None;
@@ -135,7 +135,7 @@ impl Script {
     }
 }
 
-/// The whole conversation, from the first boot on.
+/// The whole conversation, beginning with the first boot.
 pub fn conversation() -> Vec<Value> {
     let mut script = Script {
         robot: Robot::boot(9),

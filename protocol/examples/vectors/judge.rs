@@ -32,14 +32,14 @@ pub fn stream(bytes: &[u8]) -> Value {
     json!({ "lines": lines, "counters": describe::counters(decoder.counters()) })
 }
 
-/// A robot's id and session; none is open when the owner is 0.
+/// A robot's id and session; an owner of 0 means that no session is open.
 #[derive(Clone, Copy)]
 pub struct Ear {
     pub robot_id: u8,
     pub boot: u8,
     pub session: u8,
     pub owner: u16,
-    /// Era of the session; 0 also if it was opened without one.
+    /// Era of the session; 0 also if the session was opened without an era.
     pub era: u16,
 }
 
@@ -70,7 +70,7 @@ impl Ear {
     }
 }
 
-/// Bytes of ASCII as text.
+/// ASCII bytes as text.
 pub fn text(bytes: &[u8]) -> String {
     bytes.iter().copied().map(char::from).collect()
 }

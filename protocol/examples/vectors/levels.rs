@@ -1,4 +1,4 @@
-//! Vectors of robots that do less than the whole protocol.
+//! Vectors of robots that implement a part of the protocol.
 
 use super::lines::vector as line_vector;
 use super::samples::{acknowledge, state};

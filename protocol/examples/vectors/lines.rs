@@ -21,7 +21,7 @@ pub fn vector(about: impl Into<String>, line: &[u8]) -> Value {
     vector
 }
 
-/// Each type of line with all letters and limits, then lines to refuse.
+/// Each line type with all letters and limits, then lines to reject.
 pub fn lines() -> Vec<Value> {
     let mut vectors = valid_states();
     vectors.extend(valid_others());
@@ -253,7 +253,7 @@ fn letters() -> Vec<Value> {
         .collect()
 }
 
-/// Lines with a valid checksum and an unreadable field.
+/// Number of lines with a valid checksum and an unreadable field.
 fn bad_fields() -> Vec<Value> {
     let a = encode(42, Body::State(state()));
     let b = encode(47, Body::Status(status()));

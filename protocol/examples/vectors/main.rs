@@ -1,7 +1,7 @@
-//! Writes the golden vectors to `vectors/`. A change there is a change of the protocol: review it before you
+//! Writes the golden vectors to `vectors/`. A change of the vectors is a change of the protocol; review it before you
 //! commit it. `tests/vectors.rs` fails while code and vectors differ.
 //!
-//! New vectors go into a new file: a module that makes them, a row in [`FILES`], and a row in SPEC.md section 15.
+//! New vectors go into a new file: write a module that makes them, and add a row in [`FILES`] and a row in SPEC.md section 15.
 
 mod abilities;
 pub(crate) mod conversation;
@@ -18,8 +18,8 @@ mod uplink;
 
 use serde_json::Value;
 
-/// A file: its name, the function that makes its vectors, and the remainder of a final file, which never changes again.
-/// `KIND-N` holds more vectors of a kind; every check of the kind reads it too.
+/// A file: name, function that makes the vectors, and the CRC remainder of a final file (one that never changes again).
+/// A file `KIND-N` contains more vectors of a kind; every check of the kind reads it, too.
 pub type File = (&'static str, fn() -> Vec<Value>, Option<u32>);
 
 /// All files.

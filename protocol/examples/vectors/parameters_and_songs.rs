@@ -1,5 +1,5 @@
 //! Vectors of lines P and S and of the orders for parameters. They were added after version 1 was frozen, so they
-//! have files of their own.
+//! have separate files.
 
 use super::lines::vector as line_vector;
 use super::samples::{altered, encode, parameter, song};

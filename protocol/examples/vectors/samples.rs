@@ -46,7 +46,7 @@ pub fn acknowledge(sequence: u8, ack: Ack) -> Vec<u8> {
     line.encode().to_vec()
 }
 
-/// The line G of the same content.
+/// The line G with the same content.
 pub fn go_ahead(sequence: u8, ack: Ack) -> Vec<u8> {
     let line = AckLine {
         sequence,
@@ -168,7 +168,7 @@ pub fn values() -> ValuesLine {
     ValuesLine::new([Some(125), Some(-7)])
 }
 
-/// Overwrites columns of a line and computes its checksum anew.
+/// Overwrites columns of a line and computes its checksum again.
 pub fn altered(mut line: Vec<u8>, column: usize, characters: &[u8]) -> Vec<u8> {
     line[column - 1..column - 1 + characters.len()].copy_from_slice(characters);
     let content = line.len() - 6;

@@ -1,4 +1,4 @@
-//! Vectors of receipts and eras. They were added after version 1 was frozen, so they have files of their own.
+//! Vectors of receipts and eras. They were added after version 1 was frozen, so they have separate files.
 
 use super::judge::Ear;
 use super::lines::vector as line_vector;

@@ -22,7 +22,7 @@ fn knock(sequence: u8) -> Vec<u8> {
     acknowledge(sequence, ACK)
 }
 
-/// A line from after a reboot.
+/// A line sent after a reboot.
 fn rebooted(sequence: u8) -> Vec<u8> {
     let line = Line {
         sequence,

@@ -1,7 +1,7 @@
-//! A transcript of a robot of each level: what it hears and each line that it sends.
+//! A transcript of a robot at each level: the received frames and each line sent.
 //!
 //! The robot stands still, has the modes prowl and stop, the layers User and dead reckoning, lists of eight waypoints and no
-//! parameters. Time passes only in bytes, so no second does.
+//! parameters. Time is counted only in bytes; the uptime never advances.
 
 use super::{describe, judge};
 use groundwave_protocol::Waypoint;
@@ -24,7 +24,7 @@ const BOOTS: u16 = 12;
 const CAPACITY: u16 = 8;
 const OWNER: u16 = 677;
 
-/// Lines A between two others, lines between two lines B or T, and between two lines I.
+/// Number of lines A between two other lines, of lines between two lines B or T, and between two lines I.
 const STATES_PER_OTHER: u8 = 5;
 const APART: u8 = 3;
 const INTRODUCTION_LINES: u8 = 48;
@@ -32,7 +32,7 @@ const INTRODUCTION_LINES: u8 = 48;
 const LONG_LINES_ECHOED: u8 = 4;
 const TURNS_A_LINE: u8 = 3;
 
-/// What follows the line under way.
+/// The line after the current one.
 #[derive(Clone, Copy, PartialEq)]
 enum Next {
     Long,
@@ -41,7 +41,7 @@ enum Next {
     Listen,
 }
 
-/// A robot of a level.
+/// A robot at a level.
 #[expect(
     clippy::struct_excessive_bools,
     reason = "each is what a rule of SPEC.md asks about"
@@ -103,7 +103,7 @@ impl Robot {
         }
     }
 
-    /// Takes bytes of the ground; returns the outcome of an order that it executes.
+    /// Takes bytes from the ground; returns the outcome of an order that the robot executes.
     fn hear(&mut self, bytes: &[u8]) -> Option<Outcome> {
         let mut outcome = None;
         for &byte in bytes {
@@ -236,7 +236,7 @@ impl Robot {
         line.encode().to_vec()
     }
 
-    /// Decides what follows a long line.
+    /// Decides which line follows a long line.
     fn follow_long(&mut self) {
         let is_talked_to = self.echoes_due > 0;
         self.echoes_due -= u8::from(is_talked_to);
@@ -389,7 +389,7 @@ impl Script {
         }));
     }
 
-    /// The robot sends some lines.
+    /// Adds a number of lines sent by the robot.
     fn listen(&mut self, about: &str, lines: usize) {
         for _ in 0..lines {
             let line = self.robot.send();
@@ -491,7 +491,7 @@ pub fn level(level: u8) -> Vec<Value> {
     script.steps
 }
 
-/// Every order, most of them at every level.
+/// Adds every order; most of them at every level.
 fn orders(script: &mut Script) {
     let layers = |which, allowed| Order::Layers {
         which: LayerMask::from_bits(which),

@@ -37,7 +37,7 @@ pub fn vector(about: impl Into<String>, ear: Ear, bytes: &[u8]) -> Value {
     vector
 }
 
-/// A frame of any content with a valid checksum.
+/// A frame with any content and a valid checksum.
 pub fn sealed(key: Key, content: &[u8]) -> Vec<u8> {
     let trailer = crc::characters(crc::update(key.init(), content));
     [b"\n", content, &trailer[..], b"\n"].concat()
@@ -294,7 +294,7 @@ fn drive(velocity_in_s: i32, rotation_in_s: i32, heard: i32) -> Vec<u8> {
     [b"D".to_vec(), number(4, bits as u32)].concat()
 }
 
-/// Frames with a valid checksum and one error each. A command among them is heard all the same, and refused.
+/// Frames with a valid checksum and one error each. A command is received nevertheless, and refused.
 fn unreadable() -> Vec<Value> {
     let origin = point(0, 0);
     let half = [&origin[..], &origin[..3]].concat();

@@ -3,11 +3,11 @@
 use crc::{CRC_8_SMBUS, CRC_16_IBM_3740, Crc};
 use serde::{Deserialize, Serialize};
 
-/// The checksum of each line: `LINE*HEX`. A leading `$` or `!` is not part of it.
+/// The checksum of each line: `LINE*HEX`. It does not cover a leading `$` or `!`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Checksum {
-    /// Lines have none.
+    /// Lines have no checksum.
     #[default]
     None,
     /// Exclusive or of all bytes, two digits, as in NMEA 0183.

@@ -1,10 +1,10 @@
-//! Command strings: `[robot.NAME.commands]`.
+//! Command strings of the configuration: `[robot.NAME.commands]`.
 
 use serde::{Deserialize, Serialize};
 
 use crate::TEXT_CHARS_MAX;
 
-/// A command as the robot's own text. `{x}` and other names in braces stand for the arguments, in the order in which they
+/// A command as text in the robot's own format. `{x}` and other names in braces stand for the arguments, in the order in which they
 /// first appear.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -15,27 +15,27 @@ pub struct OwnCommand {
     pub reply: String,
 }
 
-/// Why a command string cannot be used.
+/// Reason why a command string cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CommandError {
     /// A text is empty or too long.
     #[error("{0} needs 1 to {TEXT_CHARS_MAX} characters")]
     Length(&'static str),
-    /// A brace without its partner, or around no name.
+    /// A brace has no partner, or encloses no name.
     #[error("{0} has a brace that encloses no name; write {{x}} for an argument")]
     Brace(&'static str),
-    /// An argument of the reply that is not sent.
+    /// The reply names an argument that is not sent.
     #[error("reply names {{{0}}}, which send does not")]
     Unsent(String),
-    /// Missing or superfluous arguments.
+    /// The number of arguments is wrong.
     #[error("takes {takes}; got {got}")]
     Arguments {
-        /// The arguments that it takes, in words.
+        /// Description of the expected arguments.
         takes: String,
-        /// The number of those given.
+        /// Number of given arguments.
         got: usize,
     },
-    /// An argument with a character that would end the line.
+    /// An argument contains a character that would end the line.
     #[error("argument {0:?} has a control character")]
     Control(String),
 }
@@ -59,7 +59,7 @@ impl OwnCommand {
         unsent.map_or(Ok(()), |name| Err(CommandError::Unsent(name.to_owned())))
     }
 
-    /// Names of its arguments.
+    /// Names of the arguments.
     #[must_use]
     pub fn arguments(&self) -> Vec<&str> {
         names(&self.send)
@@ -68,7 +68,7 @@ impl OwnCommand {
     /// The bytes to send and the beginning of the reply, with these arguments.
     ///
     /// # Errors
-    /// When their number is wrong, or one would end the line.
+    /// If the number of arguments is wrong, or one contains a control character.
     pub fn with(&self, arguments: &[&str]) -> Result<(Vec<u8>, String), CommandError> {
         let names = self.arguments();
         if names.len() != arguments.len() {
@@ -101,7 +101,7 @@ impl OwnCommand {
     }
 }
 
-/// Names in braces, each once.
+/// The names in braces, each once.
 fn names(text: &str) -> Vec<&str> {
     let mut names = Vec::new();
     for (_, name) in parts(text).unwrap_or_default() {
@@ -110,7 +110,7 @@ fn names(text: &str) -> Vec<&str> {
     names
 }
 
-/// A text cut behind each name in braces.
+/// Splits a text after each name in braces.
 fn parts(mut text: &str) -> Result<Vec<(&str, Option<&str>)>, ()> {
     let mut parts = Vec::new();
     while let Some((literal, rest)) = text.split_once('{') {

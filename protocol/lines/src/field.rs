@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Field {
-    /// Its name in the line, or the name of its column.
+    /// Name of the field in the line, or of its column.
     pub name: String,
     /// Unit of the scaled value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -17,10 +17,10 @@ pub struct Field {
     /// Summand after scaling.
     #[serde(default)]
     pub offset: f64,
-    /// Its meaning for map, alarms and link.
+    /// Meaning of the field for map, alarms and link.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<Role>,
-    /// Limits of an alarm, in its unit.
+    /// Limits of an alarm, in the field's unit.
     #[serde(default)]
     pub limits: Limits,
 }
@@ -68,7 +68,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// Units that a field with this role may have; the first word is the program's own unit.
+    /// Units that a field with this role may have, with their factors; the first is the standard unit.
     #[must_use]
     pub fn units(self) -> &'static [(&'static str, f64)] {
         match self {
@@ -98,7 +98,7 @@ impl Role {
         }
     }
 
-    /// Whether the role needs a unit: a distance or a speed without one would be drawn at a wrong scale.
+    /// Whether the role needs a unit; a distance or speed without a unit would be drawn at a wrong scale.
     const fn needs_unit(self) -> bool {
         matches!(self, Self::X | Self::Y | Self::Sonar | Self::Speed)
     }
@@ -117,8 +117,8 @@ impl Field {
         }
     }
 
-    /// A scaled value in the program's own unit for the field's role: inches, degrees, in/s, volts. Without a role the value
-    /// itself.
+    /// Converts a scaled value to the standard unit of the field's role: inches, degrees, in/s, volts. Without a role, returns the value
+    /// unchanged.
     #[must_use]
     pub fn standard(&self, value: f64) -> f64 {
         value * self.role_factor().unwrap_or(1.0)
@@ -133,7 +133,7 @@ impl Field {
             .map(|(_, factor)| factor)
     }
 
-    /// Why the field cannot be used.
+    /// The reason why the field cannot be used; `None` if it can.
     pub(crate) fn mistake(&self) -> Option<String> {
         let name = &self.name;
         if !is_name(name) {
@@ -171,7 +171,7 @@ impl Field {
     }
 }
 
-/// Whether a text can be a field's name.
+/// Whether a text is a valid name of a field.
 pub(crate) fn is_name(text: &str) -> bool {
     !text.is_empty()
         && text.chars().count() <= crate::NAME_CHARS_MAX

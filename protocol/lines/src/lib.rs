@@ -30,14 +30,14 @@ pub use profile::{Form, Profile, ProfileError};
 pub use recognizer::{Content, OwnLine, Recognizer, Sample, Value};
 pub use runs::runs;
 
-/// Maximum bytes of a line; longer lines count as damaged.
+/// Maximum length of a line, bytes; longer lines count as damaged.
 pub const LINE_BYTES_MAX: usize = 4096;
 
-/// Maximum fields of a robot; further fields are left out.
+/// Maximum number of fields of a robot; further fields are left out.
 pub const FIELDS_MAX: usize = 64;
 
-/// Maximum characters of a field's name or unit; longer pairs are not recognized.
+/// Maximum length of a field's name or unit, characters; longer pairs are not recognized.
 pub const NAME_CHARS_MAX: usize = 32;
 
-/// Maximum characters of a text; longer texts are cut.
+/// Maximum length of a text, characters; longer texts are cut.
 pub const TEXT_CHARS_MAX: usize = 240;

@@ -7,13 +7,13 @@ use crate::FIELDS_MAX;
 use crate::checksum::Checksum;
 use crate::field::Field;
 
-/// Memory of a compiled pattern, bytes.
+/// Maximum memory of a compiled pattern, bytes.
 const PATTERN_BYTES_MAX: usize = 1 << 20;
 
 /// Maximum nesting of a pattern.
 const PATTERN_NESTING_MAX: u32 = 50;
 
-/// How a robot's lines are read.
+/// Description of how to read a robot's lines.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
@@ -27,7 +27,7 @@ pub struct Profile {
     /// unit nor role.
     #[serde(default)]
     pub fields: Vec<Field>,
-    /// Regular expression whose named groups are the fields; for the form `regex` only.
+    /// Regular expression whose named groups are the fields; only for the form `regex`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pattern: Option<String>,
 }
@@ -36,14 +36,14 @@ pub struct Profile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
-    /// Any form that is recognized without a profile.
+    /// Any form recognized without a profile.
     #[default]
     Auto,
     /// Values separated by commas, semicolons, tabs or spaces.
     Csv,
     /// Names and values, `name:value` or `name=value`.
     Pairs,
-    /// An object a line.
+    /// One object per line.
     Json,
     /// A regular expression.
     Regex,
@@ -55,7 +55,7 @@ pub enum Form {
     ArduinoPlotter,
 }
 
-/// Why a profile cannot be used.
+/// Reason why a profile cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct ProfileError(String);
@@ -64,7 +64,7 @@ impl Profile {
     /// Checks the profile.
     ///
     /// # Errors
-    /// The first mistake, for people.
+    /// The first mistake, as text for display.
     pub fn check(&self) -> Result<(), ProfileError> {
         self.compile().map(|_| ())
     }

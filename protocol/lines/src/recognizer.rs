@@ -1,4 +1,4 @@
-//! From bytes to the values of lines.
+//! Reads the values of lines from bytes.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,38 +14,38 @@ use crate::profile::{Form, Profile, ProfileError};
 use crate::runs::line_bytes;
 use crate::{FIELDS_MAX, LINE_BYTES_MAX, TEXT_CHARS_MAX};
 
-/// Lines of text in a row, without a value, after which an unknown robot's text is shown.
+/// Number of consecutive lines without a value after which an unknown robot's text is shown.
 const TEXTS_MIN: u8 = 3;
 
-/// Lengths of Groundwave's lines without their line ends: a damaged one is no text.
+/// Lengths of Groundwave's lines without line ends; a damaged Groundwave line must not count as text.
 const WIRE_LENGTHS: [usize; 2] = [78, 12];
 
 /// A line of the robot's own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnLine {
-    /// The line without its end, at most [`TEXT_CHARS_MAX`] characters; bytes that are no text are replaced.
+    /// The line without its end, at most [`TEXT_CHARS_MAX`] characters; bytes that are not text are replaced.
     pub text: String,
-    /// What it holds.
+    /// Content of the line.
     pub content: Content,
 }
 
-/// What a line holds.
+/// Content of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
-    /// Values; none if the form has none for this line.
+    /// Values; empty if the line has none in its form.
     Values(Vec<Sample>),
     /// Text without a value.
     Text,
-    /// Nothing readable: a checksum failed, or the line is no text or too long.
+    /// The line is unreadable: the checksum is wrong, or the line is not text or too long.
     Damaged,
 }
 
 /// A value of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// The field; the same allocation for each of its samples.
+    /// The field; all samples of a field share one allocation.
     pub field: Arc<Field>,
-    /// Its value.
+    /// Value of the field.
     pub value: Value,
 }
 
@@ -66,29 +66,29 @@ pub struct Recognizer {
     pattern: Option<Regex>,
     columns: Columns,
     origin: Origin,
-    /// Fields by their name in the line.
+    /// Fields, by their name in the line.
     fields: BTreeMap<String, Arc<Field>>,
     left_out: u64,
     /// The unfinished line.
     line: Vec<u8>,
     is_too_long: bool,
-    /// The beginning of this line is missing.
+    /// Whether the beginning of the current line is missing.
     is_skipping: bool,
-    /// The beginning of this line may be missing.
+    /// Whether the beginning of the current line may be missing.
     is_first: bool,
     standing: Standing,
 }
 
-/// What is known of a robot's lines.
+/// Knowledge about a robot's lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Standing {
-    /// A profile says so.
+    /// The lines are the robot's own, by a profile.
     Configured,
-    /// Not whether they are the robot's own; this many lines of text came in a row.
+    /// It is unknown whether the lines are the robot's own; contains the number of consecutive lines of text.
     Unknown(u8),
-    /// They are the robot's own.
+    /// The lines are the robot's own.
     Own,
-    /// They are Groundwave's.
+    /// The lines are Groundwave's.
     Wire,
 }
 
@@ -112,7 +112,7 @@ impl Default for Recognizer {
 }
 
 impl Recognizer {
-    /// A recognizer for the lines that a profile describes; [`Recognizer::default`] has none.
+    /// A recognizer for the lines that a profile describes; [`Recognizer::default`] has no profile.
     ///
     /// # Errors
     /// A mistake in the profile.
@@ -136,18 +136,18 @@ impl Recognizer {
         })
     }
 
-    /// The fields so far, and those of the profile, by name.
+    /// The fields found so far and those of the profile, sorted by name.
     pub fn fields(&self) -> impl Iterator<Item = &Arc<Field>> {
         self.fields.values()
     }
 
-    /// Number of values left out because there were [`FIELDS_MAX`] fields already.
+    /// Number of values left out because there were already [`FIELDS_MAX`] fields.
     #[must_use]
     pub const fn left_out(&self) -> u64 {
         self.left_out
     }
 
-    /// Drops the unfinished line: bytes are missing.
+    /// Drops the unfinished line, because bytes are missing.
     pub fn interrupt(&mut self) {
         self.line.clear();
         self.is_too_long = false;
@@ -155,7 +155,7 @@ impl Recognizer {
         self.columns.interrupt();
     }
 
-    /// Begins anew on a link that was opened: the robot may be another, and its first line may have lost its start.
+    /// Begins again on a newly opened link: the robot may be another one, and its first line may lack its beginning.
     pub fn reopen(&mut self) {
         self.interrupt();
         self.is_skipping = false;
@@ -165,8 +165,8 @@ impl Recognizer {
         }
     }
 
-    /// Takes one of the [`runs`](crate::runs()) of bytes, and whether an intact line of Groundwave ended with it. Returns
-    /// the line that ended, unless it is Groundwave's, empty, a header, or of a robot whose form is not known yet.
+    /// Takes one of the [`runs`](crate::runs()) of bytes, and whether it ended an intact Groundwave line. Returns
+    /// the ended line, unless it is Groundwave's, empty, a header, or from a robot whose form is not known yet.
     pub fn take(&mut self, run: &[u8], is_wire: bool) -> Option<OwnLine> {
         if is_wire {
             self.line.clear();
@@ -216,7 +216,7 @@ impl Recognizer {
         }
     }
 
-    /// A line that cannot be read; noise before the robot's first line is none.
+    /// The content of an unreadable line; `None` for noise before the robot's first line.
     fn damaged(&self) -> Option<Content> {
         let is_known = matches!(self.standing, Standing::Own | Standing::Configured);
         is_known.then_some(Content::Damaged)
@@ -240,7 +240,7 @@ impl Recognizer {
         let Found::Cells(cells) = found else {
             return None;
         };
-        // The first line may have lost its start, and names with it.
+        // The first line may lack its beginning, including names.
         let is_known = |cell: &Cell<'_>| self.fields.contains_key(cell.name.as_ref());
         let is_named = !content.starts_with(['{', '$', '>']);
         if self.is_first && is_named && !cells.iter().all(is_known) {
@@ -337,7 +337,7 @@ impl Recognizer {
         samples
     }
 
-    /// The field of a cell, a new one if it is unknown; `None` if there are too many.
+    /// The field of a cell; creates an unknown field. `None` if there are too many.
     fn field(&mut self, cell: &Cell<'_>) -> Option<Arc<Field>> {
         if let Some(field) = self.fields.get(cell.name.as_ref()) {
             return Some(Arc::clone(field));
@@ -359,7 +359,7 @@ impl Recognizer {
 
 enum Found<'a> {
     Cells(Vec<Cell<'a>>),
-    /// A header, or columns that the next line must confirm.
+    /// No values: a header, or columns that the next line must confirm.
     Nothing,
 }
 

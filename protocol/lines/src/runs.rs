@@ -1,6 +1,6 @@
 //! Splits bytes into lines.
 
-/// The lines in `bytes`, each with its line feed and the empty lines after it, so that a flood of line feeds is one run. The last
+/// The runs in `bytes`: each is a line with its line feed and the empty lines after it, so that a flood of line feeds is one run. The last
 /// run may be without a line feed.
 pub fn runs(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     std::iter::from_fn(move || {

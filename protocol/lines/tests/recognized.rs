@@ -1,4 +1,4 @@
-//! Lines of real programs, and any bytes at all.
+//! Recognition of lines of real programs, and of arbitrary bytes.
 
 use groundwave_lines::{Content, FIELDS_MAX, OwnLine, Profile, Recognizer, Role, Value};
 use proptest::prelude::*;
@@ -34,7 +34,7 @@ fn guessed(text: &str) -> Vec<String> {
     read(&mut begun(), text.as_bytes())
 }
 
-/// A recognizer that has seen the start of a line.
+/// A recognizer after the start of a line.
 fn begun() -> Recognizer {
     let mut recognizer = Recognizer::default();
     recognizer.take(b"\n", false);
@@ -87,7 +87,7 @@ fn pairs_are_recognized_at_once() {
     }
 }
 
-/// Forms of the examples in the README of <https://github.com/nesnes/teleplot>.
+/// Recognizes the examples in the README of <https://github.com/nesnes/teleplot>.
 #[test]
 fn teleplot_is_recognized() {
     let sent = ">myValue:1234\n>myValue:1627551892437:12.34e+2\n>speed:1234§km/h\n>motor_4_state:1627551892437:Off|t\n\
@@ -111,7 +111,7 @@ fn teleplot_is_recognized() {
     );
 }
 
-/// Forms of `ArduinoSerialPlotterProtocol.md` in <https://github.com/arduino/Arduino>.
+/// Recognizes the forms of `ArduinoSerialPlotterProtocol.md` in <https://github.com/arduino/Arduino>.
 #[test]
 fn the_arduino_plotter_is_recognized() {
     for (sent, expected) in [
@@ -134,7 +134,7 @@ fn the_arduino_plotter_is_recognized() {
     }
 }
 
-/// Columns as the logger of <https://github.com/sparkfun/OpenLog_Artemis> and spreadsheets have them.
+/// Recognizes columns as in the logger of <https://github.com/sparkfun/OpenLog_Artemis> and in spreadsheets.
 #[test]
 fn csv_is_recognized() {
     for (sent, expected) in [
@@ -163,7 +163,7 @@ fn csv_is_recognized() {
     assert!((batt.standard(7005.0) - 7.005).abs() < 1e-9);
 }
 
-/// The example of Wikipedia's article "NMEA 0183", with a position 2 m further on.
+/// Recognizes the example of Wikipedia's article "NMEA 0183", and a position 2 m further.
 #[test]
 fn a_gps_receiver_is_recognized() {
     let sent = "$GPGGA,092750.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M,55.2,M,,*76\r\n\
@@ -319,7 +319,7 @@ fn memory_is_bounded() {
     assert_eq!(read(&mut recognizer, b"\nn0:2\n"), ["damaged", "n0=2"]);
 }
 
-/// Bytes that look like lines more often than chance has it.
+/// Bytes that look like lines more often than by chance.
 fn lines() -> impl Strategy<Value = Vec<u8>> {
     let part = prop_oneof![
         prop::sample::select(vec![
@@ -334,7 +334,7 @@ fn lines() -> impl Strategy<Value = Vec<u8>> {
 }
 
 proptest! {
-    /// No bytes panic, the result does not depend on how they are split, and all numbers are finite.
+    /// No bytes cause a panic, the result does not depend on how they are split, and all numbers are finite.
     #[test]
     fn any_bytes_are_taken(bytes in lines(), form in 0_usize..8, at in 0_usize..200) {
         let forms = ["auto", "csv", "pairs", "json", "regex", "nmea", "teleplot", "arduino-plotter"];
@@ -351,7 +351,7 @@ proptest! {
         }
     }
 
-    /// No pattern panics or hangs.
+    /// No pattern causes a panic or hangs.
     #[test]
     fn any_pattern_is_taken_or_refused(pattern in "[a-z(?<>)*+{}0-9|.\\\\]{0,30}", line in "[a-z0-9]{0,200}") {
         let profile = Profile { form: groundwave_lines::Form::Regex, pattern: Some(pattern), ..Profile::default() };

@@ -7,7 +7,7 @@ use crate::telemetry::{Ack, Detail, Outcome};
 /// Action of the robot on a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Motors off, at once.
+    /// Switch the motors off at once.
     Stop,
     /// Carry out the order, then call [`Farm::conclude`] with its outcome.
     Execute(Order),
@@ -15,11 +15,11 @@ pub enum Action {
     ListReplaced,
     /// Drive by hand for the next second, if the frame is fresh; then call [`Farm::take_drive`].
     Drive(Drive),
-    /// None: the message only shows that the ground is there.
+    /// No action: the message only shows that the ground is alive.
     Heard,
 }
 
-/// Eras between the beginnings of lives with the same boot counter modulo 8. Sixteen of these fill the range.
+/// Number of eras between the beginnings of two lives with the same boot counter modulo 8. Sixteen of these steps fill the range.
 const ERAS_OF_LIFE: u16 = 1021;
 
 /// The Frame Acceptance and Reporting Mechanism.
@@ -28,17 +28,17 @@ pub struct Farm {
     robot_id: u8,
     boot: u8,
     session: u8,
-    /// Rounds of session numbers, 14 bits.
+    /// Count of rounds of session numbers, 14 bits.
     era: u16,
-    /// Whether the session was opened by its full number, era included.
+    /// Whether the session was opened by its full number, including the era.
     is_numbered: bool,
-    /// Owner of the session; `None` when none is open.
+    /// Owner of the session; `None` if no session is open.
     owner: Option<u16>,
     /// Sequence of the latest command, 6 bits; the number of STOPs while no session is open.
     sequence: u8,
     outcome: Outcome,
     drive_count: u8,
-    /// Receipt of the STOP that closed the session, or of a later one.
+    /// Receipt of the STOP that closed the session, or of a later STOP.
     receipt: Option<u16>,
     lists: Lists,
 }
@@ -62,14 +62,14 @@ impl Farm {
         }
     }
 
-    /// The same robot with lists of at most this many waypoints; more than [`crate::WAYPOINTS_MAX`] are never kept.
+    /// The same robot with lists of at most `capacity` waypoints, and never more than [`crate::WAYPOINTS_MAX`].
     #[must_use]
     pub const fn with_capacity(mut self, capacity: u16) -> Self {
         self.lists.limit(capacity);
         self
     }
 
-    /// The key that frames of the open session are checked with; `None` when none is open.
+    /// The key for checking frames of the open session; `None` if no session is open.
     #[must_use]
     pub fn key(&self) -> Option<Key> {
         let era = if self.is_numbered { self.era } else { 0 };
@@ -77,7 +77,7 @@ impl Farm {
             .map(|owner| Key::session(self.robot_id, self.boot, self.session, owner).in_era(era))
     }
 
-    /// The acknowledgement.
+    /// The current acknowledgement.
     #[must_use]
     pub fn ack(&self) -> Ack {
         let receipt = self.receipt.map(|receipt| Detail::Stopped { receipt });
@@ -85,7 +85,7 @@ impl Farm {
         self.ack_with(detail.unwrap_or(self.idle()))
     }
 
-    /// The acknowledgement in the line of this sequence. One line in three has the era, or in turn with it the robot's id
+    /// The acknowledgement in the line with this sequence. One line in three contains the era or, alternately, the robot's id
     /// instead of a receipt, for stations that have just started.
     #[must_use]
     pub fn ack_in(&self, sequence: u8) -> Ack {
@@ -129,14 +129,14 @@ impl Farm {
         self.owner.is_some()
     }
 
-    /// Takes an intact message; returns the robot's action. It returns each order once only.
+    /// Takes an intact message; returns the robot's action. Each order is returned only once.
     pub fn handle(&mut self, message: &Message) -> Action {
         match message {
             Message::Stop(receipt) => {
                 if self.owner.is_some() {
                     self.begin_session(None);
                 } else {
-                    // Without a session the sequence counts STOPs, so that each shows in the acknowledgement.
+                    // Without a session, the sequence counts STOPs, so that the acknowledgement shows each STOP.
                     self.sequence = (self.sequence + 1) & 0x3F;
                 }
                 self.receipt = *receipt;
@@ -176,7 +176,7 @@ impl Farm {
         }
     }
 
-    /// Takes the count of a drive frame that was obeyed, so that neither it nor older ones are obeyed again.
+    /// Takes the count of an obeyed drive frame; neither this frame nor older ones are obeyed again.
     pub fn take_drive(&mut self, drive: &Drive) {
         self.drive_count = drive.count;
     }

@@ -1,6 +1,6 @@
 //! The ground's end of delivery: delivers one task at a time and reports only acknowledged results.
 //!
-//! An acknowledgement latched after a frame's last byte was sent, and without the frame's effect, shows that the frame
+//! An acknowledgement that was latched after a frame's last byte was sent but does not show the frame's effect proves that the frame
 //! was lost. A timer covers the time without any line.
 
 mod hearing;
@@ -52,23 +52,23 @@ enum Work {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Outstanding {
     command: Command,
-    /// Instant at which its last byte was sent; `None` when it has to be sent again.
+    /// Time at which the last byte was sent; `None` if the command must be sent again.
     ends_us: Option<u64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Stopping {
     since_us: u64,
-    /// The number in the STOP, which an acknowledgement has to return.
+    /// The receipt in the STOP, which an acknowledgement must return.
     receipt: u16,
     has_left: bool,
-    /// Whether STOP was requested again since the latest one left: the next one needs another receipt.
+    /// Whether STOP was requested again since the latest STOP was sent; the next STOP then needs another receipt.
     is_renewed: bool,
-    /// Receipts before this one that still confirm the requests before them.
+    /// Number of earlier receipts that still confirm the requests before them.
     earlier: u16,
-    /// When to send it again.
+    /// Time at which to send the STOP again, microseconds.
     next_us: u64,
-    /// When to send it even if a half-duplex robot has not announced that it listens.
+    /// Time at which to send the STOP even if a half-duplex robot has not announced that it listens, microseconds.
     blind_us: u64,
 }
 
@@ -80,51 +80,51 @@ struct HandDrive {
     next_us: u64,
 }
 
-/// Period of knocks. Each brings acknowledgement lines for four lines.
+/// Period of knocks, microseconds. Each knock requests acknowledgement lines for four lines.
 const KNOCK_PERIOD_US: u64 = 1_000_000;
 
-/// Longest silence to judge the downlink by, in bytes; a longer one is an outage.
+/// Maximum silence for judging the downlink, in bytes; a longer silence is an outage.
 const FORGET_BYTES: u64 = 10 * LINE_BYTES as u64;
 
-/// Long lines without a line G after which a robot of unknown duplex counts as full-duplex.
+/// Number of long lines without a line G after which a robot of unknown duplex counts as full-duplex.
 const LONG_LINES: u8 = 2;
 
-/// Long lines with nothing lost between them after which a robot that should take turns counts as full-duplex.
+/// Number of consecutive long lines without loss after which a robot that should take turns counts as full-duplex.
 const LONG_LINES_IN_A_ROW: u8 = 3;
 
 const EVENTS_MAX: usize = 8;
 const DRIVE_PERIOD_US: u64 = 200_000;
 
-/// Period of keepalives during hand drive: a robot obeys drive frames only while a keepalive shows them to be fresh.
+/// Period of keepalives during hand drive, microseconds; a robot obeys drive frames only while a keepalive shows that they are fresh.
 const ALIVE_PERIOD_US: u64 = 1_000_000;
 
-/// Silence of a half-duplex robot after which a STOP is sent out of turn. A shorter one would jam the robot's lines.
+/// Silence of a half-duplex robot after which a STOP is sent out of turn. After a shorter silence, it could collide with the robot's lines.
 const STOP_BLIND_US: u64 = 700_000;
 
-/// Keepalives sent per silence of the failsafe. At a bit error rate of 1e-3 one in seven is lost, and in half duplex one
+/// Number of keepalives sent per silence of the failsafe. At a bit error rate of 1e-3 one in seven is lost, and in half duplex one
 /// in four has to wait.
 const KEEPALIVES_PER_SILENCE: u64 = 10;
 
-/// Bits of a receipt that count this station's STOPs; the others are its owner. A count repeats after more than the
-/// longest delay of a line, because a station makes a receipt per [`STOP_PERIOD_US`] at most.
+/// Number of bits of a receipt that count this station's STOPs; the other bits are its owner. A count repeats after more than the
+/// longest delay of a line, because a station makes at most one receipt per [`STOP_PERIOD_US`].
 const RECEIPT_COUNT_BITS: u32 = 5;
 const RECEIPT_COUNT_MAX: u16 = (1 << RECEIPT_COUNT_BITS) - 1;
 
-/// Period of STOP frames until one is confirmed.
+/// Period of STOP frames until one is confirmed, microseconds.
 const STOP_PERIOD_US: u64 = 300_000;
 
-/// Last sequence of a session's commands and last tag of its lists: later ones would repeat earlier ones.
+/// Last sequence of a session's commands, and last tag of its lists; later ones would repeat earlier ones.
 const SEQUENCE_LAST: u8 = 63;
 const TAG_LAST: u8 = 15;
 
-/// Levels from which a robot keeps lists, and obeys hand drive (SPEC.md section 1).
+/// Lowest levels at which a robot keeps lists, and obeys hand drive (SPEC.md section 1).
 const LISTS_LEVEL: u8 = 3;
 const DRIVE_LEVEL: u8 = 4;
 
-/// Digest mismatches of one list after which it fails.
+/// Number of digest mismatches after which a list fails.
 const MISMATCHES_MAX: u8 = 3;
 
-/// Bytes from the latch of an acknowledgement to the end of its line: its 5 characters, CRC, CR LF.
+/// Number of bytes from the latching of an acknowledgement to the end of its line: 5 characters, CRC, CR LF.
 const LATCH_TO_END_BYTES: u64 = 11;
 
 /// The Frame Operation Procedure.
@@ -136,34 +136,34 @@ pub struct Fop {
     /// Era of the session in the latest acknowledgement; `None` until a line in this life of the robot has shown it.
     era: Option<u16>,
     latest_line: u8,
-    /// What the robot can do, from its latest line I.
+    /// The robot's abilities, from its latest line I.
     abilities: Option<AbilitiesLine>,
-    /// Bytes a second of the link.
+    /// Rate of the link, bytes per second.
     link_bytes_per_s: u32,
     heard_us: u64,
     downlink: Quality,
     duplex: Duplex,
-    /// Long lines received since the latest other line, while the robot was not known to be full-duplex; where it should take turns,
-    /// only those that follow each other.
+    /// Number of long lines received since the latest other line, while the robot was not known to be full-duplex; if it should take turns,
+    /// only consecutive lines count.
     long_lines: u8,
     carrier: Carrier,
-    /// The turn to send, in half duplex.
+    /// The current turn to send, in half duplex.
     turn: Option<Turn>,
-    /// Byte times of silence since the latest line while the robot was listening.
+    /// Silence since the latest line while the robot was listening, byte times.
     paused_bytes: u64,
-    /// Whether the robot has a failsafe that keepalives hold off.
+    /// Whether the robot has a failsafe, which keepalives prevent from acting.
     wants_keepalive: bool,
-    /// The shortest silence of the failsafe ordered or reported in this session.
+    /// The shortest silence of the failsafe ordered or reported in this session, microseconds.
     failsafe_silence_us: Option<u64>,
-    /// When the last byte of the latest frame was sent.
+    /// Time at which the last byte of the latest frame was sent.
     spoke_us: u64,
-    /// When a keepalive is due during hand drive.
+    /// Time at which a keepalive is due during hand drive, microseconds.
     alive_us: u64,
     session: Session,
     sequence: u8,
     tag: u8,
     drive_count: u8,
-    /// Receipts made.
+    /// Number of receipts made.
     receipts: u16,
     work: Option<Work>,
     outstanding: Option<Outstanding>,
@@ -178,7 +178,7 @@ pub struct Fop {
 }
 
 impl Fop {
-    /// A station that has just started and has received nothing.
+    /// A station that has just started.
     #[must_use]
     pub fn new(config: Config) -> Self {
         Self {
@@ -218,7 +218,7 @@ impl Fop {
         }
     }
 
-    /// Whether a task is under way.
+    /// Whether a task is in progress.
     #[must_use]
     pub const fn is_busy(&self) -> bool {
         self.work.is_some()
@@ -230,19 +230,19 @@ impl Fop {
         matches!(self.session, Session::Open { .. })
     }
 
-    /// Whether both ends can send at once, as far as known.
+    /// Whether both ends can send at the same time, as far as known.
     #[must_use]
     pub const fn duplex(&self) -> Duplex {
         self.duplex
     }
 
-    /// Sets the rate of the link, bytes a second. Frames follow the robot's own rate where that is lower.
+    /// Sets the rate of the link, bytes per second. Frames follow the robot's own rate if that is lower.
     pub fn set_rate(&mut self, bytes_per_s: u32) {
         self.link_bytes_per_s = bytes_per_s;
         self.follow_rate();
     }
 
-    /// A duration that is meant for 2400 baud or more: longer at lower rates.
+    /// Adapts a duration meant for 2400 baud: longer at lower rates.
     fn stretched(&self, us: u64) -> u64 {
         us * self.pacer.us_per_byte().max(US_PER_BYTE) / US_PER_BYTE
     }
@@ -261,7 +261,7 @@ impl Fop {
         self.pacer.set_rate(rate);
     }
 
-    /// What the robot can do, by its latest line I; `None` before one, and for robots that can do everything.
+    /// The robot's abilities, from its latest line I; `None` before such a line, and for robots with all abilities.
     #[must_use]
     pub const fn abilities(&self) -> Option<&AbilitiesLine> {
         self.abilities.as_ref()
@@ -271,7 +271,7 @@ impl Fop {
         self.duplex == Duplex::Half
     }
 
-    /// Begins a task; returns `false` if another one is under way or the list cannot be sent.
+    /// Begins a task; returns `false` if another task is in progress or the list cannot be sent.
     pub fn start(&mut self, now_us: u64, task: Task<'_>) -> bool {
         if self.work.is_some() || !can_be_sent(task) {
             return false;
@@ -300,7 +300,7 @@ impl Fop {
     }
 
     /// Stops the robot, and sends nothing else until a line confirms the STOP. Ends task, hand drive and session. A
-    /// further call extends the time to try, and has to be confirmed after the calls before it.
+    /// further call extends the time for trying, and must be confirmed after the earlier calls.
     pub fn stop(&mut self, now_us: u64) {
         self.lose_session(Failure::Stopped);
         // Repeated keys must neither abort nor delay the frame.
@@ -321,8 +321,8 @@ impl Fop {
         });
     }
 
-    /// Drives by hand until `until_us`, then sends one frame to stand still. Call it again while the operator holds
-    /// the key. Without effect on a robot below level 4.
+    /// Drives by hand until `until_us`, then sends one frame with speed zero. Call again while the operator holds
+    /// the key. Has no effect on a robot below level 4.
     pub fn drive(&mut self, now_us: u64, velocity_in_s: i8, rotation_in_s: i8, until_us: u64) {
         if !self.can_be_driven() {
             return;
@@ -346,7 +346,7 @@ impl Fop {
             .is_none_or(|robot| robot.level >= DRIVE_LEVEL)
     }
 
-    /// A receipt that no other station makes, and this one not for seconds.
+    /// A receipt that no other station makes, and that this station does not repeat for seconds.
     fn next_receipt(&mut self) -> u16 {
         self.receipts = self.receipts.wrapping_add(1);
         let count = self.receipts & RECEIPT_COUNT_MAX;
@@ -372,7 +372,7 @@ impl Fop {
         self.lose_session(Failure::CannotHear);
     }
 
-    /// The end of a task that the robot cannot carry out, by its line I.
+    /// The final status of a task that the robot cannot carry out, by its line I; `None` if it can.
     fn beyond(&self) -> Option<CommandStatus> {
         let robot = self.abilities.as_ref()?;
         let (level, capacity) = (robot.level, robot.capacity);
@@ -393,7 +393,7 @@ impl Fop {
         })
     }
 
-    /// Ends a task that the robot cannot carry out, unless its command is under way.
+    /// Ends a task that the robot cannot carry out, unless its command has been sent.
     fn refuse_beyond(&mut self) {
         if self.outstanding.is_none()
             && let Some(end) = self.beyond()
@@ -430,7 +430,7 @@ impl Fop {
         }
     }
 
-    /// When the last byte of each unacknowledged frame was sent.
+    /// Times at which the last byte of each unacknowledged frame was sent.
     fn waiting(&self) -> [Option<u64>; 2] {
         [
             self.outstanding.and_then(|o| o.ends_us),
@@ -453,7 +453,7 @@ impl Fop {
         }
     }
 
-    /// When to call [`Fop::handle_timeout`] and [`Fop::poll_transmit`] again, if nothing arrives before.
+    /// Time at which to call [`Fop::handle_timeout`] and [`Fop::poll_transmit`] again, if nothing arrives before.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<u64> {
         if self.is_unheard()
@@ -546,7 +546,7 @@ mod tests {
     use crate::decoder::Decoder;
     use crate::telemetry::{Body, Line};
 
-    /// The byte time after a line I with this rate, and how long a task may make no progress.
+    /// The byte time after a line I with this rate, and the maximum time of a task without progress, microseconds.
     fn pace(link_bytes_per_s: u32, own_bytes_per_s: u32) -> (u64, u64) {
         let mut fop = Fop::new(Config::new(1));
         fop.set_rate(link_bytes_per_s);

@@ -1,4 +1,4 @@
-//! Two banks for waypoint lists: one is driven, the other is staged, and a pointer swaps them.
+//! Two banks for waypoint lists: one is active, the other is staged; activation swaps them.
 
 use crate::command::{BLOCK_WAYPOINTS, Slots};
 use crate::digest::digest;
@@ -7,19 +7,19 @@ use crate::{WAYPOINTS_MAX, Waypoint};
 
 const BLOCKS: usize = WAYPOINTS_MAX.div_ceil(BLOCK_WAYPOINTS);
 
-/// Tags run from 1 to 31; how far one is ahead of another is counted modulo 32.
+/// Modulus of tag differences; tags run from 1 to 31.
 const TAG_MODULUS: u8 = 32;
 
 /// The active list and the one being staged.
 ///
-/// At every moment the active list is exactly the old one or exactly the new one.
+/// At every moment, the active list is exactly the old list or exactly the new list.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Lists {
     banks: [[Waypoint; WAYPOINTS_MAX]; 2],
     active_bank: u8,
     active_count: u16,
     active_digest: u32,
-    /// Most waypoints of a list.
+    /// Maximum number of waypoints in a list.
     capacity: u16,
     staged: Staged,
 }
@@ -28,7 +28,7 @@ pub struct Lists {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Staged {
     open: bool,
-    /// Tag of the present or latest staged list; 0 before the first of a session.
+    /// Tag of the current or latest staged list; 0 before the first list of a session.
     tag: u8,
     arrived: [u8; BLOCKS.div_ceil(8)],
 }
@@ -98,12 +98,12 @@ impl Lists {
         self.capacity = capacity;
     }
 
-    /// Drops the staged list and its tag, as a session ends.
+    /// Drops the staged list and its tag, at the end of a session.
     pub(super) fn abandon(&mut self) {
         self.staged = Staged::none(0);
     }
 
-    /// Stores waypoints of a staged list. A newer tag begins a new list; an older tag, or that of a list already
+    /// Stores waypoints of a staged list. A newer tag begins a new list; an older tag, or the tag of a list already
     /// activated, is ignored.
     pub(super) fn stage(&mut self, slots: &Slots) {
         let ahead = slots.tag.wrapping_sub(self.staged.tag) % TAG_MODULUS;
@@ -132,7 +132,7 @@ impl Lists {
         }
     }
 
-    /// Makes the staged list the active one if it is complete and matches. A count of 0 clears both lists, under any
+    /// Makes the staged list the active one if it is complete and matches. A count of 0 clears both lists, with any
     /// tag.
     pub(super) fn activate(&mut self, tag: u8, count: u16, wanted: u32) -> Outcome {
         if count > self.capacity.min(WAYPOINTS_MAX as u16) {
@@ -157,7 +157,7 @@ impl Lists {
         Outcome::Done
     }
 
-    /// Progress of the staged list for the acknowledgement; `None` when there is none.
+    /// Progress of the staged list for the acknowledgement; `None` if there is none.
     pub(super) fn detail(&self) -> Option<Detail> {
         if !self.staged.open {
             return None;

@@ -15,13 +15,13 @@ pub use status::{CommandStatus, Failure};
 
 use crate::command::ERA_MAX;
 
-/// Time of a byte at 2400 baud.
+/// Time of a byte at 2400 baud, microseconds.
 const US_PER_BYTE: u64 = 1_000_000 / crate::BYTES_PER_S as u64;
 
-/// The last session number of an era. Numbers count from 1; 0 comes before the first session of a life.
+/// The last session number of an era. Numbers begin with 1; 0 precedes the first session of a life.
 const SESSION_LAST: u8 = 7;
 
-/// Era and number of the session after this one.
+/// Era and number of the next session.
 #[must_use]
 pub const fn session_after(era: u16, session: u8) -> (u16, u8) {
     if session == SESSION_LAST {

@@ -1,14 +1,14 @@
-//! Hands bytes to the operating system no faster than the wire sends them.
+//! Passes bytes to the operating system no faster than the wire sends them.
 
 use super::US_PER_BYTE;
 use crate::command::Frame;
 
-/// Most bytes queued in the operating system: a STOP has to wait for them.
+/// Maximum number of bytes queued in the operating system; a STOP must wait for them.
 const QUEUED_BYTES_MAX: u64 = 16;
 
 const US_PER_S: u64 = 1_000_000;
 
-/// A frame on its way out, and the instant at which the wire will be free.
+/// The frame being sent, and the time at which the wire will be free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Pacer {
     frame: Frame,
@@ -29,7 +29,7 @@ impl Default for Pacer {
 }
 
 impl Pacer {
-    /// Time of a byte on the wire.
+    /// Time of a byte on the wire, microseconds.
     pub(super) const fn us_per_byte(&self) -> u64 {
         self.us_per_byte
     }
@@ -47,7 +47,7 @@ impl Pacer {
         self.handed_out >= self.frame.as_bytes().len()
     }
 
-    /// Begins a frame; returns when its last byte will have been sent.
+    /// Begins a frame; returns the time at which its last byte will have been sent.
     pub(super) fn begin(&mut self, now_us: u64, frame: Frame) -> u64 {
         self.frame = frame;
         self.handed_out = 0;
@@ -60,7 +60,7 @@ impl Pacer {
         self.handed_out = self.frame.as_bytes().len();
     }
 
-    /// The bytes to hand over now.
+    /// The bytes to pass to the operating system now.
     pub(super) fn poll(&mut self, now_us: u64) -> Option<&[u8]> {
         let rest = self.frame.as_bytes().get(self.handed_out..)?;
         let queued = self
@@ -68,7 +68,7 @@ impl Pacer {
             .saturating_sub(now_us)
             .div_ceil(self.us_per_byte);
         let room = QUEUED_BYTES_MAX.saturating_sub(queued) as usize;
-        // Half the allowance at a time keeps the number of writes low.
+        // Passing half of the allowance at a time keeps the number of writes low.
         if rest.is_empty() || room < rest.len().min(QUEUED_BYTES_MAX as usize / 2) {
             return None;
         }
@@ -78,7 +78,7 @@ impl Pacer {
         Some(chunk)
     }
 
-    /// When to call [`Pacer::poll`] again; `None` when no bytes wait.
+    /// Time at which to call [`Pacer::poll`] again; `None` if no bytes wait.
     pub(super) fn poll_timeout(&self) -> Option<u64> {
         let rest = self.frame.as_bytes().len().saturating_sub(self.handed_out) as u64;
         let wanted = rest.min(QUEUED_BYTES_MAX / 2);
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use crate::command::{Key, Message};
 
-    /// Instant at which the last byte of a frame is handed over.
+    /// Time at which the last byte of a frame is passed to the operating system.
     fn handed_over_us(bytes_per_s: u32) -> u64 {
         let mut pacer = Pacer::default();
         pacer.set_rate(bytes_per_s);

@@ -1,9 +1,9 @@
 //! Quality of one direction of the channel, and the length of frames for it.
 
-/// Bytes after which older ones count half, because the channel changes as the robot drives.
+/// Number of bytes after which older bytes count half, because the channel changes as the robot drives.
 const MEMORY_BYTES: u32 = 960;
 
-/// Bytes that arrived intact, of all bytes sent.
+/// Share of sent bytes that arrived intact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Quality {
     intact: u32,
@@ -11,7 +11,7 @@ pub(super) struct Quality {
 }
 
 impl Default for Quality {
-    /// Unknown quality, for frames of medium length.
+    /// Unknown quality, which gives frames of medium length.
     fn default() -> Self {
         Self {
             intact: 60,
@@ -21,7 +21,7 @@ impl Default for Quality {
 }
 
 impl Quality {
-    /// Takes bytes: `intact` ones, of `all` sent.
+    /// Takes `all` sent bytes, of which `intact` arrived.
     pub(super) fn judge(&mut self, intact: u32, all: u32) {
         self.intact += intact;
         self.all += all.max(intact);
@@ -31,7 +31,7 @@ impl Quality {
         }
     }
 
-    /// The expected quality of the other direction until it has been judged.
+    /// The expected quality of the other direction, until that has been judged.
     pub(super) fn as_guess(self) -> Self {
         let mut guess = self;
         while guess.all > 160 {
@@ -41,7 +41,7 @@ impl Quality {
         guess
     }
 
-    /// Blocks to put into a frame. The delivery bench was fastest with these limits; arithmetic puts them at 83 and
+    /// Number of blocks to put into a frame. The delivery bench was fastest with these limits; calculation gives 83 and
     /// 51 % for bytes in long lines, and higher for short lines and single blocks.
     pub(super) fn frame_blocks(self) -> u8 {
         let share_pct = self.intact * 100 / self.all.max(1);

@@ -1,38 +1,38 @@
-//! Status of a command, the same from the link's sending end to screen, recording and JSON.
+//! Status of a command: the same type in delivery, on the screen, in recordings and in JSON.
 
 use core::fmt;
 
 use crate::telemetry::{Outcome, ParameterLine};
 
-/// How far a command has come.
+/// Status of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CommandStatus {
-    /// Waits for its turn.
+    /// The command waits for its turn.
     Queued,
-    /// Frames of it went to the radio.
+    /// Frames of the command were sent to the radio.
     Sent {
-        /// Frames sent for it, repetitions included.
+        /// Number of frames sent for the command, including repetitions.
         frames: u32,
     },
     /// The robot acknowledged some waypoints of a list.
     Progress {
-        /// Waypoints acknowledged.
+        /// Number of acknowledged waypoints.
         acknowledged: u16,
-        /// Waypoints in the list.
+        /// Number of waypoints in the list.
         total: u16,
     },
-    /// The robot reported a parameter that the command asks about.
+    /// The robot reported a parameter that the command requested.
     Reported(ParameterLine),
-    /// The robot acknowledged that it executed the command; for a list, that it verified the digest.
+    /// The robot acknowledged that it executed the command; for a list, that the digest matched.
     Confirmed {
-        /// Digest of the list, if the command was one.
+        /// Digest of the list, for a list command.
         digest: Option<u32>,
     },
-    /// A robot without acknowledgements answered with the text that was expected; it may have been late, or another's.
+    /// A robot without acknowledgements sent the expected text. The text may be late, or an answer to another command.
     Echoed,
-    /// The robot refused.
+    /// The robot refused the command.
     Refused(Outcome),
-    /// Ended without confirmation.
+    /// The command ended without confirmation.
     Failed(Failure),
 }
 
@@ -89,10 +89,10 @@ impl CommandStatus {
     }
 }
 
-/// Why a command ended without confirmation.
+/// Reason why a command ended without confirmation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Failure {
-    /// No acknowledgement came in time.
+    /// No acknowledgement arrived in time.
     TimedOut,
     /// The robot restarted.
     RobotRestarted,
@@ -100,22 +100,22 @@ pub enum Failure {
     TakenOver,
     /// STOP, from this station or another, ended the session.
     Stopped,
-    /// The operator cancelled it.
+    /// The operator cancelled the command.
     Cancelled,
     /// The link is receive-only.
     ReceiveOnly,
-    /// The robot says that it cannot hear.
+    /// The robot reports that it cannot hear.
     CannotHear,
     /// The robot reports a level that lacks the command.
     BeyondLevel,
-    /// The list has more waypoints than the robot keeps, by its own report.
+    /// The list has more waypoints than the robot can hold, by its own report.
     BeyondCapacity,
-    /// The robot has command strings, and none for this command.
+    /// The robot has command strings, but none for this command.
     NotConfigured,
 }
 
 impl Failure {
-    /// All of them.
+    /// All failures.
     pub const ALL: [Self; 10] = [
         Self::TimedOut,
         Self::RobotRestarted,

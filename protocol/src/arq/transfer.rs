@@ -1,4 +1,4 @@
-//! A waypoint list being sent: which blocks are to send, sent, or arrived.
+//! A waypoint list being sent: the state of each block (to send, sent, or arrived).
 
 use core::ops::Range;
 
@@ -10,16 +10,16 @@ use crate::{WAYPOINTS_MAX, Waypoint};
 
 const BLOCKS: usize = WAYPOINTS_MAX.div_ceil(BLOCK_WAYPOINTS);
 
-/// Bytes of a block on the wire.
+/// Length of a block on the wire, bytes.
 const BLOCK_BYTES: u32 = 5 * BLOCK_WAYPOINTS as u32;
 
-/// Bytes of a frame beside its blocks.
+/// Length of a frame without its blocks, bytes.
 const FRAME_OVERHEAD_BYTES: u64 = 9;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Block {
     ToSend,
-    /// Its last byte was sent at this instant.
+    /// The block's last byte was sent at this time.
     Sent(u64),
     Arrived,
 }
@@ -32,7 +32,7 @@ pub(super) struct Transfer {
     digest: u32,
     tag: u8,
     blocks: [Block; BLOCKS],
-    /// Quality of the uplink, which decides on the length of frames.
+    /// Quality of the uplink, which determines the length of frames.
     quality: Quality,
 }
 
@@ -63,7 +63,7 @@ impl Transfer {
         self.count as u16
     }
 
-    /// Begins again under a new tag.
+    /// Begins again with a new tag.
     pub(super) fn restart(&mut self, tag: u8) {
         self.tag = tag;
         self.blocks = [Block::ToSend; BLOCKS];
@@ -73,7 +73,7 @@ impl Transfer {
         self.count.div_ceil(BLOCK_WAYPOINTS)
     }
 
-    /// Waypoints that the robot has acknowledged.
+    /// Number of waypoints that the robot has acknowledged.
     pub(super) fn acknowledged(&self) -> u16 {
         let arrived = |block: &Block| *block == Block::Arrived;
         let blocks = self.blocks().iter().filter(|b| arrived(b)).count();
@@ -87,17 +87,17 @@ impl Transfer {
         Some(self.frame(first, fitting, |block| block == Block::ToSend))
     }
 
-    /// Whether the channel allows the shortest frames only.
+    /// Whether the channel allows only the shortest frames.
     pub(super) fn is_lossy(&self) -> bool {
         self.quality.frame_blocks() == 1
     }
 
-    /// When the block was sent that has waited longest for its acknowledgement; `None` when none waits.
+    /// Time at which the block was sent that has waited longest for its acknowledgement, microseconds; `None` if no block waits.
     pub(super) fn oldest_us(&self) -> Option<u64> {
         self.sent_us().map(|(ends_us, _)| ends_us).min()
     }
 
-    /// A frame of the blocks that have waited longest.
+    /// A frame with the blocks that have waited longest.
     pub(super) fn repeat(&self) -> Option<Slots> {
         let (_, first) = self.sent_us().min()?;
         Some(self.frame(first, u64::MAX, |block| matches!(block, Block::Sent(_))))
@@ -115,7 +115,7 @@ impl Transfer {
         &self.blocks[..self.block_count()]
     }
 
-    /// A frame from block `first` on, of consecutive blocks that `belongs` accepts.
+    /// A frame of consecutive blocks that `belongs` accepts, beginning with block `first`.
     fn frame(&self, first: usize, fitting: u64, belongs: impl Fn(Block) -> bool) -> Slots {
         let most = u64::from(self.quality.frame_blocks()).min(fitting);
         let run = self.blocks()[first..]

@@ -1,11 +1,11 @@
-//! `D`: hand drive. `L`: keepalive.
+//! Frames `D` (hand drive) and `L` (keepalive).
 //!
 //! ```text
 //! D  dddd  24 bits: velocity (6, signed), rotation (7, signed), line heard (7), count (4)
 //! L  hh    line heard
 //! ```
 //!
-//! Neither is repeated until acknowledged: only the latest counts. The sequence of the newest line heard
+//! These frames are not repeated until acknowledged: only the latest counts. The sequence of the newest line received
 //! lets the robot reject delayed frames.
 
 use super::{Frame, Parsed, number};
@@ -20,18 +20,18 @@ const ROTATION_MAX_IN_S: i8 = 63;
 pub struct Drive {
     /// Speed at the centre, -31 to 31 in/s.
     pub velocity_in_s: i8,
-    /// Left wheel minus right, -63 to 63 in/s.
+    /// Speed of the left wheel minus that of the right wheel, -63 to 63 in/s.
     pub rotation_in_s: i8,
-    /// Sequence of the newest line heard.
+    /// Sequence of the newest line received.
     pub heard: u8,
-    /// One more than in the previous drive frame, modulo 16.
+    /// Count of drive frames, modulo 16.
     pub count: u8,
 }
 
-/// Keeps a session's link alive and its acknowledgement lines coming.
+/// Shows the robot that the ground is alive, and requests acknowledgement lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keepalive {
-    /// Sequence of the newest line heard.
+    /// Sequence of the newest line received.
     pub heard: u8,
 }
 

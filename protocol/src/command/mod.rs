@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The CRC starts from the [`Key`], so it fails for a frame of another robot, boot, session or station, and
-//! for an echo of the robot's own lines. The first LF ends noise and aborts a frame under way.
+//! for an echo of the robot's own lines. The first LF ends noise and aborts an unfinished frame.
 
 mod drive;
 mod open;
@@ -27,16 +27,16 @@ use nom::{
     combinator::{map, map_opt, opt},
 };
 
-/// The result of a parser in this module. Errors carry nothing: an unreadable frame is dropped.
+/// The result of a parser in this module. Errors have no details, because an unreadable frame is dropped.
 type Parsed<'a, T> = IResult<&'a [u8], T, ()>;
 
-/// Largest era of a session.
+/// Maximum era of a session.
 pub const ERA_MAX: u16 = 0x3FFF;
 
-/// Largest receipt of a STOP.
+/// Maximum receipt of a STOP.
 pub const RECEIPT_MAX: u16 = 0x7FFF;
 
-/// Most bytes in a frame, both line feeds included.
+/// Maximum length of a frame including both line feeds, bytes.
 pub const FRAME_BYTES_MAX: usize = 1 + 1 + 2 + 5 * FRAME_WAYPOINTS_MAX + crc::CHARACTERS + 1;
 
 /// The initial remainder of a frame's CRC, 24 bits.
@@ -46,22 +46,22 @@ pub const FRAME_BYTES_MAX: usize = 1 + 1 + 2 + 5 * FRAME_WAYPOINTS_MAX + crc::CH
 ///      0    robot id  boot   session  owner
 /// ```
 ///
-/// Frames that need no session have zeros in all parts but the robot id. Sessions are numbered from 1, so the
+/// Frames that need no session have zeros in all parts except the robot id. Sessions are numbered from 1, so the
 /// two kinds of key never coincide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Key(u32);
 
 impl Key {
-    /// For a [`Message::Stop`] to every robot, so that a station can stop a robot of unknown id.
+    /// Key for a [`Message::Stop`] to every robot; a station can stop a robot of unknown id.
     pub const EVERY_ROBOT: Self = Self::robot(0);
 
-    /// For frames that need no session: [`Message::Stop`] and [`Message::Open`].
+    /// Key for frames that need no session: [`Message::Stop`] and [`Message::Open`].
     #[must_use]
     pub const fn robot(robot_id: u8) -> Self {
         Self((robot_id as u32 & 0x7F) << 16)
     }
 
-    /// For all other frames: robot id, boot counter, session number and owner's nonce (low bits of each).
+    /// Key for all other frames: robot id, boot counter, session number and owner's nonce (low bits of each).
     #[must_use]
     pub const fn session(robot_id: u8, boot: u8, session: u8, owner: u16) -> Self {
         Self(
@@ -72,15 +72,15 @@ impl Key {
         )
     }
 
-    /// The key of a session of this era, which was opened by its full number. Its low half changes the bits of the robot's
-    /// id, its high half those of the owner: sessions of one robot have different keys for 896 sessions, those that one
+    /// The key of a session in this era, opened by its full number. The era's low half changes the bits of the robot's
+    /// id, its high half those of the owner: sessions of one robot have different keys for 896 sessions; those that one
     /// owner opened for 114,688.
     #[must_use]
     pub const fn in_era(self, era: u16) -> Self {
         Self(self.0 ^ (era as u32 & 0x7F) << 16 ^ (era as u32 >> 7 & 0x7F))
     }
 
-    /// The initial remainder.
+    /// The initial remainder of the frame's CRC.
     #[must_use]
     pub const fn init(self) -> u32 {
         self.0
@@ -90,13 +90,13 @@ impl Key {
 status_codes! {
     /// The type of a frame, its first letter.
     FrameType {
-        /// Motors off.
+        /// Switches the motors off.
         Stop = b'X',
         /// Opens a session.
         Open = b'O',
         /// A command.
         Command = b'C',
-        /// Waypoints.
+        /// Waypoints of a list being staged.
         Waypoints = b'W',
         /// Hand drive.
         Drive = b'D',
@@ -108,23 +108,23 @@ status_codes! {
 /// A message from the ground to the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
-    /// Motors off, in every state, from any station. Ends the session, so that no frame sent before it
-    /// executes after it. Acknowledgements return its receipt, 15 bits; a STOP by hand has none.
+    /// Switches the motors off, in every state, from any station. Ends the session, so that no frame sent before it
+    /// is executed after it. Acknowledgements return its receipt, 15 bits; a STOP typed by hand has none.
     Stop(Option<u16>),
     /// Opens a session.
     Open(Open),
-    /// A command that executes exactly once.
+    /// A command, which the robot executes exactly once.
     Command(Command),
     /// Some waypoints of a list being staged.
     Waypoints(Slots),
-    /// Hand drive, good for a second.
+    /// Hand drive, valid for a second.
     Drive(Drive),
-    /// Sign of life of the ground.
+    /// Shows that the ground is alive.
     Keepalive(Keepalive),
 }
 
 impl Message {
-    /// The type of its frame.
+    /// The type of the message's frame.
     #[must_use]
     pub const fn frame_type(&self) -> FrameType {
         match self {
@@ -137,13 +137,13 @@ impl Message {
         }
     }
 
-    /// Whether the frame is checked with [`Key::robot`] instead of [`Key::session`].
+    /// Whether the frame is checked with [`Key::robot`] and not with [`Key::session`].
     #[must_use]
     pub const fn is_sessionless(&self) -> bool {
         matches!(self, Self::Stop(_) | Self::Open(_))
     }
 
-    /// Reads type and payload of a frame with a valid CRC; `None` if they are unreadable: another version of the wire.
+    /// Parses type and payload of a frame with a valid CRC; `None` if they are unreadable, as in another version of the protocol.
     #[must_use]
     pub fn parse(content: &[u8]) -> Option<Self> {
         let (&letter, payload) = content.split_first()?;
@@ -161,7 +161,7 @@ impl Message {
         left.is_empty().then_some(message)
     }
 
-    /// The frame on the wire. No robot accepts it under a key of the wrong kind.
+    /// Encodes the frame. No robot accepts a frame with a key of the wrong kind.
     #[must_use]
     pub fn encode(&self, key: Key) -> Frame {
         let mut frame = Frame::default();
@@ -211,7 +211,7 @@ impl core::fmt::Debug for Frame {
 }
 
 impl Frame {
-    /// A lone line feed, which asks for acknowledgement lines: they survive a bad channel seven times as often
+    /// A single line feed, which requests acknowledgement lines: they survive a bad channel seven times as often
     /// as long ones.
     #[must_use]
     pub fn knock() -> Self {
@@ -220,7 +220,7 @@ impl Frame {
         frame
     }
 
-    /// Two line feeds to send after a frame: three in a row end a half-duplex robot's turn to listen.
+    /// Two line feeds to send after a frame: three consecutive line feeds end a half-duplex robot's turn to listen.
     #[must_use]
     pub fn over() -> Self {
         let mut frame = Self::default();
@@ -252,12 +252,12 @@ impl Frame {
     }
 }
 
-/// A number of at most `MAX`, and `None` for a larger one.
+/// A number of at most `MAX`; `None` for a larger number.
 fn small<const MAX: u16>(bits: u32) -> Option<u16> {
     u16::try_from(bits).ok().filter(|&number| number <= MAX)
 }
 
-/// A number in 6-bit characters.
+/// Parses a number in 6-bit characters.
 fn number<'a>(characters: usize) -> impl Parser<&'a [u8], Output = u32, Error = ()> {
     map_opt(take(characters), sixbit::decode_from)
 }

@@ -1,11 +1,11 @@
-//! `O`: opens a session.
+//! Frame `O`: opens a session.
 //!
 //! ```text
 //! O  ppp                                               eee
 //!    0, boot (3 bits), session replaced (3), owner (10)   0, era replaced (14)
 //! ```
 //!
-//! Without an era the session has no full number, and its key is used again after seven sessions.
+//! Without an era, the session has no full number, and its key is used again after seven sessions.
 
 use super::{ERA_MAX, Frame, Parsed, number, small};
 use nom::{
@@ -13,8 +13,8 @@ use nom::{
     combinator::{map_opt, opt},
 };
 
-/// Opens a session if `boot` and `replaces` are the robot's present ones. A late frame therefore changes nothing
-/// after a reboot, another station's session or its own copy.
+/// Opens a session if `boot` and `replaces` are the robot's current ones. A late frame therefore changes nothing
+/// after a reboot, after another station's session, or after its own copy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Open {
     /// Boot counter of the latest acknowledgement, 3 bits.
@@ -23,7 +23,7 @@ pub struct Open {
     pub replaces: u8,
     /// Random nonce of this station, 10 bits, not 0.
     pub owner: u16,
-    /// Era of the session replaced, 14 bits.
+    /// Era of the replaced session, 14 bits.
     pub era: Option<u16>,
 }
 

@@ -1,4 +1,4 @@
-//! `C`: a command that executes exactly once.
+//! Frame `C`: a command, which the robot executes exactly once.
 //!
 //! ```text
 //! C  s         M  m            mode, its letter
@@ -25,13 +25,13 @@ use nom::{
     combinator::{map, map_opt, opt, rest},
 };
 
-/// Greatest value of two characters. Larger values are clamped to it, because every robot refuses it.
+/// Maximum value of two characters. Larger values are clamped to it, because every robot refuses it.
 const FIELD_MAX: u16 = 0xFFF;
 
-/// Least value of 18 bits of two's complement.
+/// Minimum value of 18 bits in two's complement.
 const VALUE_LEAST: i32 = -1 << 17;
 
-/// Greatest value of 18 bits of two's complement, beyond every limit of a parameter: a robot refuses clamped values.
+/// Maximum value of 18 bits in two's complement. It is beyond every limit of a parameter, so a robot refuses clamped values.
 const VALUE_MOST: i32 = (1 << 17) - 1;
 
 /// A sequenced command.
@@ -57,70 +57,70 @@ pub enum Order {
     },
     /// Set the robot's pose.
     Pose {
-        /// X and Y.
+        /// X and Y, inches.
         position: Waypoint,
         /// Heading, 0 to 359 degrees.
         theta_deg: u16,
     },
-    /// Turn on the spot and look around.
+    /// Turn on the spot and measure the distances all around.
     Scan,
-    /// Set the failsafe against a silent ground; `None`: carry on.
+    /// Set the failsafe against a silent ground; `None` switches it off.
     Failsafe(Option<Failsafe>),
     /// Make the staged list the active one, if tag, count and digest match. A count of 0 clears the active
-    /// list and needs no staged one.
+    /// list and needs no staged list.
     Activate {
         /// The staged list's tag.
         tag: u8,
-        /// Waypoints in it.
+        /// Number of waypoints in the list.
         count: u16,
         /// [`crate::digest::digest`] of the list.
         digest: u32,
     },
     /// Set a parameter until the next reset; the robot sends its line P.
     SetParameter {
-        /// [`crate::parameter::key`] of its name.
+        /// [`crate::parameter::key`] of the parameter's name.
         key: u32,
-        /// Its new value.
+        /// The new value.
         value: i32,
     },
     /// Send line P of a parameter.
     ReadParameter {
-        /// [`crate::parameter::key`] of its name.
+        /// [`crate::parameter::key`] of the parameter's name.
         key: u32,
     },
-    /// Send line P of the parameter at a place, or of all parameters.
+    /// Send line P of the parameter with a number, or of all parameters.
     ReadParameters {
-        /// Place in the robot's table, from 1; 0: all.
+        /// Number in the robot's table, from 1; 0 for all parameters.
         place: u16,
     },
-    /// Store the present values of all parameters as those after a reset.
+    /// Save the current values of all parameters, so that they survive a reset.
     KeepParameters,
-    /// Intact, but unreadable in this version: refused with [`crate::telemetry::Outcome::Unknown`].
+    /// An intact order that this version cannot read; refused with [`crate::telemetry::Outcome::Unknown`].
     Unknown,
 }
 
 status_codes! {
     /// The type of an order, its first letter.
     OrderType {
-        /// [`Order::Mode`].
+        /// Letter of [`Order::Mode`].
         Mode = b'M',
-        /// [`Order::Layers`].
+        /// Letter of [`Order::Layers`].
         Layers = b'L',
-        /// [`Order::Failsafe`].
+        /// Letter of [`Order::Failsafe`].
         Failsafe = b'F',
-        /// [`Order::Pose`].
+        /// Letter of [`Order::Pose`].
         Pose = b'P',
-        /// [`Order::Scan`].
+        /// Letter of [`Order::Scan`].
         Scan = b'S',
-        /// [`Order::Activate`].
+        /// Letter of [`Order::Activate`].
         Activate = b'A',
         /// [`Order::SetParameter`] and [`Order::ReadParameter`].
         Parameter = b'V',
-        /// [`Order::ReadParameters`].
+        /// Letter of [`Order::ReadParameters`].
         Parameters = b'N',
-        /// [`Order::KeepParameters`].
+        /// Letter of [`Order::KeepParameters`].
         Keep = b'K',
-        /// [`Order::Unknown`].
+        /// Letter of [`Order::Unknown`].
         Unknown = b'?',
     }
 }
@@ -177,7 +177,7 @@ impl Command {
 }
 
 impl Order {
-    /// Its type.
+    /// The type of the order.
     #[must_use]
     pub const fn order_type(&self) -> OrderType {
         match self {
@@ -194,7 +194,7 @@ impl Order {
         }
     }
 
-    /// The lowest level (SPEC.md section 1) whose robots take it.
+    /// The lowest level (SPEC.md section 1) at which robots accept the order.
     #[must_use]
     pub const fn level(&self) -> u8 {
         match self {
@@ -208,7 +208,7 @@ impl Order {
         }
     }
 
-    /// Reads any content as an order: an unreadable one must be refused in the acknowledgement.
+    /// Parses any content as an order, because the acknowledgement must refuse an unreadable order.
     fn parse(input: &[u8]) -> Parsed<'_, Self> {
         map(rest, |content| {
             Self::known(content).unwrap_or(Self::Unknown)
@@ -259,7 +259,7 @@ fn mode(input: &[u8]) -> Parsed<'_, Mode> {
     map_opt(take(1_usize), |letter: &[u8]| Mode::from_letter(letter[0])).parse(input)
 }
 
-/// Reads `which` and `allowed`, which must be a subset of it.
+/// Reads `which` and `allowed`; `allowed` must be a subset of `which`.
 fn layers(bits: u32) -> Option<Order> {
     let (which, allowed) = (
         LayerMask::from_bits((bits >> 8) as u8),
@@ -268,7 +268,7 @@ fn layers(bits: u32) -> Option<Order> {
     (bits >> 16 == 0 && allowed.and(which) == allowed).then_some(Order::Layers { which, allowed })
 }
 
-/// Reads silence and mode; a silence of 0 goes with the mode stop only.
+/// Reads silence and mode; a silence of 0 is valid only with mode stop.
 fn failsafe((silence_s, mode): (u32, Mode)) -> Option<Order> {
     match (silence_s as u16, mode) {
         (0, Mode::Stop) => Some(Order::Failsafe(None)),
@@ -277,10 +277,10 @@ fn failsafe((silence_s, mode): (u32, Mode)) -> Option<Order> {
     }
 }
 
-/// Reads an order to set a parameter, or without a value to send its line P.
+/// Reads an order that sets a parameter or, without a value, requests its line P.
 fn parameter((key, value): (u32, Option<u32>)) -> Order {
     match value {
-        // Shifted up and down again, the sign fills the bits above the 18.
+        // Shifting up and down again copies the sign to the bits above the 18.
         Some(bits) => Order::SetParameter {
             key,
             value: (bits << 14) as i32 >> 14,

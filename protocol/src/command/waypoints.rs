@@ -1,4 +1,4 @@
-//! `W`: waypoints of a list being staged.
+//! Frame `W`: waypoints of a list being staged.
 //!
 //! ```text
 //! W  tb                           xxxxx xxxxx ...
@@ -11,10 +11,10 @@ use super::{Frame, Parsed, number};
 use crate::{WAYPOINTS_MAX, Waypoint};
 use nom::{Parser, combinator::map_opt, multi::fold_many1};
 
-/// Waypoints in a block, the unit of the acknowledgement.
+/// Number of waypoints in a block, the unit of the acknowledgement.
 pub const BLOCK_WAYPOINTS: usize = 4;
 
-/// Most waypoints in a frame: four blocks.
+/// Maximum number of waypoints in a frame: four blocks.
 pub const FRAME_WAYPOINTS_MAX: usize = 4 * BLOCK_WAYPOINTS;
 
 const BLOCKS_MAX: usize = WAYPOINTS_MAX.div_ceil(BLOCK_WAYPOINTS);
@@ -23,12 +23,12 @@ const TAG_MAX: u8 = 31;
 const BLOCK_BITS: u32 = 7;
 const BLOCK_MASK: u32 = (1 << BLOCK_BITS) - 1;
 
-/// Consecutive waypoints of the list with this tag.
+/// Consecutive waypoints of a list.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Slots {
     /// Number of the list in its session, 1 to 31 in turn.
     pub tag: u8,
-    /// Block of the first waypoint.
+    /// Number of the first waypoint's block.
     pub first_block: u8,
     waypoints: [Waypoint; FRAME_WAYPOINTS_MAX],
     count: u8,
@@ -79,7 +79,7 @@ impl Slots {
     }
 
     pub(super) fn write(&self, frame: &mut Frame) {
-        // An invalid tag or block is sent as one that every robot refuses.
+        // An invalid tag or block is sent as a value that every robot refuses.
         let tag = u32::from(self.tag) * u32::from(self.tag <= TAG_MAX);
         let first_block = u32::from(self.first_block).min(BLOCK_MASK);
         frame.push_sixbit(2, tag << BLOCK_BITS | first_block);

@@ -3,24 +3,24 @@
 use crate::LINE_BYTES;
 use crate::telemetry::{ACK_LINE_BYTES, AckLine, LineType};
 
-/// Why a line is damaged.
+/// Reason why a line is damaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DamageKind {
-    /// Its checksum is wrong.
+    /// The checksum is wrong.
     Checksum,
-    /// It does not have the length of a line.
+    /// The length is not that of a line.
     Shape,
-    /// Its checksum is right and a field is unreadable: another version of the protocol.
+    /// The checksum is valid but a field is unreadable, as in another version of the protocol.
     Field,
 }
 
-/// Rows of [`Damaged`] besides the types of long lines: short lines, and lines of an unrecognizable type.
+/// Number of rows of [`Damaged`] in addition to the long line types: short lines, and lines of unrecognizable type.
 const OTHER_ROWS: usize = 2;
 
 /// Number of types distinguished.
 const ROWS: usize = LineType::ALL.len() + OTHER_ROWS;
 
-/// Damaged lines: received and not intact.
+/// Counts of damaged lines (received but not intact), by type and kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Damaged {
     kinds: [u32; 3],
@@ -28,34 +28,34 @@ pub struct Damaged {
 }
 
 impl Damaged {
-    /// Counts a damaged line. `seen` ends with it.
+    /// Counts the damaged line at the end of `seen`.
     pub(super) fn count(&mut self, kind: DamageKind, seen: &[u8]) {
         for count in [&mut self.kinds[kind as usize], &mut self.types[row(seen)]] {
             *count = count.saturating_add(1);
         }
     }
 
-    /// Damaged lines of a kind.
+    /// Number of damaged lines of a kind.
     #[must_use]
     pub const fn of_kind(&self, kind: DamageKind) -> u64 {
         self.kinds[kind as usize] as u64
     }
 
-    /// Damaged lines of each type: the letter of a long line, `K` for short lines, `?` where it is unrecognizable.
+    /// Number of damaged lines of each type: the letter of a long line, `K` for short lines, `?` if unrecognizable.
     pub fn by_type(&self) -> impl Iterator<Item = (char, u64)> {
         let long = LineType::ALL.iter().map(|it| it.letter());
         let letters = long.chain([AckLine::LETTERS[0], b'?']).map(char::from);
         letters.zip(self.types.map(u64::from))
     }
 
-    /// All damaged lines.
+    /// Number of all damaged lines.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.kinds.iter().map(|count| u64::from(*count)).sum()
     }
 }
 
-/// The row of the line at the end of `seen`: its letter and the digits of its sequence are where a line begins.
+/// The row of the line at the end of `seen`, recognized by the letter and digits with which a line begins.
 fn row(seen: &[u8]) -> usize {
     let begins = |bytes: usize| {
         let start = seen.get(seen.len().checked_sub(bytes)?..)?;

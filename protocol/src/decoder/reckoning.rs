@@ -1,4 +1,4 @@
-//! Whole hundreds of lost lines, which the sequence does not show, from the uptime in line C; until one comes, from the ground's
+//! Counts whole hundreds of lost lines, which the sequence does not show: from the uptime in line C; until the next line C, from the ground's
 //! clock.
 
 use super::Counters;
@@ -6,25 +6,25 @@ use crate::life::UPTIME_ROUND_S;
 use crate::telemetry::{ACK_LINE_BYTES, SEQUENCE_MODULUS};
 use crate::{BYTES_PER_S, LINE_BYTES};
 
-/// Robot time without loss after which its own rate is known better than the wire's, seconds.
+/// Robot time without loss after which the robot's own rate is known more exactly than the wire's, seconds.
 const MEASURED_S: u64 = 8;
 
-/// Longest time between two lines C without a gap that counts as without loss, seconds: three lines a second need more for a
+/// Maximum time between two lines C without a gap that counts as without loss, seconds; three lines per second need longer for a
 /// hundred.
 const CLEAN_S: u64 = 30;
 
-/// Ground time between two lines from which on it is a silence, in which lines may have been lost, ms.
+/// Minimum ground time between two lines that counts as a silence, in which lines may have been lost, ms.
 const SILENCE_MS: u64 = 2000;
 
-/// Bytes of the densest mix of lines, one long and three short ones, per line.
+/// Number of bytes per line in the densest mix of lines: one long and three short lines.
 const DENSEST_BYTES: u64 = (LINE_BYTES as u64 + 3 * ACK_LINE_BYTES as u64) / 4;
 
-/// Number of lines, or an interval where it is not known exactly.
+/// A number of lost lines, or an interval if the number is not known exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lost {
-    /// Lines that are certainly lost.
+    /// Number of lines that are certainly lost.
     pub min: u64,
-    /// Lines that may be lost, the certain ones included.
+    /// Number of lines that may be lost, including the certain ones.
     pub max: u64,
 }
 
@@ -38,7 +38,7 @@ impl Lost {
         }
     }
 
-    /// Both together.
+    /// The sum of both numbers.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl Lost {
 }
 
 impl AtCounters {
-    /// Lines between a boot and the first one heard after it.
+    /// Number of lines between a boot and the first line received after it.
     pub(super) fn lines_before(&self) -> u64 {
         self.before_first.map_or(0, u64::from)
     }
@@ -58,27 +58,27 @@ impl AtCounters {
 /// Compares the robot's clock with the sequence, from line C to line C.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reckoning {
-    /// The sum of all steps of the sequence, and by how much the latest line is behind it.
+    /// The sum of all steps of the sequence, and the number of lines by which the latest line is behind.
     progress: u64,
     behind: u8,
     latest: Option<AtCounters>,
-    /// Bytes and seconds without loss, and the number of their parts after the first.
+    /// Bytes sent in seconds of which the number of lost lines was certain, and the number of parts with others between them.
     clean_bytes: u64,
     clean_s: u64,
     breaks: u64,
-    was_clean: bool,
+    was_measured: bool,
     /// Short lines in this life, as long as one came since the line C before the latest.
     has_short: bool,
     takes_turns: bool,
-    /// Ground time of the bytes that follow and of the latest line, ms.
+    /// Ground time of the next bytes, and of the latest line, ms.
     now_ms: Option<u64>,
     line_ms: Option<u64>,
-    /// Bytes and ground time without loss and silence.
+    /// Number of bytes and ground time (ms) without loss and silence.
     heard_bytes: u64,
     heard_ms: u64,
 }
 
-/// What was known at a line C, or at a boot.
+/// Counts and time at a line C, or at a boot.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AtCounters {
     uptime_s: u32,
@@ -86,7 +86,7 @@ pub(super) struct AtCounters {
     lines: u64,
     ack_lines: u64,
     lines_lost: u64,
-    /// Lines before the first one heard after a boot; `None` for a line C.
+    /// Number of lines before the first line received after a boot; `None` for a line C.
     before_first: Option<u8>,
 }
 
@@ -102,12 +102,12 @@ impl Reckoning {
         self.behind = lines;
     }
 
-    /// Sets the ground's time of the bytes that follow.
+    /// Sets the ground's time of the next bytes, ms.
     pub(super) const fn set_time(&mut self, now_ms: u64) {
         self.now_ms = Some(now_ms);
     }
 
-    /// Takes the time of a line, whether it is the next one by its sequence, and its length; returns the most lines that the robot
+    /// Takes the time of a line, whether it is the next one by its sequence, and its length; returns the maximum number of lines that the robot
     /// can have sent in a silence before it, if there was one.
     pub(super) fn take_pause(&mut self, is_next: bool, length: usize) -> Option<u64> {
         let before = core::mem::replace(&mut self.line_ms, self.now_ms)?;
@@ -123,7 +123,7 @@ impl Reckoning {
         u64::try_from(most).ok()
     }
 
-    /// What is known at the first line heard after a boot. The boot set the sequence to 0, so lines before it are lost.
+    /// The state at the first line received after a boot. The boot set the sequence to 0, so earlier lines are lost.
     pub(super) const fn boot(
         &self,
         sequence: u8,
@@ -141,39 +141,39 @@ impl Reckoning {
         }
     }
 
-    /// Begins anew at a boot.
+    /// Begins again at a boot.
     pub(super) const fn begin(&mut self, boot: AtCounters) {
         self.latest = Some(boot);
-        self.was_clean = false;
+        self.was_measured = false;
     }
 
-    /// Takes a go-ahead: the robot is half duplex.
+    /// Takes a go-ahead (line G), which shows that the robot is half duplex.
     pub(super) const fn take_go_ahead(&mut self) {
         self.takes_turns = true;
     }
 
-    /// Forgets the latest line C, after a reboot or missing bytes.
+    /// Drops the latest line C, after a reboot or missing bytes.
     pub(super) const fn forget(&mut self) {
         self.latest = None;
-        self.was_clean = false;
+        self.was_measured = false;
     }
 
-    /// Forgets the time of the latest line, after missing bytes.
+    /// Drops the time of the latest line, after missing bytes.
     pub(super) const fn forget_time(&mut self) {
         self.line_ms = None;
     }
 
-    /// Whether a line C or a boot is known, so that the next line C tells the hundreds.
+    /// Whether a line C or a boot is known, so that the next line C shows the hundreds.
     pub(super) const fn has_begun(&self) -> bool {
         self.latest.is_some()
     }
 
-    /// Whether short lines have been around lately.
+    /// Whether short lines arrived recently.
     pub(super) const fn has_short(&self) -> bool {
         self.has_short
     }
 
-    /// Takes the uptime of a line C; returns the lines lost since the one before that are not in `lines_lost`.
+    /// Takes the uptime of a line C; returns the lines lost since the previous line C that are not in `lines_lost`.
     pub(super) fn take_uptime(&mut self, uptime_s: u32, counters: &Counters) -> Lost {
         let now = AtCounters {
             uptime_s,
@@ -190,7 +190,7 @@ impl Reckoning {
         let long = now.lines - then.lines;
         let short = now.ack_lines - then.ack_lines;
         let bytes = long * LINE_BYTES as u64 + short * ACK_LINE_BYTES as u64;
-        // Negative where lines were repeated or a gap looked like a late line.
+        // Negative if lines were repeated or a gap looked like a late line.
         let missing = now.progress as i64 - then.progress as i64 - (long + short) as i64;
         let counted = now.lines_lost.saturating_sub(then.lines_lost) as i64;
         let had_short = core::mem::replace(&mut self.has_short, short > 0);
@@ -202,19 +202,15 @@ impl Reckoning {
             && passed_s < CLEAN_S
             && is_plausible
             && then.before_first.is_none();
+        let was_measured = core::mem::replace(&mut self.was_measured, false);
         if is_clean {
-            self.breaks += u64::from(!self.was_clean);
-            self.clean_bytes += bytes;
-            self.clean_s += passed_s;
-        }
-        self.was_clean = is_clean;
-        if is_clean {
+            self.measure(was_measured, bytes, passed_s);
             return Lost::default();
         }
         let (least, most) = self.expected(passed_s, bytes, is_mixed);
         if let Some(before_first) = then.before_first {
-            // A robot may begin to send some time after its boot, so the uptime says only how many lines it can have sent. One
-            // whose first line was heard has lost none before it.
+            // A robot may begin to send some time after its boot, so the uptime gives only the maximum number of lines sent. A robot
+            // whose first line was received has lost none before it.
             let unseen = most - missing - i64::from(before_first);
             let hidden = unseen / MODULUS * MODULUS;
             let max = if before_first == 0 { 0 } else { hidden.max(0) };
@@ -225,12 +221,28 @@ impl Reckoning {
         }
         let hundreds = |lines: i64| (lines - missing).max(0) / MODULUS;
         let (min, max) = (hundreds(least + MODULUS - 1), hundreds(most));
-        let (min, max) = if min <= max {
-            (min, max)
-        } else {
-            let nearest = hundreds(i64::midpoint(least, most) + MODULUS / 2);
-            (nearest, nearest)
+        let is_possible = min <= max && missing <= most;
+        let is_guess = !self.is_rate_measured();
+        // The steps of the sequence alone tell the rate, where they fit it and a hundred more do not, or where no number fits a
+        // guessed rate.
+        let is_measure = passed_s < CLEAN_S
+            && !is_mixed
+            && !self.takes_turns
+            && if is_possible { max == 0 } else { is_guess };
+        let nearest = hundreds(i64::midpoint(least, most) + MODULUS / 2);
+        let (min, max) = match (is_possible, is_guess) {
+            // Until a part fits the wire's rate, the robot may be slow.
+            (true, true) if !self.is_wire_rate_likely() => (0, max),
+            (true, _) => (min, max),
+            (false, true) if is_measure => (0, 0),
+            (false, true) => (0, nearest),
+            (false, false) => (nearest, nearest),
         };
+        if let Ok(missing) = u64::try_from(missing)
+            && is_measure
+        {
+            self.measure(was_measured, bytes + missing * LINE_BYTES as u64, passed_s);
+        }
         let hidden = |hundreds: i64| match hundreds {
             0 => 0,
             _ => (missing + hundreds * MODULUS - counted).max(0) as u64,
@@ -239,6 +251,26 @@ impl Reckoning {
             min: hidden(min),
             max: hidden(max),
         }
+    }
+
+    /// Takes bytes that the robot sent in a time of its clock; `is_next` if the time before was measured, too.
+    const fn measure(&mut self, is_next: bool, bytes: u64, passed_s: u64) {
+        self.breaks += !is_next as u64;
+        self.clean_bytes += bytes;
+        self.clean_s += passed_s;
+        self.was_measured = true;
+    }
+
+    /// Whether the robot's own rate is known better than the wire's.
+    const fn is_rate_measured(&self) -> bool {
+        self.clean_s >= MEASURED_S || self.heard_ms >= MEASURED_S * 1000
+    }
+
+    /// Whether the parts measured so far fit the wire's rate.
+    const fn is_wire_rate_likely(&self) -> bool {
+        let usual_bytes = self.clean_s * BYTES_PER_S as u64;
+        let second_bytes = self.breaks * BYTES_PER_S as u64;
+        self.clean_s > 0 && self.clean_bytes.abs_diff(usual_bytes) <= second_bytes
     }
 
     /// Least and greatest number of lines that can be missing among `bytes` in `passed_s` of the robot's clock, which counts
@@ -256,7 +288,7 @@ impl Reckoning {
             (u64::from(BYTES_PER_S), 3)
         };
         let (least_rate, most_rate) = if self.takes_turns {
-            // The ground's turns are part of the time.
+            // The time includes the ground's turns.
             (rate / 4, rate * 2)
         } else {
             (
@@ -269,10 +301,10 @@ impl Reckoning {
         } else {
             LINE_BYTES as u64
         };
-        let least =
-            (least_rate * passed_s.saturating_sub(1)).saturating_sub(bytes) / LINE_BYTES as u64;
-        let most = (most_rate * (passed_s + 1)).saturating_sub(bytes) / densest;
-        (least as i64 - 1, most as i64 + 1)
+        let missing = |sent: u64, line: u64| (sent as i64 - bytes as i64) / line as i64;
+        let least = missing(least_rate * passed_s.saturating_sub(1), LINE_BYTES as u64);
+        let most = missing(most_rate * (passed_s + 1), densest);
+        (least - 1, most + 1)
     }
 }
 

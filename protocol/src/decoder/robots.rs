@@ -1,18 +1,18 @@
-//! Tells apart the lines of robots that share a channel.
+//! Distinguishes the lines of robots that share a channel.
 
 use super::Received;
 use crate::telemetry::SEQUENCE_MODULUS;
 
-/// Lines of the other robot in a row after which it replaces the followed one: five seconds of a busy radio.
+/// Number of consecutive lines of the other robot after which it replaces the followed one: five seconds of a busy radio.
 const REPLACED_AFTER: u8 = 15;
 
-/// The robot that is followed and another one on its channel. Most lines hold their robot's id. Any other line belongs to the
-/// robot with its boot counter; if both have the same, to the one whose sequence it continues more closely.
+/// The followed robot and another robot on its channel. Most lines contain their robot's id. Any other line belongs to the
+/// robot with the same boot counter; if both robots have it, to the one whose sequence the line continues more closely.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Robots {
     own: Option<Robot>,
     other: Option<Robot>,
-    /// Lines of the other robot since the latest own one.
+    /// Number of lines of the other robot since the latest line of the followed one.
     in_a_row: u8,
 }
 
@@ -26,19 +26,19 @@ struct Robot {
 /// The robot that sent a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sender {
-    /// The one that is followed.
+    /// The followed robot.
     Own,
-    /// Another one.
+    /// Another robot.
     Other,
-    /// Another one, which is followed from this line on.
+    /// Another robot, which is followed from this line on.
     Successor,
 }
 
 impl Robots {
-    /// Takes a line; returns its sender. The first robot heard is followed.
+    /// Takes a line; returns its sender. The first robot received is followed.
     pub(super) fn take(&mut self, received: &Received) -> Sender {
         let (boot, sequence) = (received.ack().boot, received.sequence());
-        // 0 is the id of no robot.
+        // No robot has the id 0.
         let Some(id) = received.robot_id().filter(|id| *id != 0) else {
             return if self.take_nameless(boot, sequence) {
                 Sender::Own
@@ -71,7 +71,7 @@ impl Robots {
             }
             return true;
         };
-        // Lines between it and the robot's latest one. A robot does not send a sequence twice in a row.
+        // Number of lines between the line and the robot's latest one. A robot does not send the same sequence twice in a row.
         let skipped =
             |robot: &Robot| (sequence + SEQUENCE_MODULUS - robot.sequence - 1) % SEQUENCE_MODULUS;
         let is_own = if own.boot == other.boot {
@@ -84,7 +84,7 @@ impl Robots {
         is_own
     }
 
-    /// Id of the other robot; `None` while there is none.
+    /// Id of the other robot; `None` if there is none.
     pub(super) fn other_id(&self) -> Option<u8> {
         self.other.map(|robot| robot.id)
     }

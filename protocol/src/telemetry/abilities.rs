@@ -1,4 +1,4 @@
-//! Line I: the abilities of a robot that does less than the whole protocol.
+//! Line I: the abilities of a robot that implements a part of the protocol.
 //!
 //! ```text
 //! 1-3  5-6 8     10-12    14-22     24-27   29-33 35                       70-74 75-78
@@ -14,13 +14,13 @@ use nom::Parser;
 use nom::character::complete::one_of;
 use nom::combinator::verify;
 
-/// Most fields of a robot's own: line V has room for nine values.
+/// Maximum number of a robot's own fields; line V has room for nine values.
 pub const FIELDS_MAX: u8 = 9;
 
 /// Highest level.
 pub const LEVEL_MAX: u8 = 5;
 
-/// Lowest rate, bytes a second.
+/// Minimum rate, bytes per second.
 pub const RATE_MIN_BYTES_PER_S: u32 = 30;
 
 const RATE_MAX_BYTES_PER_S: u32 = 99_999;
@@ -39,27 +39,27 @@ status_codes! {
     }
 }
 
-/// Line I. [`Self::FULL`] is what a robot has that sends none.
+/// Line I. A robot that sends no line I has the abilities [`Self::FULL`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct AbilitiesLine {
-    /// 1 to 99.
+    /// Id of the robot, 1 to 99.
     pub robot_id: u8,
-    /// 1 to [`LEVEL_MAX`]: SPEC.md section 1.
+    /// Level of the robot, 1 to [`LEVEL_MAX`] (SPEC.md section 1).
     pub level: u8,
-    /// Most waypoints of a list, to [`WAYPOINTS_MAX`]; 0: no lists.
+    /// Maximum number of waypoints in a list, up to [`WAYPOINTS_MAX`]; 0 for a robot without lists.
     pub capacity: u16,
-    /// Bit *n* is the *n*-th of [`Mode::ALL`]: fitted.
+    /// The modes that the robot has; bit *n* is the *n*-th of [`Mode::ALL`].
     pub modes: u16,
-    /// Bit *n* is the *n*-th of [`Reading::ALL`]: measured.
+    /// The readings that the robot measures; bit *n* is the *n*-th of [`Reading::ALL`].
     pub measured: u8,
-    /// Bytes a second that the robot takes.
+    /// Maximum rate at which the robot accepts bytes, bytes per second.
     pub rate_bytes_per_s: u32,
-    /// Fields of its own, to [`FIELDS_MAX`].
+    /// Number of the robot's own fields, up to [`FIELDS_MAX`].
     pub fields: u8,
 }
 
 impl AbilitiesLine {
-    /// Everything that the protocol has, at 2400 baud.
+    /// All abilities of the protocol, at 2400 baud.
     pub const FULL: Self = Self {
         robot_id: 1,
         level: LEVEL_MAX,
@@ -133,7 +133,7 @@ const fn letter_or_point(bits: u16, bit: usize, letter: u8) -> u8 {
     if bits >> bit & 1 == 1 { letter } else { b'.' }
 }
 
-/// A column for each letter, with the letter or a point; bit *n* of the result is the *n*-th letter.
+/// Parses a column for each letter, with the letter or a full stop; bit *n* of the result is the *n*-th letter.
 fn letters(mut input: &[u8], letters: impl Iterator<Item = u8>) -> Parsed<'_, u16> {
     let mut bits = 0;
     for (bit, letter) in letters.enumerate() {
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn modes_and_readings_are_told_by_their_letters() {
+    fn modes_and_readings_are_identified_by_their_letters() {
         let line = AbilitiesLine {
             modes: 0b1001,
             measured: 0b10,

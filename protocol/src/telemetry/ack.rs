@@ -10,7 +10,7 @@
 //!                                         1      bits 1001111000, robot id (7): the robot cannot hear
 //! ```
 //!
-//! All counters are the low bits of larger ones. It is a snapshot, not an event: a lost line loses no acknowledgement.
+//! All counters are the low bits of larger counters. An acknowledgement is a snapshot, not an event: a lost line loses no acknowledgement.
 
 use super::FieldError;
 use super::fields::{Fields, Parsed, byte, bytes, digits};
@@ -19,10 +19,10 @@ use crate::{crc, sixbit};
 use nom::Parser;
 use nom::combinator::{map_opt, verify};
 
-/// Bytes of an acknowledgement line, CR LF included.
+/// Length of an acknowledgement line including CR LF, bytes.
 pub const ACK_LINE_BYTES: usize = 14;
 
-/// Blocks after the first missing one that an acknowledgement covers.
+/// Number of blocks after the first missing one that an acknowledgement covers.
 pub const WINDOW_BLOCKS: u8 = 8;
 
 /// Result of the latest command.
@@ -38,13 +38,13 @@ pub enum Outcome {
     BadValue = 2,
     /// Refused: waypoints of the list are missing.
     ListIncomplete = 3,
-    /// Refused: the staged list is not the one that was announced.
+    /// Refused: the staged list does not match the announced digest.
     DigestMismatch = 4,
-    /// Refused in the robot's present state.
+    /// Refused in the robot's current state.
     NotNow = 5,
     /// Refused: unknown command.
     Unknown = 6,
-    /// Accepted, and not carried out.
+    /// Accepted, but not carried out.
     Failed = 7,
 }
 
@@ -83,61 +83,61 @@ impl Outcome {
     }
 }
 
-/// The second half of an acknowledgement.
+/// The detail of an acknowledgement, bits 17 to 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Detail {
     /// No list is being staged.
     Idle {
-        /// Nonce of the station that opened the session, 10 bits; 0 when none is open.
+        /// Nonce of the station that opened the session, 10 bits; 0 if no session is open.
         owner: u16,
-        /// The robot's id, so that a station that has just started can address it.
+        /// The robot's id; a station that has just started needs it to address the robot.
         robot_id: u8,
     },
     /// A list is being staged.
     Staging {
         /// The first block of waypoints that has not arrived, 7 bits.
         first_missing: u8,
-        /// Which list: the low 2 bits of its tag.
+        /// Low 2 bits of the list's tag.
         tag: u8,
-        /// Bit `n` is block `first_missing + 1 + n`; set when it has arrived.
+        /// The blocks that have arrived; bit `n` is block `first_missing + 1 + n`.
         window: u8,
     },
-    /// No session is open since a STOP with this receipt, 15 bits.
+    /// No session is open, because of a STOP with a receipt.
     Stopped {
-        /// Number in the latest STOP.
+        /// Receipt of the latest STOP, 15 bits.
         receipt: u16,
     },
-    /// The robot has no receiver, or none that works.
+    /// The robot has no working receiver.
     CannotHear {
         /// The robot's id, 7 bits.
         robot_id: u8,
     },
-    /// The high part of the session's number.
+    /// The era, the high part of the session's full number.
     Era {
-        /// Counts the rounds of session numbers, 14 bits.
+        /// Count of rounds of session numbers, 14 bits.
         era: u16,
     },
 }
 
-/// Values of the bits 16 and 15 beside a set bit 17 that no block has: a receipt follows.
+/// Value of bits 16 and 15, with bit 17 set, before a receipt; no block number has it.
 const RECEIPT: u32 = 0b11;
 
-/// Values of the bits 16 to 14 beside a set bit 17 that no block has, either: an era follows.
+/// Value of bits 16 to 14, with bit 17 set, before an era; no block number has it.
 const ERA: u32 = 0b101;
 
-/// Value of the bits 16 to 7 beside a set bit 17 for a robot that cannot hear: block 79, which no list has.
+/// Value of bits 16 to 7, with bit 17 set, for a robot that cannot hear: block 79, which no list has.
 const CANNOT_HEAR: u32 = 79 << 3;
 
-/// The state of the robot's receiver at one instant.
+/// The state of the robot's receiver at a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Ack {
     /// Boot counter, low 3 bits.
     pub boot: u8,
-    /// Session number, 1 to 7 in turn; 0 until one is opened after a boot.
+    /// Session number, 1 to 7 in turn; 0 until a session is opened after a boot.
     pub session: u8,
-    /// Sequence of the latest command taken in this session, low 3 bits; 0 until the first.
+    /// Sequence of the latest command taken in this session, low 3 bits; 0 before the first command.
     pub sequence: u8,
-    /// Result of that command.
+    /// Result of the latest command.
     pub outcome: Outcome,
     /// Session owner, or progress of the staged list.
     pub detail: Detail,
@@ -168,7 +168,7 @@ impl Ack {
         )
     }
 
-    /// Five characters for columns 70 to 74.
+    /// Encodes the acknowledgement as five characters, for columns 70 to 74.
     #[must_use]
     pub fn encode(&self) -> [u8; 5] {
         let (kind, detail) = match self.detail {
@@ -203,7 +203,7 @@ impl Ack {
         map_opt(bytes, Self::decode).parse(input)
     }
 
-    /// Reads five characters; `None` if one of them is no 6-bit character.
+    /// Decodes five characters; `None` if one is not a 6-bit character.
     #[must_use]
     pub fn decode(characters: [u8; 5]) -> Option<Self> {
         let bits = sixbit::decode_from(&characters)?;
@@ -242,10 +242,10 @@ impl Ack {
 }
 
 /// An acknowledgement line: `K` or `G`, sequence, acknowledgement, CRC, CR LF. A robot sends `K` while the
-/// ground is sending, and `G` (go ahead) when it is half-duplex and will listen.
+/// ground is sending; a half-duplex robot sends `G` (go ahead) when it will listen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AckLine {
-    /// 0 to 99, counted over all lines.
+    /// Sequence of the line, 0 to 99, counted over all lines.
     pub sequence: u8,
     /// The state of the robot's receiver just before column 4 was sent.
     pub ack: Ack,
@@ -254,7 +254,7 @@ pub struct AckLine {
 }
 
 impl AckLine {
-    /// Its first letters: `K`, and `G` if the robot listens after it.
+    /// Possible first letters: `K`, or `G` if the robot listens after the line.
     pub const LETTERS: [u8; 2] = *b"KG";
 
     /// The 14 bytes on the wire.
@@ -282,7 +282,7 @@ impl AckLine {
         Self::LETTERS.contains(&byte)
     }
 
-    /// Reads a line, whose checksum has been verified.
+    /// Parses a line. The caller has verified the checksum.
     ///
     /// # Errors
     /// The first column of the field that cannot be read.
@@ -338,7 +338,7 @@ mod tests {
         }
     }
 
-    /// One field at a time, so that a misplaced bit shows.
+    /// Tests one field at a time, to detect a misplaced bit.
     #[test]
     fn each_field_has_the_bits_of_the_specification() {
         let none = Ack::default();

@@ -3,7 +3,7 @@
 use super::HEAD_BYTES;
 use crate::{LINE_BYTES, sixbit};
 
-/// The columns of one line, being written.
+/// The columns of a line being written.
 pub(super) struct Columns([u8; LINE_BYTES]);
 
 impl Columns {
@@ -33,7 +33,7 @@ impl Columns {
         }
     }
 
-    /// Decimal digits with leading zeros; a larger value saturates at all nines.
+    /// Writes decimal digits with leading zeros; a larger value saturates at all nines.
     pub(super) fn digits(&mut self, column: usize, width: usize, value: u32) {
         let mut limit = 1;
         for _ in 0..width {
@@ -46,13 +46,13 @@ impl Columns {
         }
     }
 
-    /// A sign and digits, `width` in all; saturates.
+    /// Writes a sign and digits, `width` characters in total; saturates.
     pub(super) fn signed(&mut self, column: usize, width: usize, value: i32) {
         self.letter(column, if value < 0 { b'-' } else { b'+' });
         self.digits(column + 1, width - 1, value.unsigned_abs());
     }
 
-    /// Digits, or as many hyphens for a value that is not there.
+    /// Writes digits, or hyphens for a missing value.
     pub(super) fn optional(&mut self, column: usize, width: usize, value: Option<u32>) {
         match value {
             Some(value) => self.digits(column, width, value),

@@ -6,7 +6,7 @@
 //! seq  id  uptime boots vers. ticks won          heard bad   late  bumps failsafe ack   CRC
 //! ```
 //!
-//! Ticks won: two 6-bit characters for each of [`HOLDERS`] holders.
+//! Ticks won (in which a holder controlled the motors): two 6-bit characters for each of [`HOLDERS`] holders.
 
 use super::columns::Columns;
 use super::fields::{
@@ -24,34 +24,34 @@ pub const HOLDERS: usize = 9;
 /// Line C.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CountersLine {
-    /// 1 to 99.
+    /// Id of the robot, 1 to 99.
     pub robot_id: u8,
-    /// Seconds since boot by the robot's clock, modulo 1,000,000.
+    /// Time since boot by the robot's clock, seconds, modulo 1,000,000.
     pub uptime_s: u32,
     /// Boot counter, modulo 1000.
     pub boots: u16,
     /// Firmware version.
     pub version: FirmwareVersion,
-    /// Ticks won by layers 0 to 7 and by prowl since boot, modulo 4096.
+    /// Number of ticks since boot in which each of layers 0 to 7 and prowl controlled the motors, modulo 4096.
     pub ticks_won: [u16; HOLDERS],
-    /// Intact frames received since boot, modulo 1000.
+    /// Number of intact frames received since boot, modulo 1000.
     pub frames_heard: u16,
-    /// Frames rejected since boot, modulo 1000.
+    /// Number of frames rejected since boot, modulo 1000.
     pub frames_rejected: u16,
-    /// Ticks that began late since boot, modulo 1000.
+    /// Number of ticks that began late since boot, modulo 1000.
     pub ticks_late: u16,
     /// Bumper contacts since boot, modulo 10,000.
     pub bumps: u16,
-    /// Failsafe against a silent ground; `None`: the robot carries on.
+    /// Failsafe against a silent ground; `None` if it is off.
     pub failsafe: Option<Failsafe>,
 }
 
 /// Version of the robot's program, two numbers of two digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FirmwareVersion {
-    /// Increases when the robot's behaviour changes for the operator.
+    /// First number of the version; increases when the robot's behaviour changes for the operator.
     pub major: u8,
-    /// Increases with every other change.
+    /// Second number of the version; increases with every other change.
     pub minor: u8,
 }
 
@@ -94,7 +94,7 @@ impl CountersLine {
     }
 }
 
-/// Silence and mode, both or neither of them hyphens.
+/// Reads silence and mode; both or neither are hyphens.
 fn read_failsafe(line: &mut Fields) -> Read<Option<Failsafe>> {
     let silence_s = verify(digits::<4, u16>, |silence_s| {
         (SILENCE_MIN_S..=SILENCE_MAX_S).contains(silence_s)

@@ -10,15 +10,15 @@ use nom::{IResult, Parser, branch::alt};
 /// The result of a parser: the rest of the line, and the value read.
 pub(super) type Parsed<'a, T> = IResult<&'a [u8], T, BadField>;
 
-/// A field that cannot be read.
+/// An unreadable field.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BadField {
-    /// Bytes left in the line, from the field's first column on.
+    /// Number of bytes in the line from the field's first column on.
     left: usize,
 }
 
 impl BadField {
-    /// Blames the column that `input` begins with.
+    /// The error for the column with which `input` begins.
     pub(super) fn at(input: &[u8]) -> nom::Err<Self> {
         nom::Err::Error(Self { left: input.len() })
     }
@@ -34,14 +34,14 @@ impl ParseError<&[u8]> for BadField {
     }
 }
 
-/// A value read from a line, or the field that cannot be read.
+/// A value read from a line, or the unreadable field.
 pub(super) type Read<T> = Result<T, nom::Err<BadField>>;
 
 /// The fields of a line, read one after another.
 pub(super) struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
-    /// Reads a line by `read`, which may leave some of it unread.
+    /// Reads a line with `read`, which need not read the whole line.
     pub(super) fn of<T>(
         line: &'a [u8],
         read: impl FnOnce(&mut Self) -> Read<T>,
@@ -72,7 +72,7 @@ impl<'a> Fields<'a> {
         Ok(value)
     }
 
-    /// Reads a space and a field, whose first column is blamed if it cannot be read.
+    /// Reads a space and a field. An error names the field's first column.
     pub(super) fn field<T>(
         &mut self,
         mut parser: impl Parser<&'a [u8], Output = T, Error = BadField>,
@@ -80,7 +80,7 @@ impl<'a> Fields<'a> {
         self.fields(|input| parser.parse(input).map_err(|_| BadField::at(input)))
     }
 
-    /// Reads a space and fields that stand without a space between them.
+    /// Reads a space and several fields without spaces between them.
     pub(super) fn fields<T>(
         &mut self,
         parser: impl Parser<&'a [u8], Output = T, Error = BadField>,
@@ -90,7 +90,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// `N` fields of one kind.
+/// Parses `N` fields of one kind.
 pub(super) fn each<'a, const N: usize, T: Copy + Default>(
     mut field: impl Parser<&'a [u8], Output = T, Error = BadField>,
 ) -> impl Parser<&'a [u8], Output = [T; N], Error = BadField> {
@@ -101,7 +101,7 @@ pub(super) fn each<'a, const N: usize, T: Copy + Default>(
     }
 }
 
-/// `N` bytes.
+/// Parses `N` bytes.
 pub(super) fn bytes<const N: usize>(input: &[u8]) -> Parsed<'_, [u8; N]> {
     match input.split_first_chunk() {
         Some((bytes, rest)) => Ok((rest, *bytes)),
@@ -109,22 +109,22 @@ pub(super) fn bytes<const N: usize>(input: &[u8]) -> Parsed<'_, [u8; N]> {
     }
 }
 
-/// Any byte.
+/// Parses any byte.
 pub(super) fn byte(input: &[u8]) -> Parsed<'_, u8> {
     bytes::<1>.map(|[byte]| byte).parse(input)
 }
 
-/// A given character.
+/// Parses a given character.
 pub(super) fn character<'a>(expected: u8) -> impl Parser<&'a [u8], Output = (), Error = BadField> {
     map_opt(byte, move |byte| (byte == expected).then_some(()))
 }
 
-/// `N` spaces, each a column of its own.
+/// Parses `N` spaces; an error names the wrong column.
 pub(super) fn spaces<const N: usize>(input: &[u8]) -> Parsed<'_, ()> {
     fill(character(b' '), &mut [(); N]).parse(input)
 }
 
-/// `N` decimal digits.
+/// Parses `N` decimal digits.
 pub(super) fn digits<const N: usize, T: TryFrom<u32>>(input: &[u8]) -> Parsed<'_, T> {
     map_opt(bytes::<N>, |digits| {
         let value = digits.iter().try_fold(0, |value, digit| match digit {
@@ -136,7 +136,7 @@ pub(super) fn digits<const N: usize, T: TryFrom<u32>>(input: &[u8]) -> Parsed<'_
     .parse(input)
 }
 
-/// A sign and a magnitude; zero has a plus.
+/// Parses a sign and a magnitude; zero has a plus.
 pub(super) fn signed<'a, T: Default + PartialEq + core::ops::Neg<Output = T>>(
     magnitude: impl Parser<&'a [u8], Output = T, Error = BadField>,
 ) -> impl Parser<&'a [u8], Output = T, Error = BadField> {
@@ -147,7 +147,7 @@ pub(super) fn signed<'a, T: Default + PartialEq + core::ops::Neg<Output = T>>(
     })
 }
 
-/// A value, or hyphens across its field for none.
+/// Parses a value, or hyphens in the whole field for a missing value.
 pub(super) fn optional<'a, const N: usize, T>(
     hyphens: &'static [u8; N],
     value: impl Parser<&'a [u8], Output = T, Error = BadField>,
@@ -156,7 +156,7 @@ pub(super) fn optional<'a, const N: usize, T>(
     alt((none, value.map(Some)))
 }
 
-/// A number of `N` 6-bit characters.
+/// Parses a number of `N` 6-bit characters.
 pub(super) fn sixbits<const N: usize, T: TryFrom<u32>>(input: &[u8]) -> Parsed<'_, T> {
     map_opt(bytes::<N>, |characters| {
         T::try_from(sixbit::decode_from(&characters)?).ok()
@@ -164,12 +164,12 @@ pub(super) fn sixbits<const N: usize, T: TryFrom<u32>>(input: &[u8]) -> Parsed<'
     .parse(input)
 }
 
-/// 01 to 99.
+/// Parses a robot id, 01 to 99.
 pub(super) fn robot_id(input: &[u8]) -> Parsed<'_, u8> {
     verify(digits::<2, u8>, |&id| id > 0).parse(input)
 }
 
-/// A character of a vocabulary.
+/// Parses a letter of a vocabulary.
 pub(super) fn letter<'a, T>(
     from_letter: impl Fn(u8) -> Option<T>,
 ) -> impl Parser<&'a [u8], Output = T, Error = BadField> {

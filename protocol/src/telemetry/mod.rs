@@ -1,4 +1,4 @@
-//! Robot to ground: lines of 80 bytes, CR LF included, and acknowledgement lines of 14 bytes while the
+//! Robot to ground: lines of 80 bytes including CR LF, and acknowledgement lines of 14 bytes while the
 //! ground is sending.
 //!
 //! ```text
@@ -39,10 +39,10 @@ use fields::{Fields, Read, digits, letter, sixbits};
 use nom::Parser;
 use nom::bytes::complete::{tag, take};
 
-/// Columns of a line before its acknowledgement.
+/// Number of columns of a line before its acknowledgement.
 pub const HEAD_BYTES: usize = 69;
 
-/// Line sequence numbers run from 0 to 99.
+/// Modulus of line sequences, which run from 0 to 99.
 pub const SEQUENCE_MODULUS: u8 = 100;
 
 status_codes! {
@@ -95,15 +95,15 @@ pub enum Body {
 /// One 80-byte line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// 0 to 99, counted over all lines: a step other than one means lost lines.
+    /// Sequence of the line, 0 to 99, counted over all lines; a step other than one means lost lines.
     pub sequence: u8,
-    /// The fields of its type.
+    /// The fields, by type.
     pub body: Body,
     /// The state of the robot's receiver just before column 70 was sent.
     pub ack: Ack,
 }
 
-/// A line with a valid checksum and a field that cannot be read: another version of the wire.
+/// The error for a line with a valid checksum and an unreadable field, as in another version of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FieldError {
     /// The first column of the unreadable field, or the column that should hold a space; from 1.
@@ -141,7 +141,7 @@ impl Body {
         }
     }
 
-    /// Columns 1 to 69: type, sequence and fields.
+    /// Encodes columns 1 to 69: type, sequence and fields.
     #[must_use]
     pub fn head(&self, sequence: u8) -> [u8; HEAD_BYTES] {
         let mut columns = Columns::blank();
@@ -175,7 +175,7 @@ impl Line {
         line
     }
 
-    /// Reads a line, whose checksum has been verified.
+    /// Parses a line. The caller has verified the checksum.
     ///
     /// # Errors
     /// The first column of the field that cannot be read.

@@ -1,4 +1,4 @@
-//! Lines F and V: fields of a robot's own, each described by a line F, and their values.
+//! Lines F and V: a robot's own fields, each described by a line F, and their values.
 //!
 //! ```text
 //! 1-3  5-7   9-26               28       30-40                             70-74 75-78
@@ -18,26 +18,26 @@ use nom::Parser;
 use nom::combinator::verify;
 use nom::sequence::separated_pair;
 
-/// Most digits behind the point of a field's values.
+/// Maximum number of digits after the decimal point of a field's values.
 pub const DECIMALS_MAX: u8 = 5;
 
 const VALUES: usize = FIELDS_MAX as usize;
 
-/// Stands for hyphens.
+/// Internal value for a missing value (hyphens on the wire).
 const NO_VALUE: i32 = i32::MIN;
 
 /// Line F.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FieldLine {
-    /// Its place in line V, from 1.
+    /// Number of the field in line V, from 1.
     pub place: u8,
-    /// Number of fields, to [`FIELDS_MAX`].
+    /// Total number of fields, up to [`FIELDS_MAX`].
     pub count: u8,
-    /// Its name.
+    /// Name of the field.
     pub name: ParameterName,
-    /// Digits of its values behind the point, to [`DECIMALS_MAX`].
+    /// Number of digits after the decimal point of its values, up to [`DECIMALS_MAX`].
     pub decimals: u8,
-    /// Its unit.
+    /// Unit of the field.
     pub unit: Printable<UNIT_BYTES>,
 }
 
@@ -75,7 +75,7 @@ impl FieldLine {
 pub struct ValuesLine([i32; VALUES]);
 
 impl ValuesLine {
-    /// A line of these values; further ones are left out, larger ones saturate.
+    /// A line with these values. Values beyond the ninth are left out, and large values saturate.
     #[must_use]
     pub fn new(values: impl IntoIterator<Item = Option<i32>>) -> Self {
         let mut line = Self([NO_VALUE; VALUES]);
@@ -85,7 +85,7 @@ impl ValuesLine {
         line
     }
 
-    /// The value of each field, in units of its last decimal.
+    /// The value of each field, in units of its last decimal place.
     pub fn values(&self) -> impl Iterator<Item = Option<i32>> + '_ {
         self.0
             .iter()

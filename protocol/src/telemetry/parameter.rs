@@ -1,4 +1,4 @@
-//! Line P: one parameter with its limits and unit, so that the ground needs no table.
+//! Line P: a parameter with its limits and unit; the ground needs no table of parameters.
 //!
 //! ```text
 //! 1-3  5-9   11-28              30-35  37-42  44-49  51-56  58-68        70-74 75-78
@@ -17,19 +17,19 @@ use nom::sequence::separated_pair;
 /// Line P.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ParameterLine {
-    /// Its place in the robot's table, from 1.
+    /// Number of the parameter in the robot's table, from 1.
     pub place: u8,
     /// Number of parameters in the table, at most [`PARAMETERS_MAX`].
     pub count: u8,
-    /// Its name.
+    /// Name of the parameter.
     pub name: ParameterName,
-    /// Present value.
+    /// Current value.
     pub value: i32,
     /// Value after a reset.
     pub kept: i32,
-    /// Least value that the robot accepts.
+    /// Minimum value that the robot accepts.
     pub least: i32,
-    /// Greatest value that the robot accepts.
+    /// Maximum value that the robot accepts.
     pub most: i32,
     /// Unit of the values.
     pub unit: Printable<UNIT_BYTES>,
@@ -40,7 +40,7 @@ pub struct ParameterLine {
 pub struct ParameterName(pub(super) Printable<NAME_BYTES>);
 
 impl ParameterName {
-    /// Cuts `name` to [`NAME_BYTES`] and puts a hyphen for each invalid byte; an empty name becomes one hyphen.
+    /// Makes a name from `name`, cut to [`NAME_BYTES`], with a hyphen for each invalid byte; an empty name becomes one hyphen.
     #[must_use]
     pub fn new(name: &str) -> Self {
         let mut bytes = [b' '; NAME_BYTES];

@@ -10,7 +10,7 @@ use nom::combinator::verify;
 pub struct Printable<const N: usize>([u8; N]);
 
 impl<const N: usize> Printable<N> {
-    /// Cuts `text` after `N` bytes and puts `?` for each byte that is not printable ASCII.
+    /// Makes a text from `text`, cut after `N` bytes, with `?` for each byte that is not printable ASCII.
     #[must_use]
     pub fn new(text: &str) -> Self {
         let mut bytes = [b' '; N];
@@ -34,7 +34,7 @@ impl<const N: usize> Printable<N> {
         columns.bytes(column, &self.0);
     }
 
-    /// `N` printable characters, each a field of its own.
+    /// Parses `N` printable characters; an error names the wrong column.
     pub(super) fn parse(input: &[u8]) -> Parsed<'_, Self> {
         let printable = verify(byte, |byte| matches!(byte, b' '..=b'~'));
         each(printable).map(Self).parse(input)

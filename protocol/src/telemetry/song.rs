@@ -1,4 +1,4 @@
-//! Line S: the notes of a song, sent as it begins.
+//! Line S: the notes of a song, sent when the song begins.
 //!
 //! ```text
 //! 1-3  5-67                                                            70-74 75-78
@@ -12,16 +12,16 @@ use crate::sixbit;
 use nom::Parser;
 use nom::combinator::verify;
 
-/// Most notes of a song.
+/// Maximum number of notes in a song.
 pub const SONG_NOTES: usize = 21;
 
-/// Characters of a note.
+/// Number of characters of a note.
 const NOTE_BYTES: usize = 3;
 
-/// Highest frequency that two characters hold, hertz.
+/// Maximum frequency in two characters, hertz.
 const HZ_MAX: u16 = 4095;
 
-/// Longest note that one character holds, ticks.
+/// Maximum length of a note in one character, ticks.
 const TICKS_MAX: u8 = 63;
 
 /// One note.
@@ -36,7 +36,7 @@ pub struct Note {
 /// Line S.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SongLine {
-    /// As on the wire, because a line's body must stay small on the robot.
+    /// The notes as on the wire, because a line's body must stay small on the robot.
     characters: [u8; SONG_NOTES * NOTE_BYTES],
 }
 
@@ -82,7 +82,7 @@ impl SongLine {
     }
 }
 
-/// Frequency and length; a length of 0 is refused.
+/// Parses a note: frequency and length; a length of 0 is an error.
 fn note(input: &[u8]) -> Parsed<'_, u32> {
     verify(sixbits::<NOTE_BYTES, u32>, |bits| bits % 64 > 0).parse(input)
 }

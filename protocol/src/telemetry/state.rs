@@ -20,9 +20,9 @@ use nom::sequence::separated_pair;
 /// Line A.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateLine {
-    /// X in tenths of an inch; whole inches from 1000 on, saturating at 99,999.
+    /// X, tenths of an inch; whole inches from 1000 in on; saturates at 99,999 in.
     pub x_tenths_in: i32,
-    /// Y in tenths of an inch; whole inches from 1000 on, saturating at 99,999.
+    /// Y, tenths of an inch; whole inches from 1000 in on; saturates at 99,999 in.
     pub y_tenths_in: i32,
     /// Heading, 0 to 359 degrees, clockwise from +Y.
     pub theta_deg: u16,
@@ -30,40 +30,40 @@ pub struct StateLine {
     pub velocity_in_s: i8,
     /// Requested difference between the wheels, left minus right, in/s.
     pub rotation_in_s: i8,
-    /// Measured left wheel, in/s.
+    /// Measured speed of the left wheel, in/s.
     pub wheel_left_in_s: i8,
-    /// Measured right wheel, in/s.
+    /// Measured speed of the right wheel, in/s.
     pub wheel_right_in_s: i8,
-    /// Left sonar; `None` when no echo came back.
+    /// Distance of the left sonar, inches; `None` without an echo.
     pub sonar_left_in: Option<u16>,
-    /// Right sonar; `None` when no echo came back.
+    /// Distance of the right sonar, inches; `None` without an echo.
     pub sonar_right_in: Option<u16>,
     /// Left photocell, per cent of full scale, 0 very bright; `None` when not fitted.
     pub photo_left_pct: Option<u8>,
     /// Right photocell, per cent of full scale, 0 very bright; `None` when not fitted.
     pub photo_right_pct: Option<u8>,
-    /// Bumper.
+    /// State of the bumper.
     pub bump: Bump,
-    /// Infrared detectors.
+    /// State of the infrared detectors.
     pub infrared: Infrared,
-    /// Floor edge sensors.
+    /// State of the floor edge sensors.
     pub cliff: Cliff,
-    /// Servo arm and motion detectors.
+    /// State of servo arm and motion detectors.
     pub arm: Arm,
-    /// Drive train and odometer.
+    /// State of drive train and odometer.
     pub drive: Drive,
-    /// Battery.
+    /// State of the battery.
     pub power: Power,
-    /// Receiver.
+    /// State of the failsafe.
     pub link: Link,
     /// Commanded mode.
     pub mode: Mode,
-    /// Layers 1 to 7.
+    /// States of layers 1 to 7.
     pub layers: LayerStates,
 }
 
-/// The states of layers 1 to 7, at most one of which holds the motors. Layer 0 has no column: it holds
-/// them in [`Mode::User`] while no other layer does.
+/// The states of layers 1 to 7; at most one controls the motors. Layer 0 has no column: it controls
+/// the motors in [`Mode::User`] while no other layer does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LayerStates([LayerState; 7]);
 
@@ -80,7 +80,7 @@ impl LayerStates {
             .unwrap_or(LayerState::Off)
     }
 
-    /// Sets the state of a layer; layer 0 has none. A layer that held the motors before becomes raised.
+    /// Sets the state of a layer; layer 0 has none. The layer that controlled the motors before becomes raised.
     pub fn set(&mut self, layer: Layer, state: LayerState) {
         if state == LayerState::Holds
             && let Some(before) = self.holder()
@@ -95,7 +95,7 @@ impl LayerStates {
         }
     }
 
-    /// The layer that holds the motors; `None` when prowl or User does.
+    /// The layer that controls the motors; `None` while prowl or User controls them.
     #[must_use]
     pub fn holder(&self) -> Option<Layer> {
         Layer::ALL
@@ -105,7 +105,7 @@ impl LayerStates {
 }
 
 impl StateLine {
-    /// A robot at the origin, at rest, with every layer off, no detections and no optional parts: a base for struct updates.
+    /// A robot at the origin and at rest, with every layer off, no detections and no optional parts; a base for struct updates.
     pub const BLANK: Self = Self {
         x_tenths_in: 0,
         y_tenths_in: 0,
@@ -197,7 +197,7 @@ impl StateLine {
     }
 }
 
-/// Tenths of an inch: `+123.4` below 1000 inches, `+12346` from there on.
+/// Parses a coordinate, `+123.4` below 1000 inches or `+12346` from there on; returns tenths of an inch.
 fn position(input: &[u8]) -> Parsed<'_, i32> {
     let tenths = separated_pair(digits::<3, i32>, character(b'.'), digits::<1, i32>);
     let tenths = tenths.map(|(whole_in, tenths)| whole_in * 10 + tenths);
@@ -206,7 +206,7 @@ fn position(input: &[u8]) -> Parsed<'_, i32> {
     signed(alt((tenths, whole))).parse(input)
 }
 
-/// A letter for each of layers 1 to 7, at most one of which holds the motors.
+/// Parses a letter for each of layers 1 to 7; at most one controls the motors.
 fn layers(mut input: &[u8]) -> Parsed<'_, LayerStates> {
     let mut layers = LayerStates::OFF;
     let mut is_held = false;
@@ -225,7 +225,7 @@ fn layers(mut input: &[u8]) -> Parsed<'_, LayerStates> {
     Ok((input, layers))
 }
 
-/// `+123.4` below 1000 inches, `+12346` from there on.
+/// Writes a coordinate: `+123.4` below 1000 inches, `+12346` from there on.
 fn write_position(columns: &mut Columns, column: usize, tenths_in: i32) {
     let magnitude = tenths_in.unsigned_abs();
     columns.letter(column, if tenths_in < 0 { b'-' } else { b'+' });

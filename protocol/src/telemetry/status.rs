@@ -21,17 +21,17 @@ use nom::sequence::{preceded, separated_pair};
 /// Line B.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StatusLine {
-    /// 1 to 99.
+    /// Id of the robot, 1 to 99.
     pub robot_id: u8,
-    /// Battery voltage in tenths of a volt, to 999.
+    /// Battery voltage, tenths of a volt, up to 999.
     pub battery_dv: u16,
-    /// X and Y of the point being driven to, inches; `None` when there is none (0, 0 is home).
+    /// X and Y of the robot's target, inches; `None` if there is none (0, 0 is home).
     pub target_in: Option<(i16, i16)>,
     /// Progress in the active list.
     pub list: ListPlace,
     /// [`crate::digest::digest`] of the active list.
     pub digest: u32,
-    /// The infrared layer's present `max_count`, 0 to 99.
+    /// The infrared layer's current `max_count`, 0 to 99.
     pub max_count: u8,
     /// Left photocell, 0 very bright to 255 dark; `None` when not fitted.
     pub photo_left: Option<u8>,
@@ -50,9 +50,9 @@ pub struct StatusLine {
 /// Progress in the active list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ListPlace {
-    /// Waypoints reached.
+    /// Number of waypoints reached.
     pub driven: u16,
-    /// Waypoints in the list.
+    /// Number of waypoints in the list.
     pub count: u16,
 }
 
@@ -128,7 +128,7 @@ impl StatusLine {
     }
 }
 
-/// X and Y, both or neither of them hyphens.
+/// Reads X and Y; both or neither are hyphens.
 fn read_target(line: &mut Fields) -> Read<Option<(i16, i16)>> {
     let Some(x_in) = line.field(optional(b"-----", signed(digits::<4, i16>)))? else {
         line.field(tag("-----"))?;
@@ -137,7 +137,7 @@ fn read_target(line: &mut Fields) -> Read<Option<(i16, i16)>> {
     Ok(Some((x_in, line.field(signed(digits::<4, i16>))?)))
 }
 
-/// A letter for each layer: which are fitted, and which of them are allowed.
+/// Parses a letter for each layer; returns the fitted layers and the allowed ones.
 fn layers(mut input: &[u8]) -> Parsed<'_, (LayerMask, LayerMask)> {
     let (mut fitted, mut allowed) = (LayerMask::NONE, LayerMask::NONE);
     for layer in Layer::ALL {

@@ -50,7 +50,7 @@ pub(super) fn read_back(body: Body) -> Body {
     read.body
 }
 
-/// The column blamed after `characters` have overwritten a good line.
+/// The column in the error after `characters` overwrote a part of a good line.
 pub(super) fn blamed(body: Body, column: usize, characters: &[u8]) -> Option<u8> {
     let mut bytes = line(body).encode();
     bytes[column - 1..column - 1 + characters.len()].copy_from_slice(characters);
@@ -59,7 +59,7 @@ pub(super) fn blamed(body: Body, column: usize, characters: &[u8]) -> Option<u8>
         .map(|FieldError { column }| column)
 }
 
-/// Overwrites some columns of a good line and checks that a line that still parses is encoded the same.
+/// Overwrites some columns of a good line and checks that a line that still parses encodes to the same bytes.
 pub(super) fn has_one_form(body: Body, edits: &[(usize, u8)]) {
     let mut bytes = line(body).encode();
     for &(column, character) in edits {

@@ -9,7 +9,7 @@ use super::Printable;
 use super::columns::Columns;
 use super::fields::{Fields, Read};
 
-/// Most characters in a line of text.
+/// Maximum number of characters in a line of text.
 pub const TEXT_BYTES: usize = 64;
 
 /// Line T.
@@ -17,7 +17,7 @@ pub const TEXT_BYTES: usize = 64;
 pub struct TextLine(Printable<TEXT_BYTES>);
 
 impl TextLine {
-    /// Cuts `text` after `TEXT_BYTES` and puts `?` for each byte that is not printable ASCII.
+    /// Makes a line from `text`, cut after `TEXT_BYTES`, with `?` for each byte that is not printable ASCII.
     #[must_use]
     pub fn new(text: &str) -> Self {
         Self(Printable::new(text))

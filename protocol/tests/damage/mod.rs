@@ -13,7 +13,7 @@ pub fn seed() -> u64 {
     0x1998_0804
 }
 
-/// `SplitMix64`.
+/// A small random generator, `SplitMix64`.
 pub struct Rng(pub u64);
 
 impl Rng {
@@ -62,7 +62,7 @@ impl Sample {
         bytes
     }
 
-    /// Computes the checksum anew.
+    /// Computes the checksum again.
     pub fn seal(&mut self) {
         let content = self.bytes.len() - 6;
         let remainder = crc::update(crc::DOWNLINK_INIT, &self.bytes[..content]);

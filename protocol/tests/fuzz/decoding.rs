@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 const ROBOT_ID: u8 = 7;
 
-/// A stream with whole, cut and damaged lines, which random bytes would hardly contain.
+/// A stream with whole, cut and damaged lines; random bytes would hardly contain any.
 pub fn sown(input: &[u8]) -> Vec<u8> {
     static LINES: LazyLock<Vec<Sample>> = LazyLock::new(samples);
     let lines = &*LINES;
@@ -28,7 +28,7 @@ pub fn sown(input: &[u8]) -> Vec<u8> {
     stream
 }
 
-/// Any chunking finds the same intact lines, and the counters add up.
+/// Any chunking of a stream gives the same intact lines, and the counters add up.
 pub fn decoder(stream: &[u8]) {
     let (whole, counters) = decode(stream.chunks(stream.len().max(1)));
     let size = usize::from(stream.first().copied().unwrap_or_default()) + 1;

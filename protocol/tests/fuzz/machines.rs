@@ -10,7 +10,7 @@ use groundwave_protocol::telemetry::{Ack, AckLine, Detail, Outcome};
 const ROBOT_ID: u8 = 7;
 const OWNER: u16 = 0x2A5;
 
-/// Reads an input; zeros follow its end.
+/// Reads an input; after its end, reads zeros.
 struct Input<'a>(&'a [u8]);
 
 impl Input<'_> {
@@ -29,7 +29,7 @@ impl Input<'_> {
     }
 }
 
-/// Frames under the robot's own key, because others would fail the checksum; the input gives type and content.
+/// Frames with the robot's own key, because others would fail the checksum; the input gives type and content.
 pub fn farm(input: &[u8]) {
     let mut input = Input(input);
     let mut farm = Farm::new(ROBOT_ID, u16::from(input.byte()));
@@ -86,7 +86,7 @@ fn message(input: &mut Input, farm: &Farm) -> Message {
     let length = usize::from(input.byte() % 84).min(input.0.len());
     let (said, rest) = input.0.split_at(length);
     input.0 = rest;
-    // A sequence that fits is one in 64 by chance.
+    // By chance, one sequence in 64 fits.
     let sequence = ack.sequence.wrapping_add(kind & 3);
     let content = [&[b"CWDL"[usize::from(kind) % 4]], said].concat();
     match Message::parse(&content) {
@@ -102,7 +102,7 @@ fn message(input: &mut Input, farm: &Farm) -> Message {
     }
 }
 
-/// Any acknowledgement and any user action at any time: each result follows from the latest line, and timeouts lie in the
+/// Any acknowledgement and any user action may come at any time: each result follows from the latest line, and timeouts are in the
 /// future.
 pub fn fop(input: &[u8]) {
     let mut input = Input(input);

@@ -27,18 +27,18 @@ pub struct Ground {
     requests: Vec<Request>,
     /// Number of tasks begun.
     pub begun: usize,
-    /// The task under way.
+    /// The current task.
     pub task: Option<TaskId>,
-    /// The session that the station believes its own.
+    /// The session that the station believes to be its own.
     pub epoch: Option<Epoch>,
-    /// STOPs that the robot had taken at the latest request for one, and at the latest request that has been sent.
+    /// Numbers of STOPs that the robot had taken at the latest request for a STOP, and at the latest request that has been sent.
     pub stops_before: [u8; 2],
 }
 
-/// Longer than all steps between two timers in a search.
+/// A duration longer than all steps between two timers in a search, microseconds.
 const SILENCE_US: u64 = 1_000_000_000;
 
-/// Longer than any number of silences in a search.
+/// A duration longer than any number of silences in a search, microseconds.
 const GIVE_UP_US: u64 = 1_000_000_000_000;
 
 pub const US_PER_BYTE: u64 = 1_000_000 / BYTES_PER_S as u64;
@@ -104,7 +104,7 @@ impl Ground {
             })
     }
 
-    /// The next frame, and when its last byte was sent; `None` if there is none now.
+    /// The next frame, and the time at which its last byte was sent; `None` if no frame is due.
     pub fn transmit(&mut self, now_us: u64) -> Option<(Vec<u8>, u64)> {
         let mut frame = Vec::new();
         let mut at_us = now_us;

@@ -1,11 +1,11 @@
-//! Hashing of instants relative to the present, so that the same situation at another time is the same state.
+//! Hashes times relative to now, so that the same situation at another time is the same state.
 
 use std::hash::Hasher;
 
 /// Instant at which every search begins, microseconds. Smaller values are durations, or instants that mean "never".
 pub const EPOCH_US: u64 = 1 << 50;
 
-/// Upper limits of the age of the acknowledgement of a line that arrives now, and of the line itself.
+/// Upper limits of the age of the acknowledgement of a line that arrives now, and of the line itself, microseconds.
 const LATCHED_US: u64 = 90_000;
 const COMPOSED_US: u64 = 450_000;
 

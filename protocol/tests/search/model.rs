@@ -1,8 +1,8 @@
 //! The model of the search: all steps of stations, network and robot.
 //!
 //! The network keeps all frames and lines sent and may deliver any of them at any time, to any station,
-//! in any order, repeatedly or never: loss, duplication, reordering and delay. It may delay a frame for
-//! ever, and a line until a timer for silence runs out.
+//! in any order, repeatedly or never: loss, duplication, reordering and delay. The network may delay a frame
+//! forever, and a line until a timer for silence runs out.
 
 use groundwave_protocol::arq::{CommandStatus, FopEvent};
 use groundwave_protocol::decoder::Received;
@@ -19,18 +19,18 @@ use super::robot::{Epoch, Robot};
 pub struct Setting {
     /// Owner and tasks of each station.
     pub stations: Vec<(u16, Vec<Request>)>,
-    /// Most reboots of the robot.
+    /// Maximum number of reboots of the robot.
     pub reboots: u8,
-    /// Most restarts of the first station, each with another owner.
+    /// Maximum number of restarts of the first station, each with another owner.
     pub restarts: u8,
-    /// Most requests for STOP by the stations' operators.
+    /// Maximum number of requests for STOP by the stations' operators.
     pub stops: u8,
-    /// Most frames and most lines that the network keeps; the oldest are lost.
+    /// Maximum number of frames and of lines that the network keeps; the oldest are lost.
     pub held: (usize, usize),
-    /// Most sessions in a life. They are numbered modulo 7, and no radio delays a frame until its session's number
+    /// Maximum number of sessions in a life. They are numbered modulo 7, and no radio delays a frame until its session's number
     /// repeats.
     pub sessions: u8,
-    /// Most commands in a session.
+    /// Maximum number of commands in a session.
     pub commands: u8,
     /// Whether the stations have different owners.
     pub owners_differ: bool,
@@ -40,9 +40,9 @@ pub struct Setting {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Frame {
     bytes: Vec<u8>,
-    /// The session that its sender believed its own.
+    /// The session that the sender took for its own.
     epoch: Option<Epoch>,
-    /// STOPs that the robot had taken when it was sent.
+    /// Number of STOPs that the robot had taken when the frame was sent.
     stops: u8,
 }
 
@@ -50,7 +50,7 @@ pub struct Frame {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
     received: Received,
-    /// The line of the same moment that shows the era.
+    /// The line of the same time that shows the era.
     era: Received,
     boots: u16,
 }
@@ -121,10 +121,10 @@ pub const AFTER_STOP: &str = "nothing sent before a STOP executes after it";
 pub const STOP_AFTER_REQUEST: &str = "a confirmed STOP was taken after its request";
 pub const ENDS: &str = "a channel that works again ends every task";
 
-/// Share of states continued over a good channel: one in this number.
+/// One in this number of states is continued over a good channel.
 const CONTINUED_ONE_IN: u64 = 64;
 
-/// Rounds of a good channel within which all tasks must have ended.
+/// Number of rounds of a good channel within which all tasks must have ended.
 const ROUNDS_MAX: usize = 60;
 
 /// Situations that a search must reach to be meaningful.

@@ -1,4 +1,4 @@
-//! The robot's end, made of the real receiver and FARM, with a log of its actions.
+//! The robot's end, consisting of the real receiver and FARM, with a log of its actions.
 
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{Action, Farm};
@@ -36,9 +36,9 @@ pub struct Robot {
     mode: Mode,
     /// All actions in order, over all lives.
     pub deeds: Vec<Deed>,
-    /// STOPs taken, over all lives.
+    /// Number of STOPs taken, over all lives.
     pub stops: u8,
-    /// Hash of the FARM, kept because the FARM is large and seldom changes.
+    /// Hash of the FARM; cached because the FARM is large and rarely changes.
     hash: u64,
 }
 
@@ -87,7 +87,7 @@ impl Robot {
         }
     }
 
-    /// Receives a frame; returns the task that the robot carries out.
+    /// Receives a frame; returns the task that the robot executes.
     pub fn hear(&mut self, frame: &[u8]) -> Option<TaskId> {
         let mut receiver = Receiver::default();
         let mut done = None;

@@ -35,9 +35,9 @@ impl Rng {
 /// The receiver of a UART behind a wire that flips bits, start and stop bits included.
 #[derive(Default)]
 pub struct Uart {
-    /// Data bits so far and their number; `None` while it waits for a start bit.
+    /// Received data bits and their number; `None` while it waits for a start bit.
     data: Option<(u8, u8)>,
-    /// A stop bit was wrong: the wire must be idle before the next start bit.
+    /// Whether a stop bit was wrong, so that the wire must be idle before the next start bit.
     broken: bool,
 }
 
@@ -79,7 +79,7 @@ pub struct Robot {
     pub mode: Mode,
     pub executed: Vec<Order>,
     pub lists: Vec<u32>,
-    /// Drive frames obeyed.
+    /// Number of drive frames executed.
     pub drives: u32,
     /// Failsafe fields of lines A and C.
     pub link: Link,
@@ -144,14 +144,14 @@ impl Robot {
         }
     }
 
-    /// Hears a frame of another station.
+    /// Receives a frame of another station.
     pub fn hear(&mut self, message: &Message, key: Key) {
         for &byte in message.encode(key).as_bytes() {
             self.handle_byte(byte);
         }
     }
 
-    /// The next byte on the wire; the acknowledgement is taken when its column is due.
+    /// The next byte on the wire; the acknowledgement is read when its column is due.
     pub fn next_byte(&mut self) -> u8 {
         if self.sent == self.line.len() {
             self.compose();

@@ -1,4 +1,4 @@
-//! Delivers the calibration's commands, over its own link or a shared one, and receives the robot's lines meanwhile.
+//! Delivers the commands of a calibration over its own link or a shared link, and receives the robot's lines.
 
 use std::time::Duration;
 
@@ -19,10 +19,10 @@ use crate::request::{Amount, Request, Tuning};
 use crate::runtime::Driver;
 use crate::share::Heard;
 
-/// Factor on the timeout of a command that lists all parameters.
+/// Factor for the timeout of a command that lists all parameters.
 const LIST_TIMES: u32 = 6;
 
-/// A link to the robot, and the delivery of its commands.
+/// A link to the robot that delivers commands.
 pub(super) struct Operator {
     driver: Driver,
     _simulator: Embedded,

@@ -1,4 +1,4 @@
-//! `check --send`: asks first, and prints the verdicts.
+//! `check --send`: asks before sending, and prints the verdicts.
 
 use std::io::{self, BufRead as _, IsTerminal as _, Write};
 
@@ -21,7 +21,7 @@ pub(super) fn confirm(is_agreed: bool) -> Result<(), Fault> {
     if !stdin.is_terminal() {
         return Err(Fault::new(
             Exit::Usage,
-            "--send asks first and standard input is no terminal; add --yes",
+            "--send asks before sending, and standard input is not a terminal; add --yes",
         ));
     }
     let mut errors = io::stderr();
@@ -80,7 +80,7 @@ pub(super) fn broken(trials: &Trials) -> usize {
         .count()
 }
 
-/// The level reached, and the rules that the next one lacks; none if no rule is broken.
+/// Describes the level reached, and the rules broken at the next level; `None` if no rule is broken.
 pub(super) fn lacking(trials: &Trials) -> Option<String> {
     let reached = trials.level()?;
     let rules: Vec<&str> = trials

@@ -10,7 +10,7 @@ use super::super::config::Theme;
 use super::{laid_out, parse_factor};
 use crate::capture::when::When;
 
-/// The captures to read.
+/// Captures to read.
 #[derive(Clone, Debug, Args)]
 pub struct Captures {
     /// Raw text or MCAP files, quoted patterns ('*.mcap'), or - for standard input
@@ -21,7 +21,7 @@ pub struct Captures {
     pub quiet: bool,
 }
 
-/// Where results are written.
+/// Target of the results.
 #[derive(Clone, Debug, Args)]
 pub struct Output {
     /// Write to FILE; - is standard output
@@ -35,16 +35,16 @@ pub struct Output {
     pub force: bool,
 }
 
-/// `replay`
+/// Arguments of `replay`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave replay evening.mcap
   groundwave replay evening.txt --speed 10
 
-Default keys: k pauses and resumes; comma and full stop step one line back and forward; < and > change the speed; g asks
-for a place: 12:30, +30s, 90% or #1234 (a line number); n and N go to the next and the previous alarm, bump, behaviour change or command; m
-marks this moment; o starts a loop, and o again ends it; ? shows all keys."))]
+Default keys: p or Space pauses and resumes; comma and full stop step one line back and forward; < and > change the speed; g asks
+for a position: 12:30, +30s, 90% or #1234 (a line number); n and N go to the next and the previous alarm, bump, behaviour change, command or
+mark; a sets a mark; o starts a loop, and o again ends it; ? shows all keys."))]
 pub struct Replay {
     /// A raw text capture, with or without timestamps, or an MCAP file
     #[arg(add = ArgValueCompleter::new(completions::captures))]
@@ -57,14 +57,14 @@ pub struct Replay {
     pub theme: Option<Theme>,
 }
 
-/// `info`
+/// Arguments of `info`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave info evening.mcap
   groundwave info --json 'evenings/*.mcap' | jq .distance_in"))]
 pub struct Info {
-    /// The captures to read.
+    /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
     /// Print one JSON object per file
@@ -72,7 +72,7 @@ pub struct Info {
     pub json: bool,
 }
 
-/// `export`
+/// Arguments of `export`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -83,22 +83,22 @@ Examples:
   cat /dev/ttyUSB0 | groundwave export - --to jsonl
   ssh robot cat evening.txt | groundwave export - --to mcap -o evening.mcap
 
-Lines that have timestamps, such as those written by `ts` or another ground station, keep them. Other lines are timed as
-if the radio had sent them without pauses at 2400 baud, beginning at --start. Line ends changed by an editor are restored."))]
+Timestamps in the lines, such as those written by `ts` or another ground station, are kept. Other lines get times as if
+the radio had sent them without pauses at 2400 baud, starting at --start. Line ends changed by an editor are restored."))]
 pub struct Export {
-    /// The captures to read.
+    /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
     /// Output format
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub to: ExportFormat,
-    /// Where results are written; by default beside each capture.
+    /// Target of the results; by default, files beside each capture.
     #[command(flatten)]
     pub output: Output,
     /// Start of raw text, with --to mcap: 2025-03-14T09:26:53Z [default: its first timestamp, else 1970]
     #[arg(long, value_name = "TIME")]
     pub start: Option<When>,
-    /// With --to mcap, also take files without an intact line, such as noise
+    /// With --to mcap, also convert files without an intact line, such as noise
     #[arg(long)]
     pub anyway: bool,
 }
@@ -120,7 +120,7 @@ pub enum ExportFormat {
     Raw,
 }
 
-/// `cut`
+/// Arguments of `cut`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -128,9 +128,9 @@ Examples:
   groundwave cut evening.mcap --from 2025-03-14T20:15:00Z      writes evening.cut.mcap
   groundwave cut evening.txt --to 10m -o -
 
-The output has the format of the input. A line belongs to the part in which it ends, so adjacent parts lose nothing."))]
+The output has the format of the input. A line belongs to the range in which it ends, so adjacent ranges lose no line."))]
 pub struct Cut {
-    /// The captures to read.
+    /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
     /// Start: 90s, 1:30 or 1:02:03 since the start of the capture, or a date, 2025-03-14T09:26:53Z
@@ -139,27 +139,28 @@ pub struct Cut {
     /// End, in the same forms
     #[arg(long, value_name = "TIME")]
     pub to: Option<When>,
-    /// Where results are written; by default beside each capture, as NAME.cut.mcap.
+    /// Target of the results; by default, a file NAME.cut.mcap beside each capture.
     #[command(flatten)]
     pub output: Output,
 }
 
-/// `verify`
+/// Arguments of `verify`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave verify 'evenings/*.mcap'
   groundwave verify evening.mcap --raw evening.txt
 
-Checks all checksums, message numbers, byte offsets and statistics; that all messages derived from the bytes and the
-station's events are what the bytes decode to; and that the raw file beside the recording (NAME.txt), if it begins
-like it, holds the same bytes. Lines lost on the radio are reported, but are not a fault of the capture.
-Exit codes: 0 all good, 1 not good, 2 not a capture."))]
+The command checks all checksums, message numbers, byte offsets and statistics. It derives all messages again from the
+bytes and the station's events, and compares them with those in the recording. It compares the bytes with the raw file
+beside the recording (NAME.txt) if both begin with the same bytes. Lines lost on the radio are reported, but are not a
+fault of the capture.
+Exit codes: 0 no faults, 1 faults, 2 not a capture."))]
 pub struct Verify {
-    /// The captures to read.
+    /// Captures to read.
     #[command(flatten)]
     pub captures: Captures,
-    /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if it begins like it]
+    /// Raw file to compare with [default: NAME.txt beside NAME.mcap, if both begin with the same bytes]
     #[arg(long, value_name = "FILE")]
     pub raw: Option<PathBuf>,
     /// Print one JSON object per file
@@ -167,16 +168,16 @@ pub struct Verify {
     pub json: bool,
 }
 
-/// `recover`
+/// Arguments of `recover`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave recover evening.mcap
   groundwave recover --json ~/captures    all interrupted recordings in a folder
 
-An interrupted recording is finished: its messages are indexed and compressed. A damaged recording is rewritten from its
-readable parts, the skipped parts are reported, and the original is kept as FILE.damaged. The command may be interrupted
-and repeated at any time."))]
+The command finishes an interrupted recording: it indexes and compresses the messages. It rewrites a damaged recording
+from the readable parts, reports the skipped parts and keeps the original as FILE.damaged. You can interrupt and repeat
+the command at any time."))]
 pub struct Recover {
     /// Recordings, or folders with interrupted recordings
     #[arg(required = true, add = ArgValueCompleter::new(completions::captures))]
@@ -186,7 +187,7 @@ pub struct Recover {
     pub json: bool,
 }
 
-/// `songs`
+/// Arguments of `songs`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -204,4 +205,41 @@ pub struct Songs {
     /// Overwrite existing files
     #[arg(long, requires = "wav")]
     pub force: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use crate::commands::cli::Cli;
+    use crate::model::keys::{Context, Keymap};
+
+    #[test]
+    fn the_help_of_replay_names_the_default_keys() {
+        let mut cli = Cli::command();
+        let replay = cli.find_subcommand_mut("replay").unwrap();
+        let help = replay.render_long_help().to_string();
+        let help: Vec<&str> = help.split_whitespace().collect();
+        let help = help.join(" ");
+        let keymap = Keymap::default();
+        for (action, says) in [
+            ("playback-toggle-pause", "p or Space pauses"),
+            ("ask-moment", "g asks"),
+            ("ask-jump-forward", "n and N go"),
+            ("playback-mark", "a sets a mark"),
+            ("playback-loop", "o starts a loop"),
+            ("help", "? shows"),
+        ] {
+            assert!(help.contains(says), "{says} is not in {help}");
+            let mut rows = keymap
+                .rows()
+                .filter(|row| row.context == Context::Dashboard);
+            let row = rows.find(|row| row.name == action).expect(action);
+            let key = says.split(' ').next().unwrap();
+            assert!(
+                row.key_names().split(' ').any(|name| name == key),
+                "{action}"
+            );
+        }
+    }
 }

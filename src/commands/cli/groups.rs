@@ -55,10 +55,10 @@ const SETUP_GOES_ON: Group = (
     &[("completions", "for a shell"), ("man", "manual pages")],
 );
 
-/// Width of the left column.
+/// Width of the left column, characters.
 const LEFT: usize = 42;
 
-/// The help: one screen of 80 columns and 24 rows. clap has no headings for subcommands.
+/// Template of the program's help, for a screen of 80 by 24 characters. clap has no headings for subcommands.
 pub(super) fn template() -> String {
     let mut left = rows(LIVE);
     left.extend(rows(SIMULATOR));
@@ -82,7 +82,7 @@ fn rows((heading, verbs): Group) -> Vec<String> {
         .collect()
 }
 
-/// Appends two columns.
+/// Appends two columns of text.
 fn beside(text: &mut String, left: &[String], right: &[String]) {
     for place in 0..left.len().max(right.len()) {
         let of = |rows: &[String]| rows.get(place).cloned().unwrap_or_default();

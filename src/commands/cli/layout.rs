@@ -8,7 +8,7 @@ use crate::view::wrap;
 /// Width of the narrowest supported terminal.
 const COLUMNS: usize = 80;
 
-/// Last column at which an explanation may begin beside its example; otherwise it goes below.
+/// Last column at which an explanation may begin beside its example; later ones go below the example.
 const EXPLAINED_AT_MAX: usize = 34;
 
 /// Indentation of an explanation below its example.
@@ -17,7 +17,7 @@ const BELOW: usize = 6;
 /// The port in the examples of the help texts.
 const PORT: &str = "/dev/ttyUSB0";
 
-/// Joins the lines of each paragraph, which clap wraps, and fits indented rows into 80 columns. Examples name the port as this
+/// Joins the lines of each paragraph (clap wraps paragraphs), and fits indented rows into 80 columns. Examples name the port as this
 /// system does.
 pub(super) fn laid_out(text: &str) -> String {
     let text = text.replace(PORT, ports::EXAMPLE);

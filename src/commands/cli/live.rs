@@ -16,19 +16,19 @@ use crate::io::link::{BAUD, LinkSpec};
 use crate::radio::{Radio, RadioKind};
 use crate::share::Address;
 
-/// The link and how it is opened.
+/// Options for opening a link.
 #[derive(Clone, Debug, Default, Args)]
 pub struct LinkArgs {
     /// Baud rate of the serial device [default: 2400]
     #[arg(long, value_parser = parse_baud)]
     pub baud: Option<u32>,
-    /// Wait for a link that is not there yet: until Ctrl-C, or at most for a time (--wait=30s)
+    /// Wait until the link exists, without limit or at most for a time (--wait=30s)
     #[arg(long, value_name = "T", num_args = 0..=1, require_equals = true, value_parser = parse_duration)]
     pub wait: Option<Option<Duration>>,
 }
 
 impl LinkArgs {
-    /// The port's baud rate; the command line outranks the configuration.
+    /// The port's baud rate, from the command line or else the configuration.
     #[must_use]
     pub fn baud(&self, config: &Config) -> u32 {
         self.baud.or(config.link.baud).unwrap_or(BAUD)
@@ -53,7 +53,7 @@ pub struct RadioArgs {
 }
 
 impl RadioArgs {
-    /// The radio; the command line outranks the configuration.
+    /// The radio, from the command line or else the configuration.
     #[must_use]
     pub fn radio(&self, config: &Config) -> Radio {
         let kind = if self.no_uplink {
@@ -68,7 +68,7 @@ impl RadioArgs {
     }
 }
 
-/// Where received bytes are recorded.
+/// Options for recording received bytes.
 #[derive(Clone, Debug, Default, Args)]
 pub struct RecordingArgs {
     /// Copy every received byte to FILE
@@ -88,25 +88,25 @@ pub struct RecordingArgs {
     pub force: bool,
 }
 
-/// How the link is shared.
+/// Options for sharing the link.
 #[derive(Clone, Debug, Default, Args)]
 #[command(group = ArgGroup::new("shared").args(["share", "foxglove"]).multiple(true))]
 pub struct Sharing {
-    /// Share the link on a Unix socket (/tmp/x.sock) or a local port (4001, 127.0.0.1:4001): other programs of yours
-    /// read the raw bytes there, and `watch --via` and `send --via` send through it [default: a socket that --via finds by itself]
+    /// Share the link on a Unix socket (/tmp/x.sock) or a local port (4001, 127.0.0.1:4001): your other programs
+    /// read the raw bytes there, and `watch --via` and `send --via` send through it [default: a socket that --via finds]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
     pub share: Option<Address>,
     /// Serve Foxglove and Lichtblick on this port or address; every user of this machine can watch and steer the robot there
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS)]
     pub foxglove: Option<Address>,
-    /// Allow addresses that other machines can reach. --share then wants its token, --foxglove lets every machine steer the
-    /// robot; neither is encrypted
+    /// Allow addresses that other machines can reach. Clients of --share must then send its token; with --foxglove every
+    /// machine can steer the robot; neither is encrypted
     #[arg(long, requires = "shared")]
     pub share_open_to_network: bool,
 }
 
 impl Sharing {
-    /// The command line's address, else the configured one.
+    /// The sharing options, with missing values from the configuration.
     #[must_use]
     pub fn or(&self, config: &Config) -> Self {
         Self {
@@ -116,7 +116,7 @@ impl Sharing {
     }
 }
 
-/// `watch`
+/// Arguments of `watch`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -129,7 +129,7 @@ pub struct Watch {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
-    /// A second dashboard for a station that was started with --share [default: the usual socket]
+    /// A second dashboard for a station that was started with --share [default: the station's default socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
     via: Option<Address>,
     /// The radio.
@@ -144,10 +144,10 @@ pub struct Watch {
     /// Colours of the dashboard; key Ctrl-T changes them
     #[arg(long, value_name = "THEME")]
     pub theme: Option<Theme>,
-    /// Where received bytes are recorded.
+    /// Options for recording received bytes.
     #[command(flatten)]
     pub recording: RecordingArgs,
-    /// How the link is shared.
+    /// Options for sharing the link.
     #[command(flatten)]
     pub sharing: Sharing,
 }
@@ -162,7 +162,7 @@ impl Watch {
     }
 }
 
-/// `record`
+/// Arguments of `record`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -179,10 +179,10 @@ pub struct Record {
     /// Start another MCAP file after a time or a size: 1h, 64MB, 1h,64MB or never [default: 24h]
     #[arg(long, value_name = "T|SIZE")]
     pub rotate: Option<Rotation>,
-    /// Stop after this long: 30s, 90m, 2h
+    /// Stop after this time: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     pub duration: Option<Duration>,
-    /// The radio, for the commands of other programs.
+    /// Options of the radio, for commands from clients of a shared link.
     #[command(flatten)]
     pub radio: RadioArgs,
     /// Append to an existing raw file
@@ -194,38 +194,38 @@ pub struct Record {
     /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
-    /// How the link is shared; `record` itself sends nothing.
+    /// Options for sharing the link; `record` itself never sends.
     #[command(flatten)]
     pub sharing: Sharing,
 }
 
-/// `check`
+/// Arguments of `check`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave check evening.txt
   groundwave check /dev/ttyUSB0 --duration 1m
   groundwave check tcp:robot.local:4000 --json | jq .findings
-  groundwave check sim --send --yes                  try the rules for commands, too
+  groundwave check sim --send --yes                  check the rules for commands, too
 
-For the programmer of a robot. Each mistake is named with its line, column, content, the form that SPEC.md expects, the likely cause and
-the remedy. Damage by the radio is no mistake: what the radio may cause counts if it recurs and a usual mistake explains it. A link is
-only heard, until Ctrl-C; nothing is sent. The level is the one that the lines show. docs/check.md lists the codes.
+For the programmer of a robot. Each mistake is reported with its line, column, content, the form that SPEC.md expects, the likely cause and
+the remedy. Damage by the radio is not a mistake: a fault that the radio may have caused counts only if it recurs and a common mistake explains it.
+From a link, the command only receives, until Ctrl-C. The level reported is the highest that the lines show. docs/check.md lists the codes.
 
-With --send the robot is tried with commands that it must obey, refuse or ignore: repeated ones, others under wrong keys, lists with
-missing waypoints, stale hand drive, STOP, a reset. Lift its wheels off the floor. It takes two to four minutes. Exit codes:
+With --send, the command sends commands that the robot must execute, refuse or ignore: repeated ones, some with wrong keys, lists with
+missing waypoints, late hand drive, STOP, a reset. Lift the robot's wheels off the floor. The test takes two to four minutes. Exit codes:
 0 no mistake, 1 mistakes or no intact line."))]
 pub struct Check {
-    /// A capture (the robot's bytes as they came, or MCAP), - for standard input, or a link as for `watch`
+    /// A capture (the robot's bytes as received, or MCAP), - for standard input, or a link as for `watch`
     #[arg(value_name = "FILE|LINK", add = ArgValueCompleter::new(completions::checked))]
     pub from: LinkSpec,
-    /// Hear a link for this long: 30s, 90m, 2h
+    /// Listen to a link for this time: 30s, 90m, 2h
     #[arg(long, value_name = "T", value_parser = parse_duration, conflicts_with = "send")]
     pub duration: Option<Duration>,
-    /// How a link is opened.
+    /// Options for opening a link.
     #[command(flatten)]
     pub link: LinkArgs,
-    /// Send commands, and judge the robot's reaction; asks first
+    /// Send commands and check the robot's reactions; asks before sending
     #[arg(long)]
     pub send: bool,
     /// Send without asking

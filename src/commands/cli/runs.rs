@@ -10,7 +10,7 @@ use super::super::completions;
 use super::laid_out;
 use crate::capture::when::{NoDate, Stretch, When};
 
-/// `runs`
+/// Arguments of `runs`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -20,7 +20,7 @@ Examples:
   groundwave runs --since 2026-11-01 --until 2026-11-20
   groundwave runs --json | jq 'select(.void == null)'
 
-Each capture is one run, the newest last, with the figures of `info`. Dates are in UTC, as in all captures. The closing error is the distance from the end of its path to the
+Each capture is one run with the figures of `info`; the newest is last. Dates are in UTC, as in all captures. The closing error is the distance from the end of the path to its
 beginning, or to the place where the odometer was last reset by a restart or by setting the position."))]
 pub struct Runs {
     /// Captures, or folders of captures
@@ -37,7 +37,7 @@ pub struct Runs {
     pub json: bool,
 }
 
-/// `label`
+/// Arguments of `label`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -47,7 +47,7 @@ Examples:
   groundwave label run7.mcap --void 'the cat sat on it'
   groundwave label run7.mcap --counts                   make the run valid again
 
-The label is kept beside the capture, in run7.mcap.run.toml. The capture itself is not changed."))]
+The label is saved beside the capture, in run7.mcap.run.toml. The capture itself is not changed."))]
 pub struct Label {
     /// A capture
     #[arg(add = ArgValueCompleter::new(completions::captures))]
@@ -72,7 +72,7 @@ pub struct Label {
     pub json: bool,
 }
 
-/// `compare`
+/// Arguments of `compare`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -98,12 +98,12 @@ pub struct Compare {
     pub json: bool,
 }
 
-/// A date, in UTC.
+/// Parses a date or a time of day, in UTC.
 fn parse_stretch(text: &str) -> Result<Stretch, NoDate> {
     Stretch::parse(text, SystemTime::now())
 }
 
-/// Seconds since the start of the capture.
+/// Parses a time since the start of the capture; returns seconds.
 fn parse_moment(text: &str) -> Result<f64, String> {
     match text.parse::<When>().map_err(|error| error.to_string())? {
         When::Since(since) => Ok(since.as_secs_f64()),

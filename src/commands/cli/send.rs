@@ -15,7 +15,7 @@ use crate::io::ports;
 use crate::request::{Request, Tuning};
 use crate::share::Address;
 
-/// `send`
+/// Arguments of `send`.
 #[derive(Debug, Args)]
 #[expect(
     clippy::struct_excessive_bools,
@@ -28,17 +28,17 @@ pub struct Send {
     /// The command and its arguments
     #[arg(value_name = "COMMAND", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::commands))]
     words: Vec<String>,
-    /// Send through a station that was started with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the station's default socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     pub via: Option<Via>,
     /// Read commands, `wait 30s`, `wait until driven within 2m` and `expect battery > 12` from FILE (- is standard input), one per line;
     /// stop at the first failure
     #[arg(short, long, value_name = "FILE", conflicts_with = "words")]
     pub file: Option<PathBuf>,
-    /// Send nothing; print the frames and the minimum time they take. LINK may be omitted
+    /// Send nothing; print the frames and the minimum time for sending them. LINK may be omitted
     #[arg(long)]
     pub dry_run: bool,
-    /// Send commands that take a protection away: bumpers, cliff guard, critical battery, failsafe
+    /// Send commands that turn off a protection: bumpers, cliff guard, critical battery, failsafe
     #[arg(long)]
     pub yes: bool,
     /// After goto or route, enter mode prowl, so that the robot drives
@@ -61,7 +61,7 @@ pub struct Send {
     pub quiet: bool,
 }
 
-/// `param`
+/// Arguments of `param`.
 #[derive(Debug, Args)]
 #[expect(
     clippy::struct_excessive_bools,
@@ -74,13 +74,13 @@ pub struct Param {
     /// list, get NAME, set NAME VALUE, save, save-to FILE, load FILE or diff FILE
     #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::param))]
     words: Vec<String>,
-    /// Send through a station that was started with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the station's default socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     via: Option<Via>,
     /// Overwrite an existing file (save-to)
     #[arg(long)]
     force: bool,
-    /// Set a parameter even if it takes a protection away: cliff-guard 0, battery-critical 0
+    /// Set a parameter even if its value turns off a protection: cliff-guard 0, battery-critical 0
     #[arg(long)]
     yes: bool,
     /// Give up if the robot has not confirmed after this time
@@ -97,7 +97,7 @@ pub struct Param {
     quiet: bool,
 }
 
-/// The value of `--via`: a station, and the first word of the command where no address was given.
+/// The value of `--via`: a station's address; or, without an address, the first word of the command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Via {
     address: Address,
@@ -117,7 +117,7 @@ impl FromStr for Via {
 }
 
 impl Param {
-    /// The same command for `send`, beginning with the word `param`.
+    /// The equivalent `send` command, beginning with the word `param`.
     #[must_use]
     pub fn to_send(&self) -> Send {
         let word = || "param".to_owned();
@@ -152,13 +152,13 @@ impl Param {
     }
 }
 
-/// `calibrate`
+/// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct Calibrate {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
-    /// Send through a station that was started with --share [default: the usual socket]
+    /// Send through a station that was started with --share [default: the station's default socket]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
     via: Option<Address>,
     /// Side of the square in inches; keep another foot of floor free around it
@@ -198,7 +198,7 @@ pub enum Connection {
 }
 
 impl Connection {
-    /// The connection that the options ask for.
+    /// The connection given by the options.
     ///
     /// # Errors
     /// If neither a link nor `--via` is given.
@@ -210,7 +210,7 @@ impl Connection {
         }
     }
 
-    /// The link, or the station as a link.
+    /// The link, or a link to the station.
     #[must_use]
     pub fn link(&self) -> LinkSpec {
         match self {
@@ -227,7 +227,7 @@ impl Send {
         self.timeout.unwrap_or_else(|| request.default_timeout())
     }
 
-    /// Time to wait for the confirmation of a short command, for a station and for a condition.
+    /// Time to wait for the confirmation of a short command, for a station, or for a condition.
     #[must_use]
     pub fn usual_timeout(&self) -> Duration {
         self.timeout_of(&Request::Stop)
@@ -239,7 +239,7 @@ impl Send {
         self.connection().is_ok_and(|(_, words)| words == ["stop"])
     }
 
-    /// The connection to the radio and the words of the command, which no link precedes with `--via`.
+    /// The connection to the radio, and the words of the command. With `--via`, all words belong to the command.
     ///
     /// # Errors
     /// If the link is not valid.
@@ -262,7 +262,7 @@ impl Send {
     }
 }
 
-/// Parses a link. A command word in its place probably means that the link was forgotten.
+/// Parses a link. A command word instead of a link probably means that the link was forgotten.
 fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
     let is_forgotten = match words.first() {
         Some(&"param") => Tuning::verbs().any(|verb| verb == first),
@@ -279,7 +279,7 @@ fn read_link(first: &str, words: &[&str]) -> Result<LinkSpec, String> {
 }
 
 impl Send {
-    /// The words of the command for `--dry-run`. A link before them is checked but not opened.
+    /// The words of the command for `--dry-run`. A link before the words is checked but not opened.
     ///
     /// # Errors
     /// If the link is not valid.

@@ -7,7 +7,7 @@ use clap_complete::Shell;
 
 use super::laid_out;
 
-/// `ports`
+/// Arguments of `ports`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -19,16 +19,16 @@ pub struct Ports {
     pub json: bool,
 }
 
-/// `config`
+/// Arguments of `config`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave config                                     print the default configuration, with comments
-  groundwave config > ~/.config/groundwave/config.toml  make a file to start from
+  groundwave config > ~/.config/groundwave/config.toml  make a file to edit
   groundwave config path                                print the file's path
   groundwave config check my.toml                       list the mistakes in a file"))]
 pub struct ConfigArgs {
-    /// Without a subcommand, the default configuration is printed
+    /// The subcommand; without one, the default configuration is printed.
     #[command(subcommand)]
     pub what: Option<ConfigVerb>,
 }
@@ -40,12 +40,12 @@ pub enum ConfigVerb {
     Path,
     /// Check a configuration and list its mistakes
     Check {
-        /// The file [default: the one that is in use]
+        /// The file [default: the file in use]
         file: Option<PathBuf>,
     },
 }
 
-/// `completions`
+/// Arguments of `completions`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
@@ -59,7 +59,7 @@ pub struct Completions {
     pub shell: Shell,
 }
 
-/// `man`
+/// Arguments of `man`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:

@@ -12,7 +12,7 @@ use crate::commands::completions;
 use crate::commands::config::Theme;
 use crate::radio::RadioKind;
 
-/// The simulation.
+/// Options of the simulation.
 #[derive(Clone, Debug, Args)]
 pub struct Simulated {
     /// A built-in world or a TOML file
@@ -30,7 +30,7 @@ pub struct Simulated {
     /// The robot's radio; with half, hc-12 and xbee, the robot and the station take turns
     #[arg(long, value_enum, value_name = "KIND", default_value = "full")]
     pub radio: RadioKind,
-    /// Charge of the robot's battery at the start in per cent; 15 soon raises the alarm
+    /// Charge of the robot's battery at the start in per cent; at 15 the alarm follows soon
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u8).range(..=100))]
     pub battery: u8,
     /// Speed, as a multiple of real time
@@ -38,14 +38,14 @@ pub struct Simulated {
     pub time_factor: f64,
 }
 
-/// `demo`
+/// Arguments of `demo`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave demo --seed 3 --channel ber=1e-3
   groundwave demo --world living-room --record"))]
 pub struct Demo {
-    /// The simulation.
+    /// Options of the simulation.
     #[command(flatten)]
     pub simulated: Simulated,
     /// Ring the bell for alarms and songs; key b switches it
@@ -54,22 +54,22 @@ pub struct Demo {
     /// Colours of the dashboard; key Ctrl-T changes them
     #[arg(long, value_name = "THEME")]
     pub theme: Option<Theme>,
-    /// Where received bytes are recorded.
+    /// Options for recording received bytes.
     #[command(flatten)]
     pub recording: RecordingArgs,
-    /// How the link is shared.
+    /// Options for sharing the link.
     #[command(flatten)]
     pub sharing: Sharing,
 }
 
-/// `sim`
+/// Arguments of `sim`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave sim                            prints the path of a pseudo-terminal, for cat, tio or watch
   groundwave sim --listen 127.0.0.1:4000    then: groundwave watch tcp:127.0.0.1:4000"))]
 pub struct Sim {
-    /// The simulation.
+    /// Options of the simulation.
     #[command(flatten)]
     pub simulated: Simulated,
     /// Make PATH a link to the pseudo-terminal
@@ -87,7 +87,7 @@ pub struct Sim {
     /// Write the true state and the robot's decisions of each tick to FILE, as CSV
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// Write the sound of the robot's beeper to FILE, in simulated time
+    /// Write the sound of the robot's beeper to FILE as WAV, in simulated time
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
     /// Overwrite existing files
@@ -95,15 +95,15 @@ pub struct Sim {
     pub force: bool,
 }
 
-/// `world`
+/// Arguments of `world`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\
 Examples:
   groundwave world                          list the built-in worlds
   groundwave world office                   show one
-  groundwave world my-flat.toml             check and show your own
-  groundwave world my-flat.toml --check     print only warnings; exit code 1 if there are any
-  groundwave world generated:7 --text       print a generated house, as a file to start from
+  groundwave world my-flat.toml             check and show a world of your own
+  groundwave world my-flat.toml --check     print only warnings; exit code 1 if any
+  groundwave world generated:7 --text       print a generated house as a file to edit
   groundwave world house --svg house.svg    draw it to scale"))]
 pub struct World {
     /// A built-in world, generated:SEED or a TOML file

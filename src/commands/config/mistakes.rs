@@ -5,12 +5,15 @@ use std::ops::Range;
 
 use crate::suggest;
 
+/// Maximum bytes of text that are read to find the mistakes, each of which takes another pass.
+const PASSED_BYTES_MAX: usize = 4 << 20;
+
 /// A mistake in a configuration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake {
-    /// Line, from 1.
+    /// Line of the text, from 1.
     pub line: usize,
-    /// Column in characters, from 1.
+    /// Column of the text in characters, from 1.
     pub column: usize,
     /// The mistake and how to correct it.
     pub message: String,
@@ -26,7 +29,7 @@ impl fmt::Display for Mistake {
 pub(super) struct Mistakes<'a> {
     text: &'a str,
     found: Vec<(usize, String)>,
-    /// The entries that were wrong.
+    /// Paths of the wrong entries.
     paths: Vec<Vec<String>>,
 }
 
@@ -39,12 +42,12 @@ impl<'a> Mistakes<'a> {
         }
     }
 
-    /// Adds a mistake at these bytes of the text.
+    /// Adds a mistake at a range of bytes in the text.
     pub(super) fn add(&mut self, at: &Range<usize>, message: impl Into<String>) {
         self.found.push((at.start, message.into()));
     }
 
-    /// Adds serde's `message` about the entry with this path.
+    /// Adds serde's `message` about the entry at a path.
     pub(super) fn add_value(
         &mut self,
         at: &Range<usize>,
@@ -58,7 +61,7 @@ impl<'a> Mistakes<'a> {
         self.paths.extend(path.cloned());
     }
 
-    /// Whether an entry of this section was wrong.
+    /// Whether an entry of a section was wrong.
     pub(super) fn are_in(&self, section: &[&str]) -> bool {
         let is_in = |path: &Vec<String>| {
             path.len() > section.len() && path.iter().zip(section).all(|(name, of)| name == of)
@@ -71,27 +74,38 @@ impl<'a> Mistakes<'a> {
         self.found.len()
     }
 
-    /// The mistakes in the order of the text.
+    /// The mistakes, in the order of the text.
     pub(super) fn into_sorted(mut self) -> Vec<Mistake> {
         self.found.sort();
         self.found.dedup();
-        let text = self.text;
+        let (mut scanned, mut line, mut line_start) = (0, 1, 0);
         let placed = self.found.into_iter().map(|(at, message)| {
-            let before = text.get(..at.min(text.len())).unwrap_or_default();
-            let line_start = before.rfind('\n').map_or(0, |end| end + 1);
+            let at = at.min(self.text.len());
+            let passed = self.text.get(scanned..at).unwrap_or_default();
+            line += passed.matches('\n').count();
+            line_start = passed
+                .rfind('\n')
+                .map_or(line_start, |end| scanned + end + 1);
+            scanned = at;
+            let before = self.text.get(line_start..at).unwrap_or_default();
             Mistake {
-                line: before.matches('\n').count() + 1,
-                column: before[line_start..].chars().count() + 1,
+                line,
+                column: before.chars().count() + 1,
                 message,
             }
         });
         placed.collect()
     }
+
+    /// Whether another pass over the text would take too long.
+    pub(super) const fn are_too_many(&self) -> bool {
+        self.found.len().saturating_mul(self.text.len()) > PASSED_BYTES_MAX
+    }
 }
 
 /// Serde's message with the name of the key, plain types and a suggestion.
 fn reword(key: &str, section: &[String], message: &str) -> String {
-    // Serde quotes the word that is wrong and then those it knows.
+    // Serde quotes the wrong word and then the known ones.
     let known = message.split('`').skip(3).step_by(2);
     if message.starts_with("unknown field") {
         let place = match section {
@@ -99,7 +113,7 @@ fn reword(key: &str, section: &[String], message: &str) -> String {
             _ => format!("in [{}]", section.join(".")),
         };
         let all = known.clone().collect::<Vec<_>>().join(", ");
-        let hint = suggest::question_or(key, known, format_args!("there are {all}"));
+        let hint = suggest::question_or(key, known, format_args!("known: {all}"));
         return format!("unknown key `{key}` {place}{hint}");
     }
     if message.starts_with("unknown variant") {

@@ -9,7 +9,7 @@ use crate::io::ports;
 use crate::suggest;
 
 impl Config {
-    /// The link and its configuration. Settings of a robot outrank those of its link, and those outrank `[link]`.
+    /// Resolves a link; returns the link and its configuration. A robot's settings take precedence over its link's, and those over `[link]`.
     pub(in super::super) fn at(&self, link: &LinkSpec) -> Result<(LinkSpec, Self), Fault> {
         let usage = |message: String| Fault::new(Exit::Usage, message);
         let mut config = self.clone();
@@ -76,7 +76,7 @@ impl Config {
 }
 
 impl Connection {
-    /// The connection with its link resolved, and the configuration for it.
+    /// Resolves the connection's link; returns the connection and its configuration.
     pub(in super::super) fn at(self, config: &Config) -> Result<(Self, Config), Fault> {
         match self {
             Self::Link(link) => {
@@ -88,7 +88,7 @@ impl Connection {
     }
 }
 
-/// The link if it may be a name; a path is not.
+/// The text of a link that may be a name; `None` for a path.
 fn named(link: &LinkSpec) -> Option<&str> {
     match link {
         LinkSpec::Serial(path) => path.to_str().filter(|name| !name.contains('/')),

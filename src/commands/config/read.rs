@@ -1,6 +1,6 @@
-//! Reads the text of a configuration with serde, repeatedly: after each mistake again without the wrong entry.
+//! Reads the text of a configuration with serde. After each mistake, it reads the text again without the wrong entry.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use groundwave_lines::Profile;
@@ -32,7 +32,7 @@ struct Sections {
     keys: Keys,
 }
 
-/// `[alarms]`
+/// Section `[alarms]`: the hook.
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct Hook {
@@ -61,13 +61,13 @@ pub fn parse(text: &str) -> Result<Config, Vec<Mistake>> {
     }
 }
 
-/// Reads a configuration without the entries that are wrong; returns them as mistakes, in the order of the text.
+/// Reads a configuration without its wrong entries; returns those as mistakes, in the order of the text.
 pub(super) fn parse_lenient(text: &str) -> (Config, Vec<Mistake>) {
     let mut mistakes = Mistakes::new(text);
     let (document, errors) = DeTable::parse_recoverable(text);
     let config = read(document.into_inner(), &mut mistakes);
     if !errors.is_empty() {
-        // Other mistakes may only follow from those in the syntax.
+        // Mistakes in the syntax may cause other mistakes.
         mistakes = Mistakes::new(text);
     }
     for error in &errors {
@@ -161,7 +161,7 @@ fn split_tables<'t>(section: &mut DeTable<'t>) -> DeTable<'t> {
     tables
 }
 
-/// Takes the tables of `[[alarm]]` out of the document; those with a mistake are left out.
+/// Takes the tables of `[[alarm]]` out of the document; alarms with a mistake are left out.
 fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmSetting> {
     let Some((_, value)) = document.remove_entry("alarm") else {
         return Vec::new();
@@ -175,6 +175,7 @@ fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmS
         return Vec::new();
     };
     let mut alarms = Vec::<AlarmSetting>::new();
+    let mut codes = BTreeSet::new();
     for table in tables {
         let at = table.span();
         let DeValue::Table(table) = table.into_inner() else {
@@ -186,12 +187,15 @@ fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmS
         if mistakes.count() > before {
             continue;
         }
-        let is_twice = alarms.iter().any(|other| other.code() == alarm.code());
+        let code = alarm.code();
         match alarm.check() {
-            _ if is_twice => {
+            _ if codes.contains(&code) => {
                 mistakes.add(&at, format!("alarm `{}` is there twice", alarm.name));
             }
-            Ok(()) => alarms.push(alarm),
+            Ok(()) => {
+                codes.insert(code);
+                alarms.push(alarm);
+            }
             Err(error) => mistakes.add(&at, error),
         }
     }
@@ -237,13 +241,13 @@ fn deserialize<'t, T: Deserialize<'t> + Default>(
         let at = error.span().unwrap_or_default();
         let removed = remove(&mut table, &at, path);
         mistakes.add_value(&at, removed.first(), error.message());
-        if removed.is_empty() {
+        if removed.is_empty() || mistakes.are_too_many() {
             return T::default();
         }
     }
 }
 
-/// Removes the entries whose key or value is at `at`; returns their paths.
+/// Removes the entries whose key or value is at a range of the text; returns their paths.
 fn remove(table: &mut DeTable<'_>, at: &Range<usize>, path: &[&str]) -> Vec<Vec<String>> {
     let mut removed = Vec::new();
     let entries = std::mem::take(table).into_iter();
@@ -265,11 +269,11 @@ fn remove(table: &mut DeTable<'_>, at: &Range<usize>, path: &[&str]) -> Vec<Vec<
     removed
 }
 
-/// The document as written, for the places of its sections.
+/// The document as written; knows the positions of its sections.
 struct Spans<'t>(DeTable<'t>);
 
 impl Spans<'_> {
-    /// The place of a section; the start of the text if it is not written.
+    /// Position of a section in the text; the start of the text if the section is not written.
     fn of(&self, path: &[&str]) -> Range<usize> {
         self.find(path).unwrap_or_default()
     }

@@ -1,5 +1,6 @@
 //! Configurations, and the mistakes reported in them.
 
+use std::fmt::Write as _;
 use std::time::Duration;
 
 use super::{Config, DEFAULT, Theme, parse};
@@ -23,7 +24,7 @@ fn every_section_is_optional_and_read() {
     assert_ne!(config.keys, Keymap::default());
 }
 
-/// Checks that each text has one mistake, with these words.
+/// Asserts that each text has one mistake, with the given words.
 fn assert_mistakes(cases: &[(&str, &str)]) {
     for (text, named) in cases {
         let mistakes = parse(text).expect_err(text);
@@ -185,14 +186,24 @@ fn all_mistakes_are_reported_in_the_order_of_the_text() {
     assert_eq!(lines, [1, 4], "{notation:?}");
 }
 
-/// The keys of a section, as the message about an unknown key lists them.
+/// Each mistake takes another pass, so a long text of mistakes is not read to its end.
+#[test]
+fn a_long_text_of_mistakes_is_given_up() {
+    let mut text = String::new();
+    for n in 0..100_000 {
+        writeln!(text, "[t{n}]").expect("strings take any text");
+    }
+    let mistakes = parse(&text).expect_err("no section has such a name");
+    assert!((2..1000).contains(&mistakes.len()), "{}", mistakes.len());
+    let places: Vec<_> = mistakes.iter().map(|it| (it.line, it.column)).collect();
+    assert!(places.is_sorted() && places[0] == (1, 2), "{places:?}");
+}
+
+/// The keys of a section that the message about an unknown key lists.
 fn known_keys(section: &str) -> Vec<String> {
     let text = format!("[{section}]\nqwertyuiop = 1\n");
     let mistakes = parse(&text).expect_err("no such key");
-    let (_, list) = mistakes[0]
-        .message
-        .split_once("; there are ")
-        .expect("a list");
+    let (_, list) = mistakes[0].message.split_once("; known: ").expect("a list");
     let keys = list.split(", ").filter(|key| *key != "limits");
     keys.map(str::to_owned).collect()
 }

@@ -1,4 +1,4 @@
-//! Captures as recordings and as raw text.
+//! Exports captures as recordings and as raw text.
 
 use std::io::{self, Cursor, Read, Write};
 use std::path::Path;
@@ -19,7 +19,7 @@ use crate::capture::source::Form;
 use crate::capture::text::TextReader;
 use crate::capture::when::When;
 
-/// Bytes searched for a line before anything is written.
+/// Number of bytes searched for a line before anything is written.
 const LOOK_BYTES: u64 = 1024 * 1024;
 
 /// Writes the received bytes.
@@ -40,7 +40,7 @@ pub(super) fn to_raw(path: &Path, progress: &Progress, target: &Target) -> Resul
             Err(error @ CaptureError::NoRawBytes(_)) => {
                 return Err(Fault::new(Exit::Usage, error));
             }
-            // The readable part is written; report that it is not all.
+            // The readable part is written; report that a part is missing.
             Err(error) => {
                 problem = Some(Fault::from(error));
                 break;
@@ -106,7 +106,7 @@ pub(super) fn to_mcap(
     }
 }
 
-/// Searches the beginning of a source for a line, so that nothing is written for a file that is not a capture; returns
+/// Searches the beginning of a source for a line, because nothing is written for a file that is not a capture; returns
 /// the whole source.
 fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
     let mut copy = Copying {

@@ -1,4 +1,4 @@
-//! `send --dry-run`: the bytes and the least time of each command, with nothing sent.
+//! `send --dry-run`: prints the bytes and the minimum time of each command, and sends nothing.
 
 use groundwave_protocol::command::Frame;
 use serde_json::{Value, json};
@@ -16,7 +16,7 @@ struct Typical {
     /// The measured case.
     of: &'static str,
     mean_s: f64,
-    /// 95th percentile.
+    /// 95th percentile, seconds.
     p95_s: f64,
 }
 
@@ -28,7 +28,7 @@ const STOP: Typical = typical("STOP", 0.35, 0.62);
 const COMMAND: Typical = typical("one command, session open", 0.25, 0.40);
 const COLD_COMMAND: Typical = typical("one command, nothing heard before", 1.08, 1.25);
 
-/// Measured routes by their number of waypoints; a shorter one takes no longer.
+/// Measured routes by number of waypoints; a shorter route takes no longer.
 const LISTS: [(usize, Typical); 3] = [
     (10, typical("10 waypoints, session open", 0.7, 0.7)),
     (100, typical("100 waypoints, session open", 2.7, 2.7)),

@@ -1,4 +1,4 @@
-//! The faults a command can end with.
+//! The faults that can end a command.
 
 use std::fmt::Display;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use crate::event::Failure;
 use crate::request::Request;
 use crate::share::Heard;
 
-/// The link `name` has no transmitter.
+/// Fault for the link `name`, which has no transmitter.
 pub(in super::super) fn receive_only(name: &dyn Display) -> Fault {
     let message = format!(
         "cannot send to {name}: the link is receive-only; name a link that can send, or a station that shares one: \
@@ -17,13 +17,13 @@ pub(in super::super) fn receive_only(name: &dyn Display) -> Fault {
     Fault::new(Exit::ReceiveOnly, message)
 }
 
-/// The robot refused, for the reason `why`.
+/// Fault for a command that the robot refused, for the reason `why`.
 pub(in super::super) fn refused(request: &Request, why: &str) -> Fault {
     let message = format!("the robot refused `{request}`: {why}");
     Fault::new(Exit::Refused, message)
 }
 
-/// The command failed without a confirmation.
+/// Fault for a command that failed without a confirmation.
 pub(in super::super) fn failed(request: &Request, failure: Failure) -> Fault {
     let exit = match failure {
         Failure::ReceiveOnly => Exit::ReceiveOnly,
@@ -33,7 +33,7 @@ pub(in super::super) fn failed(request: &Request, failure: Failure) -> Fault {
     Fault::new(exit, format!("`{request}`: {failure}"))
 }
 
-/// No confirmation in time, with the counts of what was received meanwhile and the possible state of the robot.
+/// Fault for a missing confirmation, with the counts of received bytes and lines, and the possible state of the robot.
 pub(in super::super) fn not_confirmed(
     request: &Request,
     heard: Heard,
@@ -53,7 +53,7 @@ pub(in super::super) fn not_confirmed(
             .to_owned()
     };
     let state = match request {
-        // A command that another client has sent already has no frames of its own.
+        // No frames are sent for a command that another client has already sent.
         _ if frames == 0 && *request != Request::Stop => " It was not sent.",
         Request::Route(_) => " The robot holds its old route or the new one, whole.",
         _ => " The robot may or may not have executed it.",
@@ -73,7 +73,7 @@ pub(in super::super) fn not_confirmed(
 mod tests {
     use super::*;
 
-    /// Two clients that send STOP at once share one frame; the second does not know of it.
+    /// Two clients that send STOP at once share one frame, and the second client has sent none.
     #[test]
     fn joined_stop_is_not_reported_as_unsent() {
         let text = |request, frames| {

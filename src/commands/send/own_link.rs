@@ -23,10 +23,10 @@ use crate::runtime::Driver;
 use crate::share::Address;
 use crate::wait::{Wait, Waiting};
 
-/// How long to wait for the lines with mode and layers after a refusal.
+/// Time to wait for the lines with mode and layers after a refusal.
 const REFUSAL_TIMEOUT: Duration = Duration::from_secs(6);
 
-/// An open link, before a station is on it.
+/// An open link without a station.
 pub(in super::super) struct Opened {
     name: String,
     spec: LinkSpec,
@@ -92,7 +92,7 @@ pub(super) async fn deliver(
     Ok(())
 }
 
-/// Waits by the lines that arrive from now on.
+/// Waits for a time or a condition, using the lines received from now on.
 async fn wait_for(
     options: &Send,
     driver: &mut Driver,
@@ -175,7 +175,7 @@ async fn deliver_one(
     }
 }
 
-/// The outcome with which the robot refused command `id`, if the event says so.
+/// The outcome with which the robot refused command `id`; `None` for other events.
 fn refusal(event: &Event, id: CommandId) -> Option<Outcome> {
     match event {
         Event::Command {
@@ -208,7 +208,7 @@ async fn listen_for_reason(
     .await;
 }
 
-/// Hands each line to `take` until it returns a value; `None` when the time is up.
+/// Passes each line to `take` until it returns a value; returns `None` when the time is over.
 async fn listen<T>(
     driver: &mut Driver,
     until: TokioInstant,

@@ -13,13 +13,13 @@ use crate::io::files;
 use crate::parameter_file::{self, ParameterFile};
 use crate::request::Tuning;
 
-/// A task that follows the robot's list of parameters.
+/// A task that needs the robot's list of parameters.
 pub(super) enum ParameterTask {
     /// Write the robot's parameters to a file.
     SaveTo(String),
-    /// Set those that differ from a file.
+    /// Set the parameters that differ from a file.
     Load(ParameterFile),
-    /// Show those that differ from a file.
+    /// Show the parameters that differ from a file.
     Diff(ParameterFile),
 }
 
@@ -37,7 +37,7 @@ impl ParameterTask {
         }
     }
 
-    /// The commands that it may give.
+    /// The commands that the task may send.
     pub(super) fn lines(&self) -> Vec<Line> {
         let entries = match self {
             Self::Load(file) => file.entries(),
@@ -58,7 +58,7 @@ impl ParameterTask {
         }
     }
 
-    /// Carries the task out with the robot's parameters; returns the commands that remain.
+    /// Carries out the task with the robot's parameters; returns the commands to send.
     pub(super) fn follow(
         &self,
         options: &Send,

@@ -18,15 +18,15 @@ use crate::request::{Request, Standing, Tuning, in_whole_unit};
 use crate::share::StatusJson;
 use crate::wait::Wait;
 
-/// How long to wait for the result of a scan: it takes 9 s, and at most 16.
+/// Time to wait for the result of a scan, which takes 9 s, and at most 16 s.
 pub(super) const SCAN_TIMEOUT: Duration = Duration::from_secs(25);
 
-/// The text if it is the result of a scan.
+/// The result of a scan in a text; `None` for other text.
 pub(super) fn scan_result(text: &str) -> Option<&str> {
     text.starts_with("scan: ").then_some(text)
 }
 
-/// The result of a command that has ended.
+/// Result of a command; `None` while it lasts.
 pub(super) type Ended = Option<Result<(), Fault>>;
 
 /// Writes the results to standard output and the progress to standard error.
@@ -38,11 +38,11 @@ pub(super) struct Report {
     json: bool,
     quiet: bool,
     progress: bool,
-    /// Frames of the current command that were sent.
+    /// Number of frames sent for the current command.
     pub(super) frames: u32,
     /// The robot's answers about the parameters of the current command.
     parameters: Vec<ParameterLine>,
-    /// The values of parameters are for a file, not for the output.
+    /// Whether parameter values are written to a file and not to the output.
     hides_values: bool,
     /// The robot's mode and layers, from its lines.
     pub(super) robot: Standing,
@@ -64,7 +64,7 @@ impl Report {
         }
     }
 
-    /// The robot's answers about the parameters of the command reported last.
+    /// The robot's answers about the parameters of the latest command.
     pub(super) fn parameters(&self) -> &[ParameterLine] {
         &self.parameters
     }
@@ -156,7 +156,7 @@ impl Report {
         ended.map_err(|why| Fault::new(Exit::NotConfirmed, why))
     }
 
-    /// Reports a lost link, which will be opened again.
+    /// Reports a lost link; the link will be opened again.
     pub(super) fn lost(&self, reason: &str) {
         if !self.quiet {
             say(format_args!(
@@ -165,7 +165,7 @@ impl Report {
         }
     }
 
-    /// Reports the result of a scan; a fault if none came or the scan was broken off.
+    /// Reports the result of a scan; a fault if there is no result or the scan was aborted.
     pub(super) fn scan(
         &self,
         line: &Line,
@@ -219,7 +219,7 @@ impl Report {
                 None
             }
             CommandStatus::Confirmed { digest } => {
-                // The values are the result.
+                // The values are the command's result.
                 let is_question =
                     matches!(request, Request::Parameter(Tuning::List | Tuning::Get(_)));
                 if !self.json && !self.quiet && !is_question {
@@ -258,7 +258,7 @@ impl Report {
     }
 }
 
-/// A parameter in columns, also in the whole unit if the robot counts parts of it.
+/// A parameter in columns; also in the whole unit if the robot counts fractions of it.
 fn parameter_text(line: &ParameterLine) -> String {
     let ParameterLine {
         value,
@@ -277,7 +277,7 @@ fn parameter_text(line: &ParameterLine) -> String {
     text.trim_end().to_owned()
 }
 
-/// Adds the command, its line in the script and the seconds since it was given.
+/// Adds to a status the command, its line in the script, and the seconds since it was sent.
 fn with_context(mut value: Value, line: &Line, after: Duration) -> Value {
     value["command"] = json!(line.request.to_string());
     if let Some(number) = line.number {

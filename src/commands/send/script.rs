@@ -1,4 +1,4 @@
-//! The steps to take: a command given as words, or a script of commands and waits, one per line.
+//! The steps of `send`: a command given as words, or a script of commands and waits, one per line.
 
 use std::path::Path;
 
@@ -13,12 +13,12 @@ use crate::request::Request;
 use crate::route;
 use crate::wait::Wait;
 
-/// Steps in their order.
+/// Steps, in order.
 pub(super) struct Script {
-    /// The file, if there is one.
+    /// Name of the script file, if there is one.
     name: Option<String>,
     steps: Vec<Step>,
-    /// What follows the list of parameters.
+    /// Task to carry out with the list of parameters.
     task: Option<ParameterTask>,
 }
 
@@ -73,7 +73,7 @@ impl Script {
         Ok(script)
     }
 
-    /// Fails on a command that takes a protection of the robot away.
+    /// Fails on a command that turns off a protection of the robot.
     fn refuse_hazards<'a>(&self, steps: impl Iterator<Item = &'a Step>) -> Result<(), Fault> {
         for step in steps {
             if let Step::Send(Line { request, .. }) = step
@@ -130,7 +130,7 @@ impl Script {
         })
     }
 
-    /// The steps in their order.
+    /// The steps, in order.
     pub(super) fn steps(&self) -> &[Step] {
         &self.steps
     }
@@ -142,12 +142,12 @@ impl Script {
         self.steps.iter().any(has_condition)
     }
 
-    /// Whether the list of parameters is for a file.
+    /// Whether a task follows the list of parameters.
     pub(super) const fn has_task(&self) -> bool {
         self.task.is_some()
     }
 
-    /// The step to take next; those of a file of parameters depend on the robot's `parameters`.
+    /// The next step of a state. The steps of a parameter file depend on the robot's `parameters`.
     pub(super) fn next(
         &mut self,
         options: &Send,
@@ -163,7 +163,7 @@ impl Script {
         Ok(self.steps.get(index).cloned())
     }
 
-    /// The fault with the line it happened at and the commands that were not sent.
+    /// Adds to a fault the line of the script and the commands that were not sent.
     pub(super) fn blame(&self, index: usize, fault: Fault) -> Fault {
         let after = self.steps.get(index + 1..).unwrap_or_default();
         let unsent: Vec<&Request> = after
@@ -182,7 +182,7 @@ impl Script {
         fault.within(place.unwrap_or_default(), rest)
     }
 
-    /// The file and line of a command, before a message; empty for a command given as words.
+    /// File and line of a command, to precede a message; empty for a command given as words.
     fn place(&self, step: &Step) -> String {
         let number = match step {
             Step::Send(line) => line.number,
@@ -225,7 +225,7 @@ fn read_words(words: &[&str], own: &[String]) -> Result<Vec<Request>, String> {
 mod tests {
     use super::*;
 
-    /// A script is read to steps with their line numbers, or refused with the place of the mistake.
+    /// A script is parsed to steps with their line numbers, or refused with the position of the mistake.
     #[test]
     fn fuzz_script() {
         const LINES: &str =
@@ -236,7 +236,7 @@ mod tests {
                 let text = String::from_utf8_lossy(bytes);
                 let at = text.chars().count() % LINES.len();
                 for text in [&*text, &format!("{}{text}{}", &LINES[..at], &LINES[at..])] {
-                    // Routes are files.
+                    // Routes are read from files.
                     if text.contains("route") {
                         continue;
                     }

@@ -16,10 +16,10 @@ use crate::request::Request;
 use crate::share::{Address, Ask, ClientLine, StationLine, StatusJson};
 use crate::wait::{Wait, Waiting};
 
-/// How long to wait beyond the timeout, which the station itself keeps, before giving the station up.
+/// Time to wait after the timeout before giving up the station. The station itself handles the timeout.
 const GRACE: Duration = Duration::from_secs(5);
 
-/// How long a wait without a limit listens at a time.
+/// Time between two checks of a wait without a limit.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Delivers each command of the script until one fails.
@@ -40,7 +40,7 @@ pub(super) fn deliver(options: &Send, address: &Address, script: &mut Script) ->
     Ok(())
 }
 
-/// Waits by the lines that the station passes on from now on.
+/// Waits for a time or a condition, using the lines that the station passes on from now on.
 fn wait_for(
     options: &Send,
     client: &mut ShareClient,
@@ -130,7 +130,7 @@ fn status_of(json: &StatusJson, request: &Request) -> Result<CommandStatus, Faul
     })
 }
 
-/// Sends a command and hands each answer about it to `take` until that returns a value.
+/// Sends a command and passes each answer to `take` until it returns a value.
 fn converse<T>(
     client: &mut ShareClient,
     ask: &Ask,

@@ -1,4 +1,4 @@
-//! A step of a script, and the reading of the files that a step names.
+//! A step of a script; reads the files that a step names.
 
 use std::io;
 use std::path::Path;

@@ -1,19 +1,19 @@
-//! The stand-in for the server in a build without it.
+//! Replacement for the Foxglove server in a build without it.
 
 use super::{Call, FoxgloveError};
 use crate::capture::topics::TopicMessage;
 use crate::share::Address;
 
-/// A server that cannot exist.
+/// A server that is never created.
 #[derive(Debug)]
 pub enum Foxglove {}
 
-/// An answer to no call.
+/// An answer that is never created.
 #[derive(Debug)]
 pub enum Answer {}
 
 impl Foxglove {
-    /// Fails.
+    /// Fails, because the build has no server.
     ///
     /// # Errors
     /// Always.

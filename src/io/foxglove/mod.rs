@@ -24,13 +24,13 @@ pub const SERVICE: &str = "/groundwave/send";
 pub struct Call {
     /// The client's name, to show.
     pub by: String,
-    /// The command as JSON: see [`crate::share::Calls`].
+    /// The command as JSON; see [`crate::share::Calls`].
     pub payload: Vec<u8>,
     /// Handle for the answer.
     pub answer: Answer,
 }
 
-/// Why Foxglove cannot be served.
+/// Reason why Foxglove cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum FoxgloveError {
     /// The address is open to a network without permission.
@@ -61,7 +61,7 @@ mod tests {
 
     #[cfg(not(feature = "foxglove"))]
     #[tokio::test]
-    async fn without_the_feature_it_says_how_to_build_it() {
+    async fn without_the_feature_the_error_explains_how_to_build_it() {
         let address = DEFAULT_ADDRESS.parse().unwrap();
         let error = Foxglove::listen(&address, false, "sim").await.unwrap_err();
         assert!(error.to_string().contains("--features foxglove"), "{error}");

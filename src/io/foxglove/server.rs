@@ -1,4 +1,4 @@
-//! The server, by the `foxglove` crate. Slow clients lose their oldest messages; sends never block.
+//! The Foxglove server, built on the `foxglove` crate. Slow clients lose their oldest messages; sends never block.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
@@ -26,7 +26,7 @@ const CALLS: usize = 32;
 /// never be a STOP.
 const CALLS_OF_CLIENT: usize = 24;
 
-/// Number of unanswered calls from which a STOP is answered at once, so that there is room for the next.
+/// Number of unanswered calls from which a STOP is answered at once, to keep room for the next one.
 const STOPS_OF_CLIENT: usize = 30;
 
 const REQUEST_SCHEMA: &str = include_str!("request.schema.json");
@@ -38,7 +38,7 @@ pub struct Foxglove {
     channels: BTreeMap<Topic, Arc<RawChannel>>,
     newest: Newest,
     calls: mpsc::Receiver<Call>,
-    /// STOPs have a queue of their own.
+    /// Separate queue for STOPs.
     stops: mpsc::UnboundedReceiver<Call>,
     /// The registry of channels and clients.
     _context: Arc<Context>,
@@ -49,7 +49,7 @@ impl Foxglove {
     /// Starts listening; must be called within the runtime. Clients show `name`.
     ///
     /// # Errors
-    /// When the address is open to a network without permission or in use, or the system refuses.
+    /// If the address is open to a network without permission or in use, or the system refuses.
     pub async fn listen(
         address: &Address,
         open_to_network: bool,
@@ -167,7 +167,7 @@ struct Message {
     data: Vec<u8>,
 }
 
-/// The newest message of each topic.
+/// Cache of the newest message of each topic.
 #[derive(Clone, Default)]
 struct Newest(Arc<Mutex<BTreeMap<Topic, Message>>>);
 
@@ -177,7 +177,7 @@ impl Newest {
     }
 }
 
-/// Sends the newest message to a new subscriber: a route may not change for hours.
+/// Sends the newest message to a new subscriber, because a route may not change for hours.
 struct Greeter {
     newest: Newest,
     channels: BTreeMap<Topic, Arc<RawChannel>>,
@@ -251,7 +251,7 @@ impl Waiting {
     }
 }
 
-/// An unanswered call; dropping it uncounts it.
+/// An unanswered call; dropping it decrements the count.
 #[derive(Debug)]
 struct Place {
     waiting: Waiting,
@@ -279,7 +279,7 @@ impl Drop for Place {
 pub struct Answer(Option<(Responder, Place)>);
 
 impl Answer {
-    /// Answers with JSON; ignored by a client that is gone.
+    /// Answers with JSON; does nothing if the client has disconnected.
     pub fn give(self, answer: &[u8]) {
         if let Some((responder, _)) = self.0 {
             responder.respond_ok(answer);

@@ -5,19 +5,19 @@ use std::time::Duration;
 use rand_core::Rng as _;
 use rand_pcg::Pcg32;
 
-/// Pause after the first connection.
+/// Pause after the first failed connection.
 const FIRST: Duration = Duration::from_millis(50);
 
-/// Longest pause: a host is found within 2 s of its return.
+/// Maximum pause: a host is found within 2 s of its return.
 const LONGEST: Duration = Duration::from_secs(2);
 
-/// Time over which a sound connection brings bytes.
+/// Minimum time for which a sound connection delivers bytes.
 const SOUND: Duration = Duration::from_secs(1);
 
 /// The pause before a link is opened again; it doubles until a connection is sound.
 #[derive(Debug)]
 pub(super) struct Backoff {
-    /// For jitter: several stations that lost one peer do not return at once.
+    /// Source of jitter: stations that lost the same peer do not all reconnect at once.
     rng: Pcg32,
     pause: Duration,
 }
@@ -30,8 +30,8 @@ impl Backoff {
         }
     }
 
-    /// Takes the end of a connection and the time since its first byte, `None` if it brought none; returns the pause
-    /// before the next, up to a quarter shorter than the present step.
+    /// Takes the end of a connection and the time since its first byte, `None` without a byte; returns the pause
+    /// before the next connection, up to a quarter shorter than the current step.
     pub(super) fn handle_end(&mut self, brought_for: Option<Duration>) -> Duration {
         if brought_for.is_some_and(|time| time >= SOUND) {
             self.pause = FIRST;
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_connection_begins_the_pauses_anew() {
+    fn a_good_connection_resets_the_pauses() {
         let mut backoff = Backoff::new(1);
         for _ in 0..9 {
             backoff.handle_end(None);

@@ -15,12 +15,12 @@ use crate::io::share::find_token;
 use crate::io::share_client::{Halves, ShareClient, ShareClientError};
 use crate::share::{Address, Welcome, is_announced};
 
-/// Time-out of each read and write, so that a dead device blocks no thread.
+/// Timeout of each read and write; a dead device must not block a thread.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// Shorter than the first time-out, to find a host within 2 s of its return.
+/// Timeout of a reconnection; shorter than the first one, to find a host within 2 s of its return.
 const RECONNECT_TIMEOUT: Duration = Duration::from_millis(1200);
 
 /// Time for a shared link to announce itself.
@@ -29,17 +29,17 @@ const ANNOUNCEMENT_TIMEOUT: Duration = Duration::from_millis(500);
 /// Pause before another attempt at a shared link that made room for others.
 const SHARE_RETRY_PAUSE: Duration = Duration::from_millis(50);
 
-/// Pause between two looks for a link that is not there yet.
+/// Pause between two attempts to open a link that does not exist yet.
 const ABSENCE_PAUSE: Duration = Duration::from_millis(250);
 
-/// After a device appears, the system may take this long to give access to it.
+/// Maximum time that the system may need to give access to a new device.
 const SETTLING: Duration = Duration::from_secs(3);
 
 /// Keepalive probes: idle time before the first, and the interval.
 const PROBE_AFTER: Duration = Duration::from_secs(5);
 const PROBE_EVERY: Duration = Duration::from_secs(2);
 
-/// Time without acknowledgement after which a peer is lost.
+/// Time without TCP acknowledgement after which a peer counts as lost.
 #[cfg(target_os = "linux")]
 const PEER_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -50,11 +50,11 @@ pub(super) type Writing = Box<dyn Write + Send>;
 /// An open device or socket.
 pub struct Connection {
     pub(super) reading: Reading,
-    /// `None` for receive-only links.
+    /// Writing half; `None` for receive-only links.
     pub(super) writing: Option<Writing>,
     /// The device's name, if it differs from the operator's.
     pub(super) renamed: Option<String>,
-    /// The welcome of the station at the other end, if it shares its link: then lines are exchanged, not bytes.
+    /// Welcome of the station at the other end, if it shares its link; both ends then exchange lines, not bytes.
     pub(super) share: Option<Welcome>,
 }
 
@@ -62,15 +62,15 @@ impl Connection {
     /// Opens a link.
     ///
     /// # Errors
-    /// When the link cannot be opened now.
+    /// If the link cannot be opened now.
     pub fn open(spec: &LinkSpec, baud: u32) -> Result<Self, OpenError> {
         Self::open_within(spec, baud, CONNECT_TIMEOUT)
     }
 
-    /// Opens a link that may not be there yet; waits for it, for ever without a limit. `on_absence` is called once.
+    /// Opens a link that may not exist yet; waits for it, forever if there is no limit. Calls `on_absence` once.
     ///
     /// # Errors
-    /// When the link is there and cannot be opened, or the limit has passed.
+    /// If the link exists but cannot be opened, or the limit has passed.
     pub fn open_once_there(
         spec: &LinkSpec,
         baud: u32,
@@ -183,7 +183,7 @@ impl Connection {
         }
     }
 
-    /// Becomes a client of the station that announced itself.
+    /// Becomes a client of the station that announced itself on the connection.
     fn of_station(address: Address, halves: Halves, deadline: Instant) -> Result<Self, OpenError> {
         let (client, welcome) = ShareClient::greet(address, halves, true, deadline)?;
         let (halves, unread) = client.into_halves();
@@ -231,7 +231,7 @@ impl Socket for std::os::unix::net::UnixStream {
     }
 }
 
-/// The first bytes of a socket, enough of them to recognize a shared link if they come in time.
+/// The first bytes of a socket: enough to recognize a shared link if they arrive in time.
 fn first_bytes(stream: &impl Socket) -> io::Result<Vec<u8>> {
     let deadline = Instant::now() + ANNOUNCEMENT_TIMEOUT;
     stream.limit_reads(ANNOUNCEMENT_TIMEOUT)?;
@@ -241,7 +241,7 @@ fn first_bytes(stream: &impl Socket) -> io::Result<Vec<u8>> {
         match stream.read_some(&mut buffer) {
             Ok(count @ 1..) => first.extend_from_slice(&buffer[..count]),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            // The reader meets the end or the error again.
+            // The reader gets the end or the error again.
             Ok(0) | Err(_) => break,
         }
     }
@@ -265,7 +265,7 @@ pub(super) struct Reopener {
 }
 
 impl Reopener {
-    /// For an open link: looks up the adapter's USB identity while it is plugged in.
+    /// Prepares to reopen a link; looks up its adapter's USB identity while it is plugged in.
     pub(super) fn new(spec: LinkSpec, baud: u32) -> Self {
         let usb = match &spec {
             LinkSpec::Serial(path) => {
@@ -280,12 +280,12 @@ impl Reopener {
         Self { spec, baud, usb }
     }
 
-    /// Whether the end of its bytes ends the session.
+    /// Whether the end of the link's bytes ends the session.
     pub(super) fn is_final(&self) -> bool {
         self.spec == LinkSpec::Stdin
     }
 
-    /// The reason to show for an end of file.
+    /// Reason shown for an end of file.
     pub(super) const fn end_of_file(&self) -> &'static str {
         match self.spec {
             LinkSpec::Serial(_) => "unplugged",
@@ -316,7 +316,7 @@ impl Reopener {
     }
 }
 
-/// The device's name in the system's list of ports: `/dev/serial/by-id/...` is a link to it.
+/// The device's name in the system's list of ports; `/dev/serial/by-id/...` is a symbolic link to it.
 fn device_name(path: &Path) -> String {
     fs::canonicalize(path)
         .unwrap_or_else(|_| path.to_owned())
@@ -338,7 +338,7 @@ fn open_tcp(address: &str, timeout: Duration) -> io::Result<TcpStream> {
     Err(failure)
 }
 
-/// Sets the time-out of writes and keepalive probes, which notice a bridge that lost its power.
+/// Sets the write timeout and keepalive probes, which detect a bridge that lost its power.
 fn prepare_tcp(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(PATIENCE))?;
@@ -372,13 +372,13 @@ fn serial_halves(name: &str, baud: u32) -> serialport::Result<(Reading, Writing)
     Ok((Box::new(port), Box::new(writing)))
 }
 
-/// On Windows `serialport` lets a write wait for the read under way, so STOP would wait for a silent robot; and it clears DTR.
+/// Opens both halves of a serial port. With `serialport`, on Windows, a write waits for the current read, so STOP would wait for a silent robot; and DTR is cleared.
 #[cfg(windows)]
 fn serial_halves(name: &str, baud: u32) -> serialport::Result<(Reading, Writing)> {
     use serial2::{CharSize, Parity, SerialPort, Settings, StopBits};
     let open = || {
         let mut port = SerialPort::open(name, |mut settings: Settings| {
-            // The flow control of the library would set DTR too.
+            // The library's flow control would also set DTR.
             settings.set_char_size(CharSize::Bits8);
             settings.set_stop_bits(StopBits::One);
             settings.set_parity(Parity::None);
@@ -414,7 +414,7 @@ impl Read for ShortReads {
     }
 }
 
-/// Standard input without the standard library's buffer: its bytes would miss the recording if the program is killed.
+/// Standard input without the standard library's buffer: a killed program would lose the buffered bytes.
 fn standard_input() -> Reading {
     #[cfg(unix)]
     {
@@ -438,7 +438,7 @@ mod tests {
         assert!(matches!(error, OpenError::Missing(_)), "{error}");
     }
 
-    /// The peer reads nothing, so its window closes: without a time-out the write would block for ever.
+    /// The peer reads nothing, so its window closes; without a timeout, the write would block forever.
     #[test]
     fn a_bridge_that_takes_no_bytes_fails_the_write() {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");

@@ -1,4 +1,4 @@
-//! Reasons that a link cannot be opened, each with a hint.
+//! Reasons why a link cannot be opened, each with a hint.
 
 use std::io;
 use std::path::Path;
@@ -7,28 +7,28 @@ use crate::hint;
 use crate::io::ports;
 use crate::io::share_client::ShareClientError;
 
-/// Reason that a link cannot be opened, with a hint.
+/// Reason why a link cannot be opened, with a hint.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// No device of this name.
+    /// There is no device with this name.
     #[error(
         "cannot open {0}: there is no such device. `groundwave ports` lists what is plugged in"
     )]
     Missing(String),
-    /// Another program holds it.
+    /// Another program uses the device.
     #[error(
         "cannot open {0}: it is busy, another program holds it. Close that program (`fuser {0}` names it on Linux) and try again; or, if it is a groundwave started with --share ADDR, send through it: `groundwave send --via ADDR ...`"
     )]
     Busy(String),
-    /// No permission to open it.
+    /// There is no permission to open the device.
     #[error("cannot open {0}: permission denied. {hint}", hint = permission_hint())]
     Permission(String),
-    /// Not a serial device.
+    /// The path is not a serial device.
     #[error(
         "cannot open {0}: it is not a serial device. `groundwave ports` lists those there are; a capture is shown with `groundwave replay {0}`"
     )]
     NotSerial(String),
-    /// A Unix socket instead of a serial device.
+    /// The path is a Unix socket, not a serial device.
     #[error("cannot open {0}: it is a Unix socket; did you mean unix:{0}?")]
     Socket(String),
     /// The other end of a TCP link does not answer.
@@ -45,7 +45,7 @@ pub enum OpenError {
     Another(String),
     /// Several devices look like the one that was unplugged.
     #[error(
-        "{0} is gone and {1} look the same; plug it in where it was, or start again with the right one"
+        "{0} was unplugged and {1} look the same; plug it in at the same port, or start again with the right device"
     )]
     Ambiguous(String, String),
     /// Another error.
@@ -54,7 +54,7 @@ pub enum OpenError {
 }
 
 impl OpenError {
-    /// Whether the link is only not back yet.
+    /// Whether the link does not exist yet, and may appear.
     pub(super) const fn is_absence(&self) -> bool {
         matches!(self, Self::Missing(_) | Self::Tcp(..) | Self::Unix(..))
     }
@@ -92,7 +92,7 @@ fn is_socket(_: &str) -> bool {
     false
 }
 
-/// Whether a port exists: a file on Unix, a name in a list elsewhere.
+/// Whether a port exists: as a file on Unix, in the system's list elsewhere.
 fn exists(name: &str) -> bool {
     if cfg!(unix) {
         return Path::new(name).exists();

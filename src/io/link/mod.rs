@@ -1,7 +1,7 @@
 //! A radio link: a serial device, a TCP bridge or standard input, kept open.
 //!
-//! Two threads own it. The reader hands every chunk to the [`Sink`] (the recorder) before anything else sees it, and reopens
-//! a lost link. The writer takes frames from the transmit queue, so that a stuck device delays nothing else.
+//! Two threads own the link. The reader passes every chunk to the [`Sink`] (the recorder) before anything else sees it, and reopens
+//! a lost link. The writer takes frames from the transmit queue; a stuck device delays only this thread.
 
 mod backoff;
 mod connection;
@@ -39,7 +39,7 @@ pub enum LinkInput {
     Opened {
         /// The device's name, if it differs from the operator's.
         renamed: Option<String>,
-        /// Connections since the latest loss that brought no byte; none of them was reported.
+        /// Number of connections without a byte since the latest loss; they were not reported.
         empty: u32,
         /// The welcome of the station at the other end, if it shares its link.
         share: Option<Welcome>,
@@ -48,7 +48,7 @@ pub enum LinkInput {
     Said(StationLine),
     /// Bytes, and the time at which their read returned.
     Bytes(Instant, Vec<u8>),
-    /// Why the link is gone, or why it cannot be reopened so far.
+    /// The link is lost or cannot be reopened, for a reason.
     Lost(String),
     /// Standard input has ended.
     Ended,
@@ -66,7 +66,7 @@ pub struct Link {
 
 impl Link {
     /// Starts the threads of an open link. A loss is reported as [`LinkInput::Lost`], and the link is reopened as soon as
-    /// possible; a USB adapter under another name too. A peer that closes each connection without a byte is reported once.
+    /// possible, also a USB adapter under another name. A peer that closes each connection without a byte is reported once.
     #[must_use]
     pub fn start(
         spec: LinkSpec,
@@ -116,7 +116,7 @@ impl Link {
         }
     }
 
-    /// Whether to deliver every byte at once, not only when a line may be complete; needed by a station that sends in
+    /// Sets whether to deliver every byte at once, not only when a line may be complete; needed by a station that sends in
     /// the robot's pauses.
     pub fn hand_over_at_once(&self, is_eager: bool) {
         self.is_eager.store(is_eager, Ordering::Relaxed);
@@ -142,7 +142,7 @@ impl Link {
         }
     }
 
-    /// Drops waiting frames, so that STOP follows the frame under way.
+    /// Drops queued frames, so that STOP directly follows the current frame.
     pub fn clear_queue(&self) {
         if let Some(queue) = &self.tx_queue {
             queue.clear();

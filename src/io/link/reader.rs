@@ -1,4 +1,4 @@
-//! The reader thread: it hands every chunk to the sink first, and reopens a lost link.
+//! The reader thread: passes every chunk to the sink first, and reopens a lost link.
 
 use std::io;
 use std::sync::Arc;
@@ -17,15 +17,15 @@ use super::{LinkInput, Sink};
 use crate::hint;
 use crate::share::{Lines, StationLine, is_announced};
 
-/// Interval of attempts to reopen a lost link.
+/// Interval between attempts to reopen a lost link.
 const RETRY_EVERY: Duration = Duration::from_millis(400);
 
 /// Reopens a lost link; tests have their own implementation.
 pub(super) trait Reopen: Send {
     fn open(&mut self) -> Result<Connection, OpenError>;
-    /// Whether the end of its bytes ends the session.
+    /// Whether the end of the link's bytes ends the session.
     fn is_final(&self) -> bool;
-    /// The reason to show for an end of file.
+    /// Reason shown for an end of file.
     fn end_of_file(&self) -> &'static str;
     /// Waits before the link is opened again.
     fn rest(&mut self, pause: Duration) {
@@ -49,7 +49,7 @@ impl Reopen for Reopener {
 
 /// The end of a connection's bytes.
 enum End {
-    /// The station is gone.
+    /// The receiver of the link's inputs is closed.
     Closed,
     /// End of file: a closed pty, an unplugged device or the end of standard input.
     Finished,
@@ -68,13 +68,13 @@ pub(super) struct Reader<R> {
 
 /// The beginning of a connection.
 struct Beginning {
-    /// The report that it is open, until it is made.
+    /// The report that the link is open, until it is sent.
     opened: Option<LinkInput>,
     first_byte_at: Option<Instant>,
 }
 
 impl<R: Reopen> Reader<R> {
-    /// Runs until the station is gone or the link is final and has ended.
+    /// Runs until the station has ended, or a link whose end is final has ended.
     pub(super) fn run(mut self, connection: Connection) {
         let Connection {
             mut reading,
@@ -93,18 +93,18 @@ impl<R: Reopen> Reader<R> {
                 }),
                 first_byte_at: None,
             };
-            // After a connection without a byte the next one has to bring a byte or to last.
+            // After a connection without a byte, the next connection counts as open only with a byte or after a while.
             if !is_doubtful && self.tell_opened(&mut beginning).is_none() {
                 return;
             }
             let end = self.read_until_lost(&mut reading, &mut beginning, shared.as_mut());
-            // Both halves are closed at once: a device that is still open keeps its name from the one that comes back.
+            // Both halves are closed at once: while a device is open, a returning device cannot get its name.
             self.tx_queue.connect(None);
             drop(reading);
             let reason = match end {
                 End::Closed => return,
                 End::Finished if self.reopener.is_final() => {
-                    // The station may be gone already.
+                    // The station may have ended already.
                     self.tell(LinkInput::Ended);
                     return;
                 }
@@ -129,7 +129,7 @@ impl<R: Reopen> Reader<R> {
         }
     }
 
-    /// `None` when the station is gone.
+    /// Reports an input; `None` when the station has ended.
     fn tell(&self, input: LinkInput) -> Option<()> {
         self.inputs.blocking_send(input).ok()
     }
@@ -148,7 +148,7 @@ impl<R: Reopen> Reader<R> {
                 Ok(connection) => return Some(connection),
                 Err(error) if error.is_absence() => {}
                 Err(error) => {
-                    // A device that is present but cannot be opened is reported once, at the second attempt: a device that
+                    // A device that exists but cannot be opened is reported once, at the second attempt: a device that
                     // has just come back has the wrong permissions for a moment.
                     let reason = error.to_string();
                     if reason == latest && reason != reported {
@@ -163,8 +163,8 @@ impl<R: Reopen> Reader<R> {
         None
     }
 
-    /// Reads until the connection ends. The sink gets every chunk at once; the station is woken when a line may be complete,
-    /// three times a second instead of sixty.
+    /// Reads until the connection ends. The sink gets every chunk at once; the station is woken only when a line may be complete,
+    /// three times per second instead of sixty.
     fn read_until_lost(
         &mut self,
         reading: &mut Reading,
@@ -220,12 +220,12 @@ impl<R: Reopen> Reader<R> {
         }
     }
 
-    /// Whether a link that was opened as a radio turns out to be shared: the station announced itself late.
+    /// Whether a link opened as a radio is a shared link whose station announced itself late.
     fn is_shared_after_all(&self, bytes: &[u8]) -> bool {
         !self.reopener.is_final() && is_announced(bytes) == Some(true)
     }
 
-    /// Takes lines of a station that shares its link: bytes from the radio, and answers.
+    /// Takes lines from a station that shares its link: bytes from the radio, and answers.
     fn take_lines(
         &mut self,
         shared: &mut Shared,
@@ -270,12 +270,12 @@ impl<R: Reopen> Reader<R> {
 #[derive(Default)]
 struct Shared {
     lines: Lines,
-    /// Whether the rest of the line that was under way at the beginning is over.
+    /// Whether the remainder of the first, partial line has passed.
     is_aligned: bool,
 }
 
 impl Shared {
-    /// The bytes from the radio without the rest of the first line, which would count as damaged.
+    /// The bytes from the radio without the remainder of the first line, which would count as damaged.
     fn whole<'b>(&mut self, bytes: &'b [u8]) -> &'b [u8] {
         if self.is_aligned {
             return bytes;

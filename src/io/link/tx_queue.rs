@@ -1,4 +1,4 @@
-//! The transmit queue: a device that takes no bytes delays only the thread that writes to it.
+//! The transmit queue. A device that accepts no bytes delays only the thread that writes to it.
 
 use std::collections::VecDeque;
 use std::io::Write;
@@ -7,7 +7,7 @@ use std::thread;
 
 use super::connection::Writing;
 
-/// Maximum number of frames that wait for a slow device.
+/// Maximum number of frames queued for a slow device.
 const QUEUE: usize = 8;
 
 /// Frames for the radio, written in order by a thread for each connection.
@@ -23,14 +23,14 @@ struct Shared {
 #[derive(Default)]
 struct State {
     frames: VecDeque<Vec<u8>>,
-    /// Number of the connection: the thread of an earlier one ends.
+    /// Number of the connection; the threads of earlier connections end.
     connection: u64,
     is_connected: bool,
     not_taken_bytes: u64,
 }
 
 impl TxQueue {
-    /// Writes to another device from now on, or to none. Frames that wait for the earlier one are lost, as on a radio.
+    /// Sets the device to write to, or none. Frames queued for the earlier device are lost, as on a radio.
     pub(super) fn connect(&self, device: Option<Writing>) {
         let mut state = self.0.lock();
         state.frames.clear();
@@ -45,7 +45,7 @@ impl TxQueue {
         }
     }
 
-    /// Queues a frame, without waiting. A full queue loses it, which the protocol repairs.
+    /// Queues a frame, without waiting. If the queue is full, the frame is lost, which the protocol repairs.
     pub(super) fn send(&self, frame: &[u8]) {
         let mut state = self.0.lock();
         if !state.is_connected {
@@ -60,7 +60,7 @@ impl TxQueue {
         }
     }
 
-    /// Drops the waiting frames, so that the next one follows the frame under way.
+    /// Drops the queued frames, so that the next frame directly follows the current one.
     pub(super) fn clear(&self) {
         let mut state = self.0.lock();
         let bytes: usize = state.frames.drain(..).map(|frame| frame.len()).sum();
@@ -90,10 +90,10 @@ impl Shared {
     }
 }
 
-/// The thread of a connection.
+/// Body of a connection's thread: writes queued frames.
 fn write(shared: &Shared, connection: u64, mut device: Writing) {
     while let Some(frame) = shared.next(connection) {
-        // The reader reports why the device fails; the next frame may well be taken.
+        // The reader reports why the device fails; the next frame may succeed.
         if device.write_all(&frame).is_err() {
             shared.lock().not_taken_bytes += frame.len() as u64;
         }
@@ -108,7 +108,7 @@ mod tests {
 
     use super::*;
 
-    /// Nothing here takes this long unless it hangs.
+    /// Timeout after which a test counts as hanging.
     const PATIENCE: Duration = Duration::from_secs(20);
 
     /// A device that reports each frame, and accepts it on command.

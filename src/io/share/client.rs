@@ -12,7 +12,7 @@ use super::outbox::{Cut, Next, Outbox};
 use super::owner::Token;
 use crate::share::{ClientId, LINE_MAX, Lines, StationLine};
 
-/// Maximum bytes read ahead from a client.
+/// Maximum number of bytes read ahead from a client.
 const READ_MAX: usize = LINE_MAX;
 
 /// Time for a closed client to read its last lines.
@@ -21,7 +21,7 @@ const LINGER: Duration = Duration::from_secs(1);
 /// Time for a client to send its token.
 const TOKEN_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Maximum bytes of a first line that are read.
+/// Maximum length of a first line, bytes.
 const TOKEN_LINE_MAX: usize = 256;
 
 /// A TCP or Unix socket.
@@ -29,7 +29,7 @@ pub(super) trait Stream: AsyncRead + AsyncWrite + Send + Unpin {}
 
 impl<T: AsyncRead + AsyncWrite + Send + Unpin> Stream for T {}
 
-/// How a connection ended.
+/// The end of a connection.
 pub(super) enum Ended {
     Gone,
     Cut(Cut),
@@ -61,7 +61,7 @@ pub(super) async fn serve(
     ended
 }
 
-/// Returns the stream of a client whose first line is the token; tells other clients what they need.
+/// Returns the stream of a client whose first line is the token; sends instructions to other clients.
 pub(super) async fn admit(mut stream: Box<dyn Stream>, token: &Token) -> Option<Box<dyn Stream>> {
     let line = async {
         let mut line = Vec::new();
@@ -84,7 +84,7 @@ pub(super) async fn admit(mut stream: Box<dyn Stream>, token: &Token) -> Option<
     }
 }
 
-/// Sends the reason as the last line.
+/// Ends a connection, with the reason as the last line.
 async fn dismiss(
     mut reading: ReadHalf<Box<dyn Stream>>,
     mut writing: WriteHalf<Box<dyn Stream>>,
@@ -141,7 +141,7 @@ async fn write(writing: &mut WriteHalf<Box<dyn Stream>>, outbox: &Outbox) -> io:
     }
 }
 
-/// Reads for a moment before closing: closing a socket with unread bytes may lose the bytes written last.
+/// Reads briefly before closing: closing a socket with unread bytes may lose the bytes written last.
 async fn linger(reading: &mut ReadHalf<Box<dyn Stream>>, writing: &mut WriteHalf<Box<dyn Stream>>) {
     let rest = async {
         writing.shutdown().await?;

@@ -17,7 +17,7 @@ pub(super) struct Opened {
     pub(super) listener: Listener,
     /// The address for clients.
     pub(super) address: String,
-    /// What clients of a port have to show.
+    /// Token that clients of a port must send.
     pub(super) token: Option<Token>,
     #[cfg(unix)]
     pub(super) file: Option<SocketFile>,
@@ -63,8 +63,8 @@ fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
     let listener = std::net::TcpListener::bind(socket).map_err(refused)?;
     listener.set_nonblocking(true).map_err(refused)?;
     let address = listener.local_addr().map_err(refused)?;
-    let token = Token::create(address.port())
-        .map_err(|error| ShareError::Token(address.to_string(), error))?;
+    let token =
+        Token::create(address).map_err(|error| ShareError::Token(address.to_string(), error))?;
     let listener = tokio::net::TcpListener::from_std(listener).map_err(refused)?;
     Ok(Opened {
         listener: Listener::Tcp(listener),
@@ -76,13 +76,13 @@ fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
 }
 
 impl Listener {
-    /// The next connection, and the client's name for people.
+    /// Accepts the next connection; returns it with the client's name for display.
     pub(super) async fn accept(&self) -> (Box<dyn Stream>, String) {
         loop {
             match self {
                 Self::Tcp(listener) => {
                     if let Ok((stream, peer)) = listener.accept().await {
-                        // Statuses are small and urgent; without this option they only arrive later.
+                        // Statuses are small and urgent; without this option they arrive later.
                         let _ = stream.set_nodelay(true);
                         return (Box::new(stream), peer.to_string());
                     }

@@ -1,5 +1,5 @@
-//! Sockets of a shared link. Clients get an announcement and the raw bytes, and their input is split into lines; on a port a
-//! client sends the token first. A slow or absent client never delays the radio.
+//! Sockets of a shared link. Clients get an announcement and the raw bytes, and their input is split into lines. On a port, a
+//! client first sends the token. A slow or absent client never delays the radio.
 
 mod client;
 mod listener;
@@ -26,20 +26,20 @@ use outbox::{Cut, Outbox};
 use owner::Token;
 pub use owner::{find_token, usual_address};
 
-/// Maximum connections that have not sent the token.
+/// Maximum number of connections that have not sent the token.
 const STRANGERS_MAX: usize = 64;
 
-/// Maximum connections.
+/// Maximum number of connections.
 pub const CONNECTIONS_MAX: usize = CLIENTS_MAX + 1 + STRANGERS_MAX;
 
-/// Time for which a client keeps its place after its connection, its hello and the end of its command: in any crowd, a program
-/// that speaks at once is heard and gets its answer.
+/// Time for which a client keeps its place after connecting, after its hello and after its command ends. Among many clients, a program
+/// that sends at once is therefore served and gets its answer.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// Time for which a client keeps its place after its STOP, which is usually confirmed sooner.
+/// Time for which a client keeps its place after its STOP; usually, the robot confirms sooner.
 const STOP_GRACE: Duration = Duration::from_secs(5);
 
-/// Maximum inputs that wait for the station; further clients wait.
+/// Maximum number of inputs queued for the station; further clients wait.
 const INPUTS: usize = 32;
 
 /// Reason why a link cannot be shared.
@@ -53,14 +53,14 @@ pub enum ShareError {
     Taken(String, &'static str),
     /// The token of a port cannot be written.
     #[error(
-        "cannot share on {0}: its token cannot be written: {reason}; set XDG_RUNTIME_DIR to a folder of yours",
+        "cannot share on {0}: its token cannot be written: {reason}; set XDG_RUNTIME_DIR to one of your folders",
         reason = hint::words(.1)
     )]
     Token(String, io::Error),
     /// The system's error.
     #[error("cannot share on {0}: {reason}; {hint}", reason = hint::words(.1), hint = match .1.kind() {
         io::ErrorKind::NotFound => "make the folder first",
-        io::ErrorKind::PermissionDenied => "choose a port above 1023 or a folder of yours",
+        io::ErrorKind::PermissionDenied => "choose a port above 1023 or one of your folders",
         _ => "choose another address, or port 0 for a free one",
     })]
     Listen(String, io::Error),
@@ -71,33 +71,33 @@ pub enum ShareError {
 pub enum FromClient {
     /// A client connected.
     Connected {
-        /// Its number.
+        /// Number of the client.
         client: ClientId,
-        /// Its name for people.
+        /// Name of the client, for display.
         peer: String,
     },
     /// A client sent a line.
     Line {
-        /// The client.
+        /// Number of the client.
         client: ClientId,
-        /// The line without its end.
+        /// The line without its line end.
         line: Result<Vec<u8>, TooLong>,
     },
     /// A client that did not read was closed.
     TooSlow {
-        /// The client.
+        /// Number of the client.
         client: ClientId,
-        /// Number of bytes that it had not read.
+        /// Number of bytes that the client had not read.
         unread_bytes: usize,
     },
     /// An idle client was closed to admit another.
     GaveWay {
-        /// The client.
+        /// Number of the client.
         client: ClientId,
     },
-    /// A client left.
+    /// A client disconnected.
     Gone {
-        /// The client.
+        /// Number of the client.
         client: ClientId,
     },
 }
@@ -111,11 +111,11 @@ impl Outboxes {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a client. If there are too many, the client that has been idle for longest is closed, because a STOP must get
-    /// through; if none is idle, there is one more.
+    /// Adds a client. If there are too many, closes the client that has been idle longest, because a STOP must get
+    /// through; if no client is idle, there is one more.
     ///
     /// # Errors
-    /// The time to try again, when all idle clients are new.
+    /// If all idle clients are new; contains the time to try again.
     fn add(&self, client: ClientId, now: Instant) -> Result<Arc<Outbox>, Instant> {
         let mut all = self.lock();
         if all.len() >= CLIENTS_MAX {
@@ -166,7 +166,7 @@ impl Share {
     /// Starts listening; must be called within the runtime.
     ///
     /// # Errors
-    /// When the address is open to a network without permission or in use, or the system refuses.
+    /// If the address is open to a network without permission or in use, or the system refuses.
     pub fn listen(address: &Address, open_to_network: bool) -> Result<Self, ShareError> {
         let opened = listener::open(address, open_to_network)?;
         let outboxes = Outboxes::default();
@@ -211,7 +211,7 @@ impl Share {
         }
     }
 
-    /// Sends lines to a client from here on, with the raw bytes in lines or without.
+    /// Sends only lines to a client from now on; with `with_raw`, they include the raw bytes.
     pub fn converse(&self, client: ClientId, with_raw: bool) {
         self.with(client, |outbox| outbox.converse(with_raw, Instant::now()));
     }
@@ -226,12 +226,12 @@ impl Share {
         self.with(client, |outbox| outbox.set_busy(is_busy, Instant::now()));
     }
 
-    /// Lets a client keep its place for the time of a STOP.
+    /// Lets a client keep its place while the robot confirms its STOP.
     pub fn start_stop(&self, client: ClientId) {
         self.with(client, |outbox| outbox.start_stop(Instant::now()));
     }
 
-    /// Closes a client's connection after its lines.
+    /// Closes a client's connection after its unsent lines.
     pub fn close(&self, client: ClientId) {
         self.with(client, Outbox::close);
     }
@@ -249,7 +249,7 @@ impl Drop for Share {
     }
 }
 
-/// Admits clients; on a port only those that send the token.
+/// Admits clients; on a port, only those that send the token.
 async fn accept(listener: Listener, token: Option<Token>, mut clients: Clients) {
     let token = token.map(Arc::new);
     let mut admitted = JoinSet::new();
@@ -268,7 +268,7 @@ async fn accept(listener: Listener, token: Option<Token>, mut clients: Clients) 
         };
         let entered = tokio::select! {
             (mut stream, peer) = accepted => {
-                // Fits the empty buffer of a new socket, so it never waits; a client that is gone is noticed later.
+                // The announcement fits the empty buffer of a new socket, so this never waits; a closed connection is noticed later.
                 let _ = stream.write_all(ANNOUNCEMENT).await;
                 let Some(token) = token.clone() else {
                     if clients.enter(stream, peer).await.is_none() {
@@ -276,7 +276,7 @@ async fn accept(listener: Listener, token: Option<Token>, mut clients: Clients) 
                     }
                     continue;
                 };
-                // The oldest makes room: the owner's programs send the token at once.
+                // The oldest connection is closed to make room: the owner's programs send the token at once.
                 if strangers.len() >= STRANGERS_MAX
                     && let Some((_, oldest)) = strangers.pop_front()
                 {
@@ -307,7 +307,7 @@ struct Clients {
 }
 
 impl Clients {
-    /// Serves a client until it ends; `None` when the station is gone.
+    /// Serves a client until it disconnects; `None` when the station has ended.
     async fn enter(&mut self, stream: Box<dyn Stream>, peer: String) -> Option<()> {
         self.newest += 1;
         let client = ClientId(self.newest);
@@ -347,7 +347,7 @@ mod tests {
         added.expect("a place")
     }
 
-    /// As many clients as there may be, each of which said hello, and a time when none is new.
+    /// The maximum number of clients, each after its hello, and a time at which none is new.
     fn full() -> (Outboxes, Vec<Arc<Outbox>>, Instant) {
         let outboxes = Outboxes::default();
         let start = Instant::now();

@@ -8,16 +8,16 @@ use tokio::sync::Notify;
 use super::{GRACE, STOP_GRACE};
 use crate::share::{RawBytes, StationLine};
 
-/// Maximum unsent bytes of a client: four and a half minutes of the radio.
+/// Maximum number of unsent bytes of a client: four and a half minutes of the radio.
 pub(super) const UNREAD_MAX: usize = 64 * 1024;
 
-/// Maximum raw bytes in a line, so that even escaped they fit the line that a client accepts.
+/// Maximum number of raw bytes in a line; even escaped, they fit into the longest line that a client accepts.
 const RAW_MAX: usize = 1024;
 
 #[derive(Debug)]
 pub(super) struct Outbox {
     state: Mutex<State>,
-    /// Signals bytes to write, or the close.
+    /// Signals that there are bytes to write, or that the connection is closing.
     filled: Notify,
     /// Signals that the client is cut off.
     cut: Notify,
@@ -39,20 +39,20 @@ struct State {
     stage: Stage,
     /// End of the time for which the client keeps its place.
     keeps_until: Instant,
-    /// The client waits for a command.
+    /// Whether the client waits for a command.
     is_busy: bool,
     /// Time of the client's latest line, or of the latest raw bytes that it took.
     active_at: Instant,
 }
 
-/// What a client gets.
+/// Form in which a client gets data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Gets {
-    /// The bytes from the radio as they are.
+    /// Unchanged bytes from the radio.
     Raw,
     /// Lines.
     Lines,
-    /// Lines, and the bytes from the radio in lines.
+    /// Lines, including lines with the bytes from the radio.
     LinesAndRaw,
 }
 
@@ -87,7 +87,7 @@ impl Outbox {
         }
     }
 
-    /// Lets the client keep its place for the time of a STOP.
+    /// Lets the client keep its place while the robot confirms its STOP.
     pub(super) fn start_stop(&self, now: Instant) {
         self.lock().keeps_until = now + STOP_GRACE;
     }
@@ -101,7 +101,7 @@ impl Outbox {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds bytes from the radio, as the client gets them.
+    /// Adds bytes from the radio, in the client's form.
     pub(super) fn add_raw(&self, bytes: &[u8]) {
         let mut state = self.lock();
         match state.gets {
@@ -134,7 +134,7 @@ impl Outbox {
         }
     }
 
-    /// Sends lines from here on; ends a partial line of raw bytes.
+    /// Sends only lines from now on; ends a partial line of raw bytes.
     pub(super) fn converse(&self, with_raw: bool, now: Instant) {
         let mut state = self.lock();
         self.add(&mut state, b"\n");
@@ -179,7 +179,7 @@ impl Outbox {
         self.lock().active_at = now;
     }
 
-    /// The client took the bytes written to it. Only raw bytes count as activity: few other lines come unasked.
+    /// Records that the client took its bytes. Only raw bytes count as activity, because other lines are mostly answers.
     pub(super) fn taken(&self, now: Instant) {
         if self.lock().gets != Gets::Lines {
             self.touch(now);

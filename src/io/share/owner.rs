@@ -1,4 +1,4 @@
-//! Access for the owner of a share alone: the default socket, and the token of a port.
+//! Restricts a share to its owner: the default socket, and the token of a port.
 //!
 //! Every user of a machine can connect to its ports. A client of a port therefore first sends the token from a file
 //! that only the owner can read.
@@ -7,7 +7,7 @@ use std::env;
 use std::fmt::{self, Write as _};
 use std::fs::{self, DirBuilder, OpenOptions};
 use std::io::{self, Read as _, Write as _};
-use std::net::TcpStream;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy as _;
@@ -21,11 +21,11 @@ const TOKEN_VARIABLE: &str = "GROUNDWAVE_TOKEN";
 /// Number of random bytes of a token.
 const TOKEN_BYTES: usize = 32;
 
-/// Maximum bytes that are read from a token's file.
+/// Maximum length of a token's file, bytes.
 const TOKEN_FILE_MAX: u64 = 256;
 
-/// The address of `--share` and `--via` without one: a socket, or a local port where the system has no such sockets. `None`
-/// when the system has no home folder.
+/// Default address of `--share` and `--via`: a socket, or a local port if the system has no Unix sockets. `None`
+/// if the system has no home folder.
 #[must_use]
 pub fn usual_address() -> Option<Address> {
     if cfg!(unix) {
@@ -42,11 +42,13 @@ pub fn find_token(stream: &TcpStream) -> Option<String> {
         return Some(token.trim().to_owned());
     }
     let (own, peer) = (stream.local_addr().ok()?, stream.peer_addr().ok()?);
-    // Another machine must not get the token of a station on this one.
+    // Another machine must not get the token of a station on this machine.
     if own.ip() != peer.ip() && !peer.ip().is_loopback() {
         return None;
     }
-    let token = read_token(&token_path(peer.port())?).ok()?;
+    let of_all = SocketAddr::new(IpAddr::V4(Ipv4Addr::UNSPECIFIED), peer.port());
+    let tokens = [peer, of_all].into_iter().filter_map(token_path);
+    let token = tokens.map(|path| read_token(&path)).find_map(Result::ok)?;
     Some(token.trim().to_owned())
 }
 
@@ -66,9 +68,9 @@ pub(super) struct Token {
 }
 
 impl Token {
-    /// Creates a token in a file named by the port; replaces a leftover file.
-    pub(super) fn create(port: u16) -> io::Result<Self> {
-        let path = token_path(port).ok_or(io::ErrorKind::NotFound)?;
+    /// Creates a token in a file named by the address; replaces a leftover file.
+    pub(super) fn create(address: SocketAddr) -> io::Result<Self> {
+        let path = token_path(address).ok_or(io::ErrorKind::NotFound)?;
         if let Some(folder) = path.parent() {
             make_private(folder)?;
         }
@@ -86,7 +88,7 @@ impl Token {
 
     fn keep(&self) -> io::Result<()> {
         let new = files::beside(&self.path);
-        // A leftover of a killed process with this number.
+        // A leftover of a killed process with the same number.
         let _ = fs::remove_file(&new);
         let mut options = OpenOptions::new();
         options.write(true).create_new(true);
@@ -96,7 +98,7 @@ impl Token {
         fs::rename(&new, &self.path)
     }
 
-    /// Whether a client's first line is the token; takes constant time for lines of its length.
+    /// Whether a client's first line is the token; takes constant time for lines of the token's length.
     pub(super) fn is(&self, line: &[u8]) -> bool {
         let line = line.trim_ascii_end();
         let pairs = line.iter().zip(self.text.as_bytes());
@@ -118,7 +120,7 @@ impl Drop for Token {
     fn drop(&mut self) {
         let is_own = fs::read(&self.path).is_ok_and(|kept| self.is(&kept));
         if is_own {
-            // A file that cannot be removed is useless without its station.
+            // A file that cannot be removed is useless without the station.
             let _ = fs::remove_file(&self.path);
         }
     }
@@ -143,8 +145,17 @@ fn folder() -> Option<PathBuf> {
     )
 }
 
-fn token_path(port: u16) -> Option<PathBuf> {
-    Some(folder()?.join(format!("{port}.token")))
+/// The file of a token. Stations on different addresses may have the same port; that of the usual address has the short name.
+fn token_path(address: SocketAddr) -> Option<PathBuf> {
+    let (ip, port) = (address.ip(), address.port());
+    let is_usual = ip.is_unspecified() || ip == IpAddr::V4(Ipv4Addr::LOCALHOST);
+    let name = if is_usual {
+        format!("{port}.token")
+    } else {
+        // No file on Windows has a colon in its name.
+        format!("{}-{port}.token", ip.to_string().replace(':', "_"))
+    };
+    Some(folder()?.join(name))
 }
 
 fn make_private(folder: &Path) -> io::Result<()> {
@@ -169,7 +180,7 @@ fn make_private(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Reads a regular file of a token's length: a link or a pipe may be another user's.
+/// Reads a token's file. Refuses links, pipes and longer files, which may belong to another user.
 fn read_token(path: &Path) -> io::Result<String> {
     let mut options = OpenOptions::new();
     options.read(true);

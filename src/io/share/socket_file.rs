@@ -1,4 +1,4 @@
-//! The file of a Unix socket: private to its owner, and removed with the station.
+//! The file of a Unix socket: private to its owner, and removed when the station ends.
 //!
 //! A socket without a listener is a leftover of a killed station and is replaced. A socket with a listener, or any
 //! other file, is kept.
@@ -26,7 +26,7 @@ const LOCK_TIMEOUT: Duration = Duration::from_secs(1);
 /// Time for another program's socket to take a connection.
 const PROBE_TIMEOUT: Duration = Duration::from_millis(100);
 
-/// Maximum connections that wait to be accepted; the system's default is a long wait in a crowd.
+/// Maximum number of connections that wait to be accepted; with the system's default, clients would wait long.
 const QUEUE: i32 = 16;
 
 const LISTENS: &str = "another program listens there already";
@@ -34,11 +34,11 @@ const LISTENS: &str = "another program listens there already";
 /// Pause between two attempts to lock.
 const LOCK_PAUSE: Duration = Duration::from_millis(1);
 
-/// Removes its file when dropped, unless the file was replaced.
+/// A socket's file; removed when dropped, unless another file has replaced it.
 #[derive(Debug)]
 pub(super) struct SocketFile {
     path: PathBuf,
-    /// Device and inode.
+    /// Device and inode number of the file.
     identity: (u64, u64),
 }
 
@@ -47,11 +47,11 @@ impl SocketFile {
         let name = || path.display().to_string();
         let refused = |error| ShareError::Listen(name(), error);
         let taken = |why| ShareError::Taken(name(), why);
-        // Of two stations that find a stale socket the second would remove the first one's.
+        // Without the lock, if two stations found a stale socket, the second would remove the first one's new socket.
         let _alone = LockFile::take(path, LOCK_TIMEOUT).map_err(refused)?;
         match fs::symlink_metadata(path) {
             Ok(found) if !found.file_type().is_socket() => {
-                return Err(taken("a file of that name exists and is no socket"));
+                return Err(taken("a file of that name exists and is not a socket"));
             }
             Ok(_) => match unix_socket::connect(path, PROBE_TIMEOUT) {
                 Ok(_) => return Err(taken(LISTENS)),
@@ -81,7 +81,7 @@ impl SocketFile {
 
 impl Drop for SocketFile {
     fn drop(&mut self) {
-        // A file that is left behind is replaced by the next station.
+        // The next station replaces a leftover file.
         if let Ok(_alone) = LockFile::take(&self.path, Duration::ZERO)
             && is_at(&self.path, self.identity)
         {
@@ -90,7 +90,7 @@ impl Drop for SocketFile {
     }
 }
 
-/// Binds a socket that is never open to other users, not even for a moment.
+/// Binds a socket that is never open to other users, not even briefly.
 fn bind_private(path: &Path) -> io::Result<UnixListener> {
     /// The mask belongs to the process.
     static MASK: Mutex<()> = Mutex::new(());
@@ -105,8 +105,8 @@ fn bind_private(path: &Path) -> io::Result<UnixListener> {
     bound
 }
 
-/// Keeps other stations from opening and removing a socket; dropping it removes its file. Other users can lock whatever they
-/// can open, so the file is private.
+/// Lock that keeps other stations from opening and removing a socket; dropping it removes its file. Other users can lock any file that they
+/// can open, so the lock file is private.
 struct LockFile {
     path: PathBuf,
     _locked: File,
@@ -128,7 +128,7 @@ impl LockFile {
             if !found.is_file() || found.len() > 0 || found.uid() != geteuid().as_raw() {
                 let name = path.display();
                 return Err(io::Error::other(format!(
-                    "{name} is no lock file of yours; move it away"
+                    "{name} is not one of your lock files; move it away"
                 )));
             }
             match file.try_lock() {
@@ -153,7 +153,7 @@ impl LockFile {
 
 impl Drop for LockFile {
     fn drop(&mut self) {
-        // A file that is left behind is used again.
+        // A leftover file is used again.
         let _ = fs::remove_file(&self.path);
     }
 }
@@ -164,7 +164,7 @@ fn lock_path(socket: &Path) -> PathBuf {
     name.into()
 }
 
-/// Device and inode.
+/// Device and inode number of the file.
 fn identity(found: &Metadata) -> (u64, u64) {
     (found.dev(), found.ino())
 }
@@ -264,13 +264,13 @@ mod tests {
         fs::rename(&notes, lock_path(&path)).expect("a file with text");
         let error = SocketFile::bind(&path).expect_err("it may be of use");
         assert!(
-            error.to_string().contains("is no lock file of yours"),
+            error.to_string().contains("is not one of your lock files"),
             "{error}"
         );
         assert_eq!(fs::read(lock_path(&path)).expect("it is kept"), b"mine");
     }
 
-    /// Other systems refuse a connection to a full queue at once.
+    /// Other systems immediately refuse a connection to a full queue.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_stopped_station_holds_up_no_other_program() {
@@ -311,7 +311,7 @@ mod tests {
         let path = folder.path().join("notes.txt");
         fs::write(&path, "mine").expect("a file");
         let error = SocketFile::bind(&path).expect_err("refused");
-        assert!(error.to_string().contains("is no socket"), "{error}");
+        assert!(error.to_string().contains("is not a socket"), "{error}");
         assert_eq!(fs::read(&path).expect("it is there"), b"mine");
     }
 }

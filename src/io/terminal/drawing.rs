@@ -1,4 +1,4 @@
-//! The drawing thread. It alone writes to the terminal, and it takes the newest frame: a stalled terminal delays only drawing.
+//! The drawing thread: the only writer to the terminal. It takes the newest frame, so a stalled terminal delays only drawing.
 
 use std::io::{self, ErrorKind, Write};
 use std::mem;
@@ -17,10 +17,10 @@ use super::After;
 
 const BELL: &[u8] = b"\x07";
 
-/// Wait before a terminal that another program made non-blocking is tried again.
+/// Pause before another write to a terminal that another program made non-blocking.
 const RETRY: Duration = Duration::from_millis(20);
 
-/// What the drawing thread needs to know of a terminal.
+/// A terminal for the drawing thread.
 pub(super) struct Device {
     pub(super) output: Box<dyn Write + Send>,
     /// Time for one byte on a slow serial line; zero elsewhere.
@@ -42,7 +42,7 @@ struct Shared {
     thread: OnceLock<ThreadId>,
 }
 
-/// A drawn page, and bytes for after it.
+/// A drawn page, and bytes to write after it.
 struct Frame {
     page: Buffer,
     after: Option<After>,
@@ -50,13 +50,13 @@ struct Frame {
 
 #[derive(Default)]
 struct State {
-    /// The newest frame that the thread has not taken.
+    /// The newest frame, if the thread has not taken it.
     frame: Option<Frame>,
-    /// A blank page to draw the next frame on.
+    /// A blank page for drawing the next frame.
     spare: Option<Buffer>,
     is_redraw: bool,
     rings: bool,
-    /// The sequence of the newest text for the clipboard.
+    /// The sequence that puts the newest text on the clipboard.
     copied: Vec<u8>,
     stage: Stage,
     /// The thread's result, once it has restored the terminal or failed.
@@ -69,20 +69,20 @@ enum Stage {
     Drawing,
     /// The thread restores the terminal as soon as it can.
     Ending,
-    /// The terminal did not take its last bytes in time: the thread writes no more.
+    /// The terminal did not take the last bytes in time; the thread writes no more.
     Abandoned,
 }
 
 impl Drawing {
-    /// Starts the thread, which sets the terminal up first.
+    /// Starts the thread, which first sets up the terminal.
     ///
     /// # Errors
-    /// When the system has no thread left.
+    /// If no thread can be started.
     pub(super) fn start(device: Device) -> io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let drawing = Self(Arc::clone(&shared));
         let work = move || {
-            // Set once: the thread is new.
+            // The thread is new, so this is set once.
             let _ = shared.thread.set(thread::current().id());
             let result = run(&shared, device);
             shared.lock().result = Some(result);
@@ -97,10 +97,10 @@ impl Drawing {
         self.0.thread.get() == Some(&thread::current().id())
     }
 
-    /// Hands a frame over in place of any that waits.
+    /// Passes a frame to the thread; replaces a waiting frame.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub(super) fn draw(
         &self,
         size: Rect,
@@ -118,10 +118,10 @@ impl Drawing {
         })
     }
 
-    /// Writes the next frame whole.
+    /// Makes the thread write the next frame completely.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub(super) fn redraw(&self) -> io::Result<()> {
         self.order(|state| state.is_redraw = true)
     }
@@ -129,15 +129,15 @@ impl Drawing {
     /// Rings the bell.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub(super) fn ring(&self) -> io::Result<()> {
         self.order(|state| state.rings = true)
     }
 
-    /// Puts a text on the clipboard in place of any that waits.
+    /// Puts a text on the clipboard; replaces a waiting text.
     ///
     /// # Errors
-    /// When the terminal is gone.
+    /// If the terminal is closed.
     pub(super) fn copy(&self, text: &str) -> io::Result<()> {
         let sequence = format!("\x1b]52;c;{}\x1b\\", BASE64_STANDARD.encode(text));
         self.order(|state| state.copied = sequence.into_bytes())
@@ -155,7 +155,7 @@ impl Drawing {
         Ok(())
     }
 
-    /// Ends the thread, which restores the terminal if that takes no longer than `patience`.
+    /// Ends the thread. The thread restores the terminal if that takes at most `patience`.
     pub(super) fn end(&self, patience: Duration) {
         let mut state = self.0.lock();
         state.stage = Stage::Ending;
@@ -172,7 +172,7 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for something to do; returns the newest frame, whether to write it whole, and bytes for before it: bell and
+    /// Waits for work; returns the newest frame, whether to write it completely, and bytes to write before it: bell and
     /// clipboard. `None` at the end.
     fn next(&self) -> Option<(Option<Frame>, bool, Vec<u8>)> {
         let is_idle = |state: &mut State| {
@@ -195,7 +195,7 @@ impl Shared {
         Some((frame, is_redraw, before))
     }
 
-    /// Waits for a slow line, or for the end.
+    /// Waits for a slow line; returns early at the end.
     fn rest(&self, duration: Duration) {
         if !duration.is_zero() {
             let goes_on = |state: &mut State| state.stage == Stage::Drawing;
@@ -206,7 +206,7 @@ impl Shared {
     }
 }
 
-/// The thread: sets the terminal up, draws until the end and restores it.
+/// Body of the thread: sets up the terminal, draws until the end, and restores the terminal.
 fn run(shared: &Shared, device: Device) -> io::Result<()> {
     let mut output = Output {
         device: device.output,
@@ -221,7 +221,7 @@ fn run(shared: &Shared, device: Device) -> io::Result<()> {
     let mut terminal = Terminal::with_options(CrosstermBackend::new(output), options)?;
     let result = draw_frames(shared, &mut terminal, &device.leave);
     if result.is_err() {
-        // Dropping it would report the error on standard error, and panic if that is gone too.
+        // Dropping the terminal would report the error on standard error, and panic if standard error is closed, too.
         mem::forget(terminal);
     }
     result
@@ -239,7 +239,7 @@ fn draw_frames(
             if is_redraw || page.area != terminal.get_frame().area() {
                 terminal.resize(page.area)?;
             }
-            // The thread's blank page comes back for the next frame.
+            // The thread returns its blank page for the next frame.
             terminal.draw(|frame| mem::swap(frame.buffer_mut(), &mut page))?;
             shared.lock().spare = Some(page);
             if let Some(after) = after {
@@ -255,7 +255,7 @@ fn draw_frames(
     Ok(())
 }
 
-/// Collects what belongs together and writes it in one go.
+/// Collects the bytes of a frame, and writes them together.
 struct Output<'a> {
     device: Box<dyn Write + Send>,
     byte_time: Duration,
@@ -295,12 +295,12 @@ mod tests {
 
     use super::*;
 
-    /// Nothing here takes this long unless it hangs.
+    /// Timeout after which a test counts as hanging.
     const PATIENCE: Duration = Duration::from_secs(20);
 
     const SIZE: Rect = Rect::new(0, 0, 4, 1);
 
-    /// A terminal that asks before each write, and fails when nobody answers.
+    /// A terminal that asks the test before each write, and fails without an answer.
     struct Gated {
         asks: Sender<String>,
         permits: Receiver<()>,
@@ -319,7 +319,7 @@ mod tests {
         }
     }
 
-    /// A drawing thread, what it asks to write, and permits for that.
+    /// A drawing thread, its requests to write, and the sender of permits.
     fn gated(byte_time: Duration) -> (Drawing, Receiver<String>, Sender<()>) {
         let (asks, asked) = channel();
         let (permit, permits) = channel();
@@ -393,18 +393,18 @@ mod tests {
         let (drawing, asked, permit) = gated(Duration::ZERO);
         assert_eq!(next(&asked), "<enter>");
         drawing.end(Duration::ZERO);
-        // The terminal takes bytes again when another program has it.
+        // The terminal accepts bytes again when another program has it.
         permit.send(()).expect("the thread");
         let last: String = asked.iter().collect();
         assert!(!last.contains("<leave>"), "{last:?}");
     }
 
     #[test]
-    fn a_terminal_that_is_gone_is_an_error_of_a_later_frame() {
+    fn a_closed_terminal_is_an_error_of_a_later_frame() {
         let (drawing, asked, permit) = gated(Duration::ZERO);
         drop(permit);
         assert_eq!(asked.iter().count(), 1);
-        // The thread has let the device go; its result follows.
+        // The thread has dropped the device; its result follows.
         let deadline = std::time::Instant::now() + PATIENCE;
         while drawing.ring().is_ok() {
             assert!(std::time::Instant::now() < deadline);
@@ -412,7 +412,7 @@ mod tests {
         }
     }
 
-    /// The end comes while a slow line is waited for.
+    /// The end comes while the thread waits for a slow line.
     #[test]
     fn the_end_does_not_wait_for_a_slow_line() {
         let (drawing, asked, permit) = gated(PATIENCE);

@@ -1,6 +1,6 @@
-//! The escape-sequence reader: the bytes of a terminal to keys, clicks and pastes.
+//! The escape-sequence reader: converts a terminal's bytes to keys, clicks and pastes.
 //!
-//! A sequence or a paste may lack its end. It ends at a silence, because STOP must not wait for the end.
+//! A sequence or paste without its end ends after a silence, because STOP must not wait for the end.
 
 mod keys;
 #[cfg(test)]
@@ -14,10 +14,10 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
 
 use self::keys::{alt, character, control, control_sequence, mouse};
 
-/// Longest silence within a sequence or a character. Keys are typed more slowly.
+/// Maximum silence within a sequence or a character. Keys are typed more slowly.
 const SEQUENCE_GAP: Duration = Duration::from_millis(50);
 
-/// Longest silence within a paste.
+/// Maximum silence within a paste.
 const PASTE_GAP: Duration = Duration::from_secs(1);
 
 /// Maximum length of a sequence in bytes.
@@ -31,14 +31,14 @@ const PASTE_BEGIN: &[u8] = b"\x1b[200~";
 const PASTE_END: &[u8] = b"\x1b[201~";
 const OLD_CLICK: &[u8] = b"\x1b[M";
 
-/// Bytes that are keys even within a paste or a string: Ctrl-C and Ctrl-S. No text contains them.
-const KEYS_IN_TEXT: [u8; 2] = [0x03, 0x13];
+/// Bytes that count as keys even within a paste or a string: Ctrl-C and Ctrl-S. Text does not contain them.
+pub(super) const KEYS_IN_TEXT: [u8; 2] = [0x03, 0x13];
 
-/// The reader.
+/// The escape-sequence reader.
 pub(super) struct Reader {
-    /// An unfinished sequence or character; of a string, its first three bytes and its latest.
+    /// An unfinished sequence or character; for a string, its first three bytes and its latest byte.
     held: Vec<u8>,
-    /// The paste under way.
+    /// The current paste.
     paste: Option<Vec<u8>>,
     /// Time of the latest byte.
     latest: Instant,
@@ -48,9 +48,9 @@ pub(super) struct Reader {
 /// The state of a sequence after a byte.
 enum Sequence {
     Unfinished,
-    /// With an event, unless no key has this sequence.
+    /// The sequence is finished; with its event, if any key has this sequence.
     Finished(Option<Event>),
-    /// The latest byte cannot belong to it.
+    /// The latest byte cannot belong to the sequence.
     Broken,
 }
 
@@ -68,7 +68,7 @@ impl Reader {
     /// Takes bytes that were read together; returns the events that they complete.
     pub(super) fn handle_bytes(&mut self, now: Instant, bytes: &[u8]) -> Vec<Event> {
         self.handle_timeout(now);
-        // The text of a paste comes in bursts; a terminal seldom cuts a string or a click at a space.
+        // A terminal sends a paste in large parts, and rarely splits a string or a click at a space.
         let hides_keys = match self.paste {
             Some(_) => now >= self.latest + SEQUENCE_GAP,
             None => {
@@ -89,7 +89,7 @@ impl Reader {
         mem::take(&mut self.events)
     }
 
-    /// When to call [`Reader::end`], if no byte comes before.
+    /// Time at which to call [`Reader::end`] if no byte arrives before.
     pub(super) fn poll_timeout(&self) -> Option<Instant> {
         if self.paste.is_some() {
             Some(self.latest + PASTE_GAP)
@@ -98,7 +98,7 @@ impl Reader {
         }
     }
 
-    /// Takes the time without bytes; returns the events that it completes.
+    /// Takes a silence; returns the events that it completes.
     pub(super) fn end(&mut self, now: Instant) -> Vec<Event> {
         self.handle_timeout(now);
         mem::take(&mut self.events)
@@ -138,7 +138,7 @@ impl Reader {
         }
     }
 
-    /// Ends an unfinished sequence: its bytes may be keys of their own.
+    /// Ends an unfinished sequence; its bytes may be separate keys.
     fn end_sequence(&mut self) {
         let event = match *self.held.as_slice() {
             [ESC] => Some(Event::Key(KeyCode::Esc.into())),
@@ -149,7 +149,7 @@ impl Reader {
         self.held.clear();
     }
 
-    /// Takes a byte of a paste; `held` has the beginning of its end.
+    /// Takes a byte of a paste; `held` contains a possible beginning of the end sequence.
     fn take_pasted(&mut self, byte: u8) {
         if KEYS_IN_TEXT.contains(&byte) {
             return self.events.extend(control(byte));
@@ -178,7 +178,7 @@ impl Reader {
     }
 }
 
-/// The keys of these bytes, if each of them is Space.
+/// The keys of these bytes if all are Space; otherwise none.
 fn spaces(now: Instant, bytes: &[u8]) -> Vec<Event> {
     let mut reader = Reader::new(now);
     for &byte in bytes {
@@ -201,7 +201,7 @@ fn read(bytes: &[u8]) -> Sequence {
     match *bytes {
         [ESC] | [ESC, b'[' | b'O'] | [ESC, b'[', b'['] => Sequence::Unfinished,
         [ESC, ESC] => Sequence::Broken,
-        // The end of a string.
+        // End of a string.
         [ESC, b'\\'] => Sequence::Finished(None),
         [ESC, begin] if is_string(begin) => Sequence::Unfinished,
         [ESC, begin, .., latest] if is_string(begin) => match latest {
@@ -241,7 +241,7 @@ fn read(bytes: &[u8]) -> Sequence {
     }
 }
 
-/// A click as terminals without reports of any width send it: button, column and row, a byte each.
+/// Reads a click in the old encoding: button, column and row, one byte each.
 fn read_old_click(bytes: &[u8]) -> Sequence {
     match *bytes {
         [.., ..=0x1F] => Sequence::Broken,

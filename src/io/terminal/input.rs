@@ -4,26 +4,34 @@ use std::io;
 #[cfg(unix)]
 use std::io::{IsTerminal, Read};
 #[cfg(unix)]
+use std::sync::atomic::{AtomicUsize, Ordering};
+#[cfg(unix)]
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 #[cfg(unix)]
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 #[cfg(unix)]
 use std::time::Instant;
 
 use crossterm::event::Event;
 #[cfg(unix)]
+use crossterm::event::MouseEventKind;
+#[cfg(unix)]
 use crossterm::terminal;
 #[cfg(unix)]
 use tokio::signal::unix::{SignalKind, signal};
 
 #[cfg(unix)]
-use super::escape::Reader;
+use super::escape::{KEYS_IN_TEXT, Reader};
 
-/// Keys, clicks, pastes and sizes; must be called within the runtime.
+/// Maximum bytes that wait to become events. Beyond, only Ctrl-C and Ctrl-S are taken: STOP must not wait behind a flood.
+#[cfg(unix)]
+const WAITING_MAX: usize = 16 << 10;
+
+/// Receiver of keys, clicks, pastes and sizes; must be called within the runtime.
 ///
 /// # Errors
-/// When the system refuses.
+/// If the system refuses.
 pub fn events() -> io::Result<tokio::sync::mpsc::Receiver<Event>> {
     let (sender, receiver) = tokio::sync::mpsc::channel(64);
     #[cfg(unix)]
@@ -39,12 +47,17 @@ pub fn events() -> io::Result<tokio::sync::mpsc::Receiver<Event>> {
                 }
             }
         });
-        let (chunks, bytes) = channel();
+        let (sending, bytes) = channel();
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let chunks = Chunks {
+            sending,
+            waiting: Arc::clone(&waiting),
+        };
         if taker().replace(chunks).is_none() {
             let input = open()?;
             thread::spawn(move || read_chunks(input));
         }
-        thread::spawn(move || read_events(&bytes, &sender));
+        thread::spawn(move || read_events(&bytes, &waiting, &sender));
     }
     #[cfg(not(unix))]
     thread::spawn(move || {
@@ -67,26 +80,50 @@ fn open() -> io::Result<Box<dyn Read + Send>> {
     })
 }
 
-/// Receiver of the terminal's bytes: the dashboard shown last. A read that waits cannot be ended, so one thread reads for all
-/// dashboards of the process; a second one would share the keys with the first.
+/// Sender to the dashboard shown last, which gets the terminal's bytes. A waiting read cannot be ended, so one thread reads for all
+/// dashboards of the process; two threads would each get a part of the keys.
 #[cfg(unix)]
-static TAKER: Mutex<Option<Sender<Vec<u8>>>> = Mutex::new(None);
+static TAKER: Mutex<Option<Chunks>> = Mutex::new(None);
 
 #[cfg(unix)]
-fn taker() -> MutexGuard<'static, Option<Sender<Vec<u8>>>> {
+fn taker() -> MutexGuard<'static, Option<Chunks>> {
     TAKER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Reads the terminal until it is gone.
+/// Bytes on their way to become events.
+#[cfg(unix)]
+struct Chunks {
+    sending: Sender<Vec<u8>>,
+    /// Number of bytes that wait.
+    waiting: Arc<AtomicUsize>,
+}
+
+#[cfg(unix)]
+impl Chunks {
+    fn take(&self, bytes: &[u8]) {
+        let is_flooded = self.waiting.load(Ordering::Relaxed) >= WAITING_MAX;
+        let is_taken = |byte: &u8| !is_flooded || KEYS_IN_TEXT.contains(byte);
+        let chunk: Vec<u8> = bytes.iter().copied().filter(is_taken).collect();
+        if chunk.is_empty() {
+            return;
+        }
+        self.waiting.fetch_add(chunk.len(), Ordering::Relaxed);
+        // The dashboard may be gone.
+        let _ = self.sending.send(chunk);
+    }
+}
+
+/// Reads the terminal until it is closed.
 #[cfg(unix)]
 fn read_chunks(mut input: impl Read) {
     let mut buffer = [0; 1024];
     loop {
         match input.read(&mut buffer) {
             Ok(count @ 1..) => {
-                let chunk = buffer.get(..count).unwrap_or_default().to_vec();
-                // Between two dashboards, keys are for neither.
-                let _ = taker().as_ref().map(|taker| taker.send(chunk));
+                // Keys between two dashboards are dropped.
+                if let Some(taker) = &*taker() {
+                    taker.take(buffer.get(..count).unwrap_or_default());
+                }
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Ok(0) | Err(_) => {
@@ -97,24 +134,116 @@ fn read_chunks(mut input: impl Read) {
     }
 }
 
-/// Makes events of bytes, and of the silence after an unfinished sequence.
+/// Converts bytes, and silences after unfinished sequences, to events.
 #[cfg(unix)]
-fn read_events(bytes: &Receiver<Vec<u8>>, sender: &tokio::sync::mpsc::Sender<Event>) {
+fn read_events(
+    bytes: &Receiver<Vec<u8>>,
+    waiting: &AtomicUsize,
+    sender: &tokio::sync::mpsc::Sender<Event>,
+) {
     let mut reader = Reader::new(Instant::now());
     loop {
         let read = match reader.poll_timeout() {
             Some(at) => bytes.recv_timeout(at.saturating_duration_since(Instant::now())),
             None => bytes.recv().map_err(RecvTimeoutError::from),
         };
+        let mut length = 0;
         let events = match read {
-            Ok(chunk) => reader.handle_bytes(Instant::now(), &chunk),
+            Ok(chunk) => {
+                length = chunk.len();
+                reader.handle_bytes(Instant::now(), &chunk)
+            }
             Err(RecvTimeoutError::Timeout) => reader.end(Instant::now()),
             Err(RecvTimeoutError::Disconnected) => return,
         };
         for event in events {
-            if sender.blocking_send(event).is_err() {
+            let is_late = sender.capacity() == 0;
+            if !(is_late && is_motion(&event)) && sender.blocking_send(event).is_err() {
                 return;
             }
         }
+        waiting.fetch_sub(length, Ordering::Relaxed);
+    }
+}
+
+/// Whether it is a move of the mouse or a turn of its wheel, which are of no use later.
+#[cfg(unix)]
+const fn is_motion(event: &Event) -> bool {
+    let Event::Mouse(mouse) = event else {
+        return false;
+    };
+    !matches!(mouse.kind, MouseEventKind::Down(_) | MouseEventKind::Up(_))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+    /// Timeout of a test that hangs.
+    const PATIENCE: Duration = Duration::from_secs(30);
+
+    #[test]
+    fn stop_is_taken_in_a_flood_of_keys_that_nobody_handles() {
+        let (sending, bytes) = channel();
+        let waiting = Arc::default();
+        let chunks = Chunks { sending, waiting };
+        for _ in 0..1000 {
+            chunks.take(&[b'+'; 1024]);
+        }
+        chunks.take(b"+-\x13");
+        let all: Vec<u8> = bytes.try_iter().flatten().collect();
+        assert!(all.len() <= WAITING_MAX + 1024, "{} bytes", all.len());
+        assert_eq!(all.last(), Some(&0x13));
+    }
+
+    #[test]
+    fn turns_of_the_wheel_do_not_wait() {
+        let (chunks, bytes) = channel();
+        let (sender, mut events) = tokio::sync::mpsc::channel(8);
+        let waiting = AtomicUsize::new(usize::MAX);
+        let (done, is_done) = channel();
+        thread::spawn(move || {
+            read_events(&bytes, &waiting, &sender);
+            done.send(()).expect("the test waits");
+        });
+        for _ in 0..1000 {
+            chunks
+                .send(b"\x1b[<64;50;10M".to_vec())
+                .expect("they are read");
+        }
+        drop(chunks);
+        is_done
+            .recv_timeout(PATIENCE)
+            .expect("no event of the mouse waits");
+        let mut count = 0;
+        while let Some(event) = events.blocking_recv() {
+            assert!(matches!(event, Event::Mouse(_)), "{event:?}");
+            count += 1;
+        }
+        assert_eq!(count, 8);
+    }
+
+    #[test]
+    fn keys_wait_behind_the_wheel() {
+        let (chunks, bytes) = channel();
+        let (sender, mut events) = tokio::sync::mpsc::channel(8);
+        let waiting = AtomicUsize::new(usize::MAX);
+        thread::spawn(move || read_events(&bytes, &waiting, &sender));
+        for _ in 0..1000 {
+            chunks
+                .send(b"\x1b[<64;50;10M".to_vec())
+                .expect("they are read");
+        }
+        chunks.send(b"\x13".to_vec()).expect("it is read");
+        drop(chunks);
+        let stop = Event::Key(KeyEvent::new(KeyCode::Char('s'), KeyModifiers::CONTROL));
+        let mut last = None;
+        while let Some(event) = events.blocking_recv() {
+            last = Some(event);
+        }
+        assert_eq!(last, Some(stop));
     }
 }

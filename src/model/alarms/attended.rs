@@ -1,20 +1,20 @@
-//! What the operator did about alarms: acknowledged or shelved.
+//! The operator's answers to alarms: acknowledged or shelved.
 
 use super::Alarms;
 use crate::event::Moment;
 
-/// What the operator did about each alarm, by its place in the table.
+/// The operator's answer to each alarm, by its index in the table.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Attended(Vec<Attention>);
 
-/// What the operator did about one alarm.
+/// The operator's answer to one alarm.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Attention {
-    /// It is acknowledged if it was raised until then.
+    /// Time of the acknowledgement; it applies to an alarm raised before.
     pub(super) acknowledged_at: Option<Moment>,
-    /// How often it had been raised then.
+    /// Number of times the alarm had been raised at the acknowledgement.
     pub(super) times: u32,
-    /// It does not call until then.
+    /// Time until which the alarm is shelved.
     pub(super) shelved_until: Option<Moment>,
 }
 
@@ -39,7 +39,7 @@ impl Attended {
         }
     }
 
-    /// Shelves an alarm until a moment, or takes it from the shelf.
+    /// Shelves an alarm until a moment, or unshelves it.
     pub(in crate::model) fn shelve(
         &mut self,
         alarms: &Alarms,
@@ -51,7 +51,7 @@ impl Attended {
         }
     }
 
-    /// When the next alarm leaves the shelf.
+    /// Time at which the shelving of the next alarm ends.
     pub(in crate::model) fn next_expiry(&self) -> Option<Moment> {
         let shelved = self
             .0
@@ -60,7 +60,7 @@ impl Attended {
         shelved.min()
     }
 
-    /// Takes alarms whose time is over from the shelf; returns their places.
+    /// Unshelves alarms whose time is over; returns their indexes.
     pub(in crate::model) fn expire(&mut self, now: Moment) -> Vec<usize> {
         let mut expired = Vec::new();
         for (index, attention) in self.0.iter_mut().enumerate() {

@@ -9,7 +9,7 @@ use crate::event::{Level, Moment};
 use crate::suggest;
 use crate::wait::{check_comparison, field_named, recorded_word};
 
-/// Longest time beyond a limit before an alarm is raised, s.
+/// Maximum time beyond a limit before an alarm is raised, s.
 const FOR_S_MAX: f64 = 86_400.0;
 
 /// Names of units at the end of a field's name.
@@ -22,29 +22,29 @@ const UNITS: [(&str, &str); 6] = [
     ("_s", "s"),
 ];
 
-/// `[[alarm]]`: an alarm, or a change to a built-in one.
+/// A table `[[alarm]]` of the configuration: an alarm, or a change to a built-in alarm.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AlarmSetting {
-    /// Its name; that of a built-in alarm changes it.
+    /// Name of the alarm; the name of a built-in alarm changes that alarm.
     pub name: String,
     /// The field with the limit.
     pub field: Option<String>,
-    /// Raised above this figure.
+    /// Value above which the alarm is raised.
     pub above: Option<f64>,
-    /// Raised below this figure.
+    /// Value below which the alarm is raised.
     pub below: Option<f64>,
-    /// Raised at this figure or word.
+    /// Number or word at which the alarm is raised.
     pub equals: Option<Operand>,
-    /// Figure that ends it, if not the limit.
+    /// Value that ends the alarm, if not the limit.
     pub clear: Option<f64>,
-    /// Time beyond the limit before it is raised, s.
+    /// Time beyond the limit before the alarm is raised, s.
     pub for_s: Option<f64>,
-    /// How much it matters.
+    /// Level of the alarm.
     pub severity: Option<Severity>,
-    /// What to do about it.
+    /// Advice for the operator.
     pub hint: Option<String>,
-    /// Whether it is raised at all.
+    /// Whether the alarm is enabled.
     pub enabled: bool,
 }
 
@@ -65,7 +65,7 @@ impl Default for AlarmSetting {
     }
 }
 
-/// How much an alarm matters.
+/// Severity of an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
@@ -75,11 +75,11 @@ pub enum Severity {
     Alarm,
 }
 
-/// A figure or a word.
+/// A number or a word.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "expected a number or a word in quotes")]
 pub enum Operand {
-    /// A figure.
+    /// A number.
     Number(f64),
     /// A word.
     Word(String),
@@ -88,22 +88,22 @@ pub enum Operand {
 /// The limit on a field.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FieldLimit {
-    /// Its name in a robot's own lines.
+    /// Name of the field in a robot's own lines.
     own_field: String,
-    /// Its name in Groundwave's lines.
+    /// Name of the field in Groundwave's lines, if they have it.
     field: Option<&'static str>,
-    /// The value that raises the alarm; else the bounds do.
+    /// Value that raises the alarm; `None` if the bounds do.
     pub(super) equals: Option<Operand>,
 }
 
 impl AlarmSetting {
-    /// Its stable code: the name in lower case, with underscores.
+    /// Stable code: the name in lower case, with underscores.
     #[must_use]
     pub fn code(&self) -> String {
         code(&self.name)
     }
 
-    /// Checks it alone.
+    /// Checks the setting by itself.
     ///
     /// # Errors
     /// The first mistake, and how to correct it.
@@ -163,7 +163,7 @@ impl AlarmSetting {
             let known = Telemetry::FIELDS.iter().map(|field| field.name);
             return match suggest::nearest(field, known) {
                 Some(near) => Err(format!("unknown field `{field}`; did you mean `{near}`?")),
-                // A robot's own lines may have it.
+                // A robot's own lines may have the field.
                 None => Ok(()),
             };
         }
@@ -176,7 +176,7 @@ impl AlarmSetting {
         check_comparison(field, relation, &value)
     }
 
-    /// Checks a change to a built-in alarm on its own figures.
+    /// Checks that a change to a built-in alarm sets only limits that the alarm has.
     fn check_built_in(&self) -> Result<(), String> {
         let name = &self.name;
         if self.field.is_some() || self.equals.is_some() || self.clear.is_some() {
@@ -199,7 +199,7 @@ impl AlarmSetting {
         Ok(())
     }
 
-    /// Enters the figures of a built-in alarm into limits that are still as they were `before`; returns `false` if the
+    /// Copies the limits of a built-in alarm's setting into `limits`, where they still equal `before`; returns `false` if the
     /// alarm has no such limit.
     pub fn adjust(&self, limits: &mut Limits, before: &Limits) -> bool {
         let set = |limit: &mut u16, before: u16, figure: Option<f64>| {
@@ -265,12 +265,12 @@ impl AlarmSetting {
         })
     }
 
-    /// The limit on its field; `None` for a change to a built-in alarm.
+    /// The limit on the alarm's field; `None` for a change to a built-in alarm.
     pub(super) fn limit(&self) -> Option<FieldLimit> {
         let own_field = self.field.clone()?;
         let field = field_named(&own_field);
         let equals = match &self.equals {
-            // Two modes have other words in commands than in recordings.
+            // Commands and recordings name two modes differently.
             Some(Operand::Word(word)) => Some(Operand::Word(
                 field
                     .map_or(word.as_str(), |field| recorded_word(field.name, word))
@@ -296,7 +296,7 @@ impl AlarmSetting {
         }
     }
 
-    /// Unit of its figure, by the end of the field's name.
+    /// Unit of the value, from the end of the field's name.
     pub(super) fn unit(&self) -> &'static str {
         let field = self.field.as_deref().unwrap_or_default();
         let name = field_named(field).map_or(field, |field| field.name);
@@ -305,7 +305,7 @@ impl AlarmSetting {
     }
 }
 
-/// A name as a code.
+/// Converts a name to a code.
 pub(crate) fn code(name: &str) -> String {
     let lower = name.trim().to_lowercase();
     lower.replace(|c: char| !c.is_alphanumeric(), "_")

@@ -23,26 +23,26 @@ pub struct Limits {
     pub battery_low_dv: u16,
     /// Battery critical at this voltage or below, decivolts.
     pub battery_critical_dv: u16,
-    /// A low or critical battery recovers this far above its limit, decivolts.
+    /// Distance above its limit at which a low or critical battery counts as recovered, decivolts.
     pub battery_hysteresis_dv: u16,
-    /// Time below the limit before the alarm, s: starting motors draw the voltage down.
+    /// Time below the limit before the alarm, s; starting motors lower the voltage.
     pub battery_for_s: u16,
     /// Time without a line before the robot is silent, s.
     pub silent_s: u16,
     /// Share of lines lost or damaged that raises an alarm, per cent.
     pub loss_pct: u8,
-    /// Time above that share before the alarm, s.
+    /// Time above `loss_pct` before the alarm, s.
     pub loss_for_s: u16,
-    /// Time that ordered wheels stand still before they are stalled, s.
+    /// Time for which ordered wheels do not turn before they count as stalled, s.
     pub stalled_s: u16,
     /// Time without floor under several sensors before the robot counts as fallen or lifted, s.
     pub fallen_s: u16,
-    /// Time that layers take the motors from each other before the alarm, s.
+    /// Time of thrashing between layers before the alarm, s.
     pub thrash_s: u16,
 }
 
 impl Default for Limits {
-    /// The thresholds of the SR04's own firmware where it has them.
+    /// The thresholds of the SR04's firmware, where it has them.
     fn default() -> Self {
         Self {
             battery_low_dv: 116,
@@ -61,11 +61,11 @@ impl Default for Limits {
 
 /// The hint for a recording that failed.
 const MAKE_ROOM: &str =
-    "make room, then <toggle-recording> records on; until then memory keeps the newest";
+    "make room, then press <toggle-recording>; until then memory keeps the newest lines";
 
 /// The hint for a recording on a disk that hangs.
 pub(crate) const DISK_IS_SILENT: &str =
-    "the disk does not answer; check it; until then memory keeps the newest";
+    "the disk does not answer; check it; until then memory keeps the newest lines";
 
 /// Inputs of the rules.
 pub(in crate::model) struct Inputs<'a> {
@@ -79,25 +79,25 @@ pub(in crate::model) struct Inputs<'a> {
 /// The result of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Sight {
-    /// Unknown: the alarm stays as it was.
+    /// The state of the cause is unknown; the alarm does not change.
     Unknown,
     No,
-    /// The cause is there; counts when it has lasted.
+    /// The cause is present; raises the alarm when it has lasted long enough.
     Yes,
-    /// The robot or the recorder reports it; counts at once.
+    /// The robot or the recorder reports the cause; raises the alarm at once.
     Certain,
-    /// A figure to compare with the limit.
+    /// A value to compare with the limit.
     Is(f64),
 }
 
 /// Limits of one rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
-    /// The figure that raises the alarm.
+    /// Value that raises the alarm.
     pub(crate) raise: f64,
-    /// The figure that clears it; below `raise` if high figures are bad, else above.
+    /// Value that ends the alarm; below `raise` if high values are bad, else above.
     pub(super) clear: f64,
-    /// Whether high figures are bad.
+    /// Whether high values are bad.
     pub(super) is_high_bad: bool,
     /// Whether the limit itself raises the alarm.
     pub(super) is_inclusive: bool,
@@ -105,7 +105,7 @@ pub(crate) struct Bounds {
     pub(super) persists: Moment,
 }
 
-/// Where a rule's figure comes from.
+/// Source of a rule's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
     /// The robot's line A.
@@ -136,35 +136,35 @@ struct BuiltIn {
 /// An alarm with its limit.
 #[derive(Clone, Debug)]
 pub(crate) struct Rule {
-    /// Its name in JSON.
+    /// Stable code in JSON.
     pub(crate) code: Cow<'static, str>,
     pub(crate) level: Level,
     pub(crate) name: Cow<'static, str>,
-    /// What to do about it, for [`Keymap::with_keys`](crate::model::keys::Keymap::with_keys); may be empty.
+    /// Advice for the operator, as a text for [`Keymap::with_keys`](crate::model::keys::Keymap::with_keys); may be empty.
     pub(crate) hint: Cow<'static, str>,
-    /// Unit of the figure; empty where there is none.
+    /// Unit of the value; empty if there is none.
     pub(crate) unit: &'static str,
-    /// Whether raising it adds the log line; otherwise another event does.
+    /// Whether raising the alarm adds the log line; otherwise another event adds it.
     logged_here: bool,
-    /// Where its figure comes from.
+    /// Source of the value.
     pub(crate) source: Source,
     pub(super) look: Look,
     pub(crate) bounds: Bounds,
 }
 
-/// How a rule is checked.
+/// The check of a rule.
 #[derive(Clone, Debug)]
 pub(super) enum Look {
-    /// By a built-in function.
+    /// A built-in function checks the rule.
     BuiltIn(fn(&Inputs<'_>) -> Sight),
-    /// By the latest value of a field.
+    /// The latest value of a field is compared with a limit.
     Field(FieldLimit),
 }
 
-/// Unit of a figure that is an age.
+/// Unit of a value that is an age.
 pub(super) const SECONDS: &str = "s";
 
-/// Time that the bumper is pressed before it counts as jammed, s.
+/// Time for which the bumper is pressed before it counts as jammed, s.
 pub(crate) const PRESSED_S: u16 = 5;
 
 /// The built-in alarms, the worst first.
@@ -184,7 +184,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "fallen_or_lifted",
         level: Level::Alarm,
         name: "fallen or lifted",
-        hint: "no floor under it: go and look",
+        hint: "no floor under the robot: go and look",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -195,7 +195,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "failsafe",
         level: Level::Alarm,
         name: "failsafe",
-        hint: "it hears no ground station and acts by itself",
+        hint: "the robot hears no station and acts by itself",
         unit: "",
         logged_here: false,
         source: Source::State,
@@ -224,7 +224,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "robot_silent",
         level: Level::Alarm,
         name: "robot silent",
-        hint: "is it on, and in reach?",
+        hint: "is it on, and in range?",
         unit: SECONDS,
         logged_here: true,
         source: Source::Station,
@@ -258,7 +258,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "battery_low",
         level: Level::Alarm,
         name: "battery low",
-        hint: "call it home (<modes/mode-go-home>) and charge it",
+        hint: "send it home (<modes/mode-go-home>) and charge it",
         unit: "V",
         logged_here: true,
         source: Source::Status,
@@ -269,7 +269,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "stalled",
         level: Level::Alarm,
         name: "stalled",
-        hint: "its wheels are held: free it, or STOP (<stop>)",
+        hint: "free the wheels, or STOP (<stop>)",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -284,7 +284,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "bumper_jammed",
         level: Level::Warning,
         name: "bumper jammed",
-        hint: "something hooks its bumper: free it if it does not",
+        hint: "caught on something; free it",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -298,7 +298,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "layers_thrash",
         level: Level::Warning,
         name: "layers thrash",
-        hint: "they take the motors from each other: forbid one (<toggle-layer-bumpers..>)",
+        hint: "too many changes; forbid a layer (<toggle-layer-bumpers..>)",
         unit: "",
         logged_here: true,
         source: Source::State,
@@ -315,7 +315,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: "lines_not_intact",
         level: Level::Warning,
         name: "lines not intact",
-        hint: "a weak or disturbed radio: come closer",
+        hint: "weak or disturbed radio; come closer",
         unit: "%",
         logged_here: true,
         source: Source::Lines,
@@ -382,7 +382,7 @@ fn silence(inputs: &Inputs<'_>) -> Sight {
 }
 
 impl Bounds {
-    /// Whether a figure is beyond the limit.
+    /// Whether a value is beyond the limit.
     pub(crate) fn reaches(self, value: f64) -> bool {
         match (self.is_high_bad, self.is_inclusive) {
             (true, true) => value >= self.raise,
@@ -392,7 +392,7 @@ impl Bounds {
         }
     }
 
-    /// Whether a figure is clear of the limit.
+    /// Whether a value is clear of the limit.
     pub(super) fn is_clear(self, value: f64) -> bool {
         if self.is_high_bad {
             value <= self.clear
@@ -450,7 +450,7 @@ pub(super) fn built_in_codes() -> impl Iterator<Item = &'static str> {
 }
 
 impl Rule {
-    /// An event of it without figures.
+    /// An event of this alarm without values.
     pub(in crate::model) fn event(&self, status: AlarmStatus) -> AlarmEvent {
         AlarmEvent {
             code: self.code.clone().into_owned(),
@@ -465,12 +465,12 @@ impl Rule {
         }
     }
 
-    /// Whether its figure is the age of its cause.
+    /// Whether the value is the age of the cause.
     pub(super) fn is_age(&self) -> bool {
         self.unit == SECONDS && matches!(self.look, Look::BuiltIn(_))
     }
 
-    /// Whether it has a figure, which may be its age.
+    /// Whether the rule has a value, which may be the age of the cause.
     pub(crate) fn is_measured(&self) -> bool {
         match &self.look {
             Look::BuiltIn(_) => !self.unit.is_empty(),
@@ -478,12 +478,12 @@ impl Rule {
         }
     }
 
-    /// Whether it has a figure besides its age.
+    /// Whether the rule has a value other than the age of the cause.
     pub(crate) fn has_figure(&self) -> bool {
         self.is_measured() && !self.is_age()
     }
 
-    /// A figure of this rule in words.
+    /// A value of this rule as text.
     pub(crate) fn figure(&self, value: f64) -> String {
         match (&self.look, self.unit) {
             (_, "V") => format!("{value:.1} V"),
@@ -495,7 +495,7 @@ impl Rule {
         }
     }
 
-    /// The hint for a recording as it is.
+    /// The hint for the current state of the recording.
     pub(crate) fn hint_of(&self, recording: &Recording) -> &str {
         if self.hint == MAKE_ROOM && recording.is_disk_silent {
             DISK_IS_SILENT
@@ -504,7 +504,7 @@ impl Rule {
         }
     }
 
-    /// The log line when it is raised; `None` when another event adds one.
+    /// The log line when the alarm is raised; `None` if another event adds one.
     pub(in crate::model) fn log_text(&self, value: Option<f64>, keys: &Keymap) -> Option<String> {
         let figures = match value {
             Some(value) if self.has_figure() => {

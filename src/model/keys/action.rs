@@ -80,7 +80,7 @@ pub(crate) enum Action {
     Quit,
 }
 
-/// A heading of the help: the actions of the dashboard by what they concern.
+/// A group of actions of the dashboard, under one heading of the help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Group {
     Robot,
@@ -92,7 +92,7 @@ pub(crate) enum Group {
 }
 
 impl Group {
-    /// Its name.
+    /// Name of the group.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Robot => "robot",
@@ -106,7 +106,7 @@ impl Group {
 }
 
 impl Action {
-    /// Its heading in the help of the dashboard.
+    /// Group of the action in the help of the dashboard.
     pub(crate) const fn group(self) -> Group {
         match self {
             Self::AddWaypoint
@@ -151,7 +151,7 @@ impl Action {
         }
     }
 
-    /// Whether it shows another moment.
+    /// Whether the action shows another moment.
     pub(crate) const fn moves_in_time(self) -> bool {
         matches!(
             self,
@@ -159,7 +159,7 @@ impl Action {
         )
     }
 
-    /// Whether it changes the draft on the map.
+    /// Whether the action changes the draft on the map.
     pub(crate) const fn drafts(self) -> bool {
         matches!(
             self,
@@ -171,7 +171,7 @@ impl Action {
         )
     }
 
-    /// Whether it concerns what a panel shows.
+    /// Whether the action applies to the content of a panel.
     pub(crate) const fn is_for(self, panel: Panel) -> bool {
         matches!(
             (panel, self),
@@ -191,7 +191,7 @@ impl Action {
         )
     }
 
-    /// Whether the footer shows it before the others that concern no single panel.
+    /// Actions that the footer shows before other actions without a panel.
     pub(crate) const COMMON: [Self; 6] = [
         Self::AskMode,
         Self::NextPanel,
@@ -201,7 +201,7 @@ impl Action {
         Self::ToggleLayer(Layer::Bumpers),
     ];
 
-    /// Whether it needs a robot that speaks Groundwave's protocol.
+    /// Whether the action needs a robot that uses Groundwave's protocol.
     pub(crate) const fn needs_protocol(self) -> bool {
         self.drafts() && !matches!(self, Self::MoveCursor { .. })
             || matches!(
@@ -220,7 +220,7 @@ impl Action {
             )
     }
 
-    /// Whether it needs a link that can send.
+    /// Whether the action needs a link that can send.
     pub(crate) const fn asks_the_robot(self) -> bool {
         matches!(
             self,
@@ -240,7 +240,7 @@ impl Action {
     }
 }
 
-/// What a key of the editor does.
+/// Action of a key in the route editor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RouteAction {
     Append,

@@ -21,18 +21,18 @@ static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
 pub struct Rebinding {
     /// The context: `dashboard`, `drive` and so on.
     pub context: String,
-    /// The action's name.
+    /// Name of the action.
     pub name: String,
-    /// Its keys; may be empty.
+    /// Keys for the action; may be empty.
     pub keys: Vec<String>,
 }
 
 /// A mistake in the configuration of keys.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyMistake {
-    /// Place among the rebindings.
+    /// Index of the rebinding.
     pub index: usize,
-    /// Why it is refused.
+    /// Reason for the refusal.
     pub message: String,
 }
 
@@ -41,12 +41,12 @@ pub struct KeyMistake {
 pub(crate) struct Row {
     pub(crate) context: Context,
     pub(crate) label: Cow<'static, str>,
-    /// Its keys and those of the rows it describes, as in the table (`1-7`, `arrows`), or the first
+    /// Keys of this row and of the rows that it describes, as in the table (`1-7`, `arrows`), or the first
     /// key of each where the configuration changed them; may be empty.
     pub(crate) labels: Cow<'static, str>,
     pub(crate) keys: Vec<Key>,
     pub(crate) action: Action,
-    /// Its name in the configuration.
+    /// Name in the configuration.
     pub(crate) name: &'static str,
     pub(crate) help: Cow<'static, str>,
     pub(crate) footer: &'static str,
@@ -101,7 +101,7 @@ impl Keymap {
         self.0.iter()
     }
 
-    /// The first key of an action; empty where it has none.
+    /// The first key of an action; empty if it has none.
     pub(crate) fn label(&self, context: Context, action: Action) -> String {
         let mut rows = self.rows();
         let row = rows.find(|row| row.context == context && row.action == action);
@@ -110,7 +110,7 @@ impl Keymap {
 
     /// A text with key names in place of action names: `<scan>` becomes the first key of that action on the dashboard,
     /// `<route/route-undo>` that of another context, `<toggle-layer-bumpers..>` the keys of a row and of the rows it
-    /// describes. An action without a key keeps its name, which the palette finds; other brackets stay.
+    /// describes. An action without a key keeps its name, which the palette finds; other brackets are not changed.
     pub(crate) fn with_keys(&self, text: &str) -> String {
         let (mut shown, mut rest) = (String::new(), text);
         while let Some((before, after)) = rest.split_once('<') {
@@ -124,7 +124,7 @@ impl Keymap {
         shown + rest
     }
 
-    /// The keys for the name in brackets.
+    /// The keys for a name in brackets.
     fn named(&self, what: &str) -> Option<String> {
         let (place, name) = what.split_once('/').unwrap_or(("dashboard", what));
         let only = name.strip_suffix("..");
@@ -145,7 +145,7 @@ impl Keymap {
         })
     }
 
-    /// The action of a key in a context. Control beside a key of STOP stops too, unless that has an action of its own.
+    /// The action of a key in a context. A key of STOP with Control is also STOP, unless it has another action.
     pub(crate) fn action(&self, context: Context, key: KeyEvent) -> Option<Action> {
         let action = |key| {
             let mut rows = self.rows();
@@ -208,7 +208,7 @@ fn besides(mut keys: Vec<Key>, others: &[Key]) -> Vec<Key> {
     keys
 }
 
-/// Lets the dashboard's STOP keys stop in every context without STOP keys of its own; characters are typed in prompts.
+/// Adds the dashboard's STOP keys to every context without separate STOP keys; except characters in prompts, where they are text.
 fn stop_everywhere(rows: &mut [Row], chosen: &mut [Option<usize>]) {
     let is_stop = |row: &Row| row.action == Action::Stop;
     let stop = rows
@@ -252,7 +252,7 @@ fn without_key(help: &str) -> &str {
     }
 }
 
-/// Keys with two meanings in one context; the later rebinding is blamed.
+/// Finds keys with two meanings in one context; the later rebinding is the mistake.
 fn clashes(rows: &[Row], chosen: &[Option<usize>], rebindings: &[Rebinding]) -> Vec<KeyMistake> {
     let mut clashes: Vec<Clash<'_>> = Vec::new();
     for (at, row) in rows.iter().enumerate() {
@@ -261,7 +261,7 @@ fn clashes(rows: &[Row], chosen: &[Option<usize>], rebindings: &[Rebinding]) -> 
             let (Some(&key), true) = (shared, row.context == twin.context) else {
                 continue;
             };
-            // The table has no such pair.
+            // The default table has no such pair.
             let (index, taker, owner) = match (chosen[at], chosen[other]) {
                 (Some(index), Some(later)) if index < later => (later, twin, row),
                 (Some(index), _) => (index, row, twin),
@@ -292,7 +292,7 @@ fn clashes(rows: &[Row], chosen: &[Option<usize>], rebindings: &[Rebinding]) -> 
 
 /// A rebound key with another meaning in one or more contexts.
 struct Clash<'r> {
-    /// Place among the rebindings.
+    /// Index of the rebinding.
     index: usize,
     key: Key,
     taker: &'r Row,
@@ -300,7 +300,7 @@ struct Clash<'r> {
 }
 
 impl Clash<'_> {
-    /// The mistake, for its context.
+    /// The message about the mistake in a context.
     fn message(&self, place: &str) -> String {
         let list = |tell: fn(&Row) -> String| {
             let owned = self.owners.iter().map(|owner| {
@@ -326,7 +326,7 @@ impl Clash<'_> {
     }
 }
 
-/// Describes a row with changed keys by itself, and so the rows it described or that described it.
+/// Gives a row with changed keys its own description, and also the rows that shared its description.
 fn speak_for_themselves(rows: &mut [Row], at: usize) {
     let first = (0..=at).rev().find(|&row| TABLE[row].has_description());
     let first = first.unwrap_or(at);
@@ -386,7 +386,7 @@ fn find(rows: &[Row], context: Context, name: &str) -> Result<usize, String> {
         .ok_or_else(|| format!("no key does `{name}`{}", instead(rows, context, name)))
 }
 
-/// Suggestions for an unknown name: the same or a similar one in this context, then in others, then names with a word
+/// Suggestions for an unknown name: the same or a similar name in this context, then in other contexts, then names with a word
 /// in common.
 fn instead(rows: &[Row], context: Context, name: &str) -> String {
     let of = |here: bool| {
@@ -428,7 +428,7 @@ fn section_of(context: Context) -> String {
     }
 }
 
-/// The rows as the table has them.
+/// The rows of the default table.
 fn table() -> impl Iterator<Item = Row> {
     let names = NAMES.iter().map(String::as_str);
     TABLE
@@ -438,7 +438,7 @@ fn table() -> impl Iterator<Item = Row> {
 }
 
 impl Binding {
-    /// Whether it has a description, which also covers the following rows without one.
+    /// Whether the row has a description, which also covers the following rows without one.
     const fn has_description(&self) -> bool {
         !self.help.is_empty() || !self.footer.is_empty()
     }
@@ -458,18 +458,18 @@ impl Row {
         }
     }
 
-    /// Empty without keys.
+    /// The first key of the row; empty without keys.
     fn first_key(&self) -> String {
         let first = self.keys.first();
         first.map_or_else(String::new, |key| notation::name(*key))
     }
 
-    /// Its keys with spaces between.
+    /// The keys of the row, separated by spaces.
     pub(crate) fn key_names(&self) -> String {
         notation::names(&self.keys)
     }
 
-    /// The description, even where another row of the table covers it.
+    /// The description of the row, even if another row of the table covers it.
     pub(crate) fn does(&self) -> Cow<'_, str> {
         match words::alone(self.action) {
             Some(words) => words.into(),
@@ -482,7 +482,7 @@ impl Row {
     fn takes(&self, key: KeyEvent) -> bool {
         let mut held = key.modifiers & (KeyModifiers::CONTROL | KeyModifiers::SHIFT);
         if let KeyCode::Char(_) = key.code {
-            // The character implies Shift: some terminals report Shift beside `W`, some do not.
+            // The character implies Shift: some terminals also report Shift for `W`, others do not.
             held -= KeyModifiers::SHIFT;
         }
         self.keys.contains(&(key.code, held))

@@ -25,7 +25,7 @@ const NAMED: [(&str, KeyCode); 15] = [
     ("Home", KeyCode::Home),
 ];
 
-/// Reads `p`, `P`, `Ctrl-S`, `Shift-Left`, `F5`, `Space`.
+/// Parses a key: `p`, `P`, `Ctrl-S`, `Shift-Left`, `F5`, `Space`.
 pub(super) fn read(word: &str) -> Result<Key, String> {
     let (mut held, mut rest) = (KeyModifiers::NONE, word);
     loop {
@@ -39,12 +39,12 @@ pub(super) fn read(word: &str) -> Result<Key, String> {
     }
     let code = read_code(rest).ok_or_else(|| {
         format!(
-            "`{word}` is no key: one character, or Space, Enter, Esc, Tab, Backspace, Left, PgUp, Home, End, F1 to F12 and \
+            "`{word}` is not a key: one character, or Space, Enter, Esc, Tab, Backspace, Left, PgUp, Home, End, F1 to F12 and \
              so on, with Ctrl- or Shift- before it (no Alt-)"
         )
     })?;
     let code = match code {
-        // A control character comes in lower case, and a character implies Shift.
+        // A control character is reported in lower case, and a character implies Shift.
         KeyCode::Char(c) if held.contains(KeyModifiers::CONTROL) => {
             KeyCode::Char(c.to_ascii_lowercase())
         }
@@ -80,7 +80,7 @@ fn read_code(word: &str) -> Option<KeyCode> {
     })
 }
 
-/// A key in the notation of [`read`].
+/// The name of a key in the notation of [`read`].
 pub(super) fn name((code, held): Key) -> String {
     let mut text = String::new();
     if held.contains(KeyModifiers::CONTROL) {
@@ -102,7 +102,7 @@ pub(super) fn name((code, held): Key) -> String {
     }
 }
 
-/// Several keys with spaces between.
+/// Names of several keys, separated by spaces.
 pub(super) fn names(keys: &[Key]) -> String {
     let names: Vec<String> = keys.iter().copied().map(name).collect();
     names.join(" ")

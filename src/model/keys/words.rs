@@ -7,7 +7,7 @@ use crate::model::text_entry::Caret;
 use crate::playback::Control;
 use crate::request::layer_word;
 
-/// The description; `None` where the help has one.
+/// The description of a single key; `None` if the help has one.
 pub(super) fn alone(action: Action) -> Option<String> {
     let words = match action {
         Action::Mode(mode) => return mode_words(mode).map(str::to_owned),
@@ -27,15 +27,15 @@ pub(super) fn alone(action: Action) -> Option<String> {
                 notation::action_name(panel)
             )
         }
-        Action::TurnPage(steps) => pick(steps, "the next page", "the page before"),
+        Action::TurnPage(steps) => pick(steps, "the next page", "the previous page"),
         Action::Playback(Control::Step { forward }) => {
-            format!("a line {}", if forward { "on" } else { "back" })
+            format!("one line {}", if forward { "forward" } else { "back" })
         }
-        Action::Playback(Control::Newest) => "back to now, or to the end".to_owned(),
+        Action::Playback(Control::Newest) => "to the present, or to the end".to_owned(),
         Action::Speed(steps) => pick(steps, "faster", "slower"),
         Action::AskJump { forward } => {
             let which = if forward { "after" } else { "before" };
-            format!("the alarm, bump, behaviour change, command or marker {which} this")
+            format!("the alarm, bump, behaviour change, command or mark {which} this")
         }
         Action::JumpAgain { forward } => {
             let which = if forward { "after" } else { "before" };
@@ -49,18 +49,20 @@ pub(super) fn alone(action: Action) -> Option<String> {
         },
         Action::Faster(steps) => pick(steps, "drive faster", "drive slower"),
         Action::Choose(steps) => pick(steps, "choose the one below", "choose the one above"),
-        Action::NextValue(steps) => pick(steps, "the next value", "the value before"),
-        Action::NextLine(steps) => pick(steps, "the next kind of line", "the kind of line before"),
+        Action::NextValue(steps) => pick(steps, "the next value", "the previous value"),
+        Action::NextLine(steps) => {
+            pick(steps, "the next kind of line", "the previous kind of line")
+        }
         Action::Find(steps) => pick(steps, "an older line", "a newer line"),
         Action::EraseCharacter => "erase a character".to_owned(),
         Action::EraseAll => "erase everything".to_owned(),
         Action::ReadParameters => "read all from the robot".to_owned(),
-        Action::SaveParameters => "keep them over a reset".to_owned(),
+        Action::SaveParameters => "keep them after a reset".to_owned(),
         Action::DefaultParameter => "change to the default".to_owned(),
         Action::Complete => "complete the word".to_owned(),
-        Action::Recall(steps) => pick(steps, "the line typed after this", "the line typed before"),
-        Action::Caret(Caret::Left) => "a character back".to_owned(),
-        Action::Caret(Caret::Right) => "a character on".to_owned(),
+        Action::Recall(steps) => pick(steps, "the next typed line", "the previous typed line"),
+        Action::Caret(Caret::Left) => "one character back".to_owned(),
+        Action::Caret(Caret::Right) => "one character forward".to_owned(),
         Action::Playback(Control::Oldest) | Action::Caret(Caret::Start) => {
             "to the beginning".to_owned()
         }
@@ -92,7 +94,7 @@ fn alone_in_route(action: RouteAction) -> Option<String> {
             )
         }
         RouteAction::Select(1..) => "the next waypoint".to_owned(),
-        RouteAction::Select(_) => "the waypoint before".to_owned(),
+        RouteAction::Select(_) => "the previous waypoint".to_owned(),
         RouteAction::Rotate(deg) => {
             let way = if deg > 0 {
                 "clockwise"
@@ -112,7 +114,7 @@ fn pick(steps: impl Into<i32>, more: &str, less: &str) -> String {
     if steps.into() > 0 { more } else { less }.to_owned()
 }
 
-/// A direction on the screen.
+/// Name of a direction on the screen.
 fn way(east: i32, north: i32) -> &'static str {
     match (east, north) {
         (1.., _) => "right",

@@ -212,13 +212,7 @@ fn any_playback() -> impl Strategy<Value = Option<Playback>> {
         prop::option::of(any::<String>()),
     );
     let playback = playback.prop_map(
-        |(
-            (is_live, paused, speed, is_partial, packet),
-            (at, from, until),
-            markers,
-            repeat,
-            note,
-        )| {
+        |((is_live, paused, speed, is_partial, line), (at, from, until), markers, repeat, note)| {
             Playback {
                 is_live,
                 paused,
@@ -226,8 +220,8 @@ fn any_playback() -> impl Strategy<Value = Option<Playback>> {
                 at,
                 from,
                 until,
-                unix: packet.map(Moment::from_millis),
-                packet,
+                unix: line.map(Moment::from_millis),
+                line,
                 read_until: is_partial.then_some(at),
                 is_partial,
                 is_looking: is_partial,

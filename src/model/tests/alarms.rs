@@ -6,7 +6,7 @@ use crate::model::{AlarmSetting, Limits, Operand, Severity};
 use groundwave_protocol::status_codes::{Cliff, Link, Power};
 use groundwave_protocol::telemetry::Body;
 
-/// Names of the raised alarms; whether each is active, and acknowledged.
+/// Names of the raised alarms, with whether each is active and acknowledged.
 fn raised(scene: &Scene) -> Vec<(&str, bool, bool)> {
     let all = scene.model.facts.alarms.all(&scene.model.ui.attended);
     all.filter_map(|shown| {
@@ -154,7 +154,7 @@ fn silence_and_thrashing_are_alarms_too() {
     assert_eq!(raised(&scene), [("robot silent", false, false)]);
     scene.type_text("A");
     let before = scene.model.facts.tally().alarms;
-    // Sixteen seconds of it, at three lines a second.
+    // Sixteen seconds at three lines per second.
     for n in 0..54 {
         let (quiet, holds) = [
             (Layer::Infrared, Layer::Bumpers),
@@ -347,6 +347,30 @@ fn alarms_are_acknowledged_one_by_one() {
     );
 }
 
+/// With many alarms the one at the top of the list may be the last of the table.
+#[test]
+fn in_their_panel_the_keys_concern_the_first_raised_alarm() {
+    let mut scene = scene();
+    scene.model.ui.panel = Panel::Alarms;
+    let effects = scene.type_text("Z");
+    let is_notice = |effect: &Effect| matches!(effect, Effect::Notice(_));
+    assert!(effects.iter().all(is_notice), "{effects:?}");
+    scene.state.power = Power::Low;
+    scene.hear();
+    let effects = scene.type_text("Z");
+    assert!(
+        matches!(&effects[..], [Effect::Alarm(event)] if event.code == "battery_low"),
+        "{effects:?}"
+    );
+    // The arrows choose another.
+    scene.press(&[KeyCode::Down]);
+    let effects = scene.type_text("Z");
+    assert!(
+        matches!(&effects[..], [Effect::Alarm(event)] if event.code == "battery_critical"),
+        "{effects:?}"
+    );
+}
+
 #[test]
 fn a_shelved_alarm_calls_again_when_its_time_is_over() {
     let mut scene = scene();
@@ -376,7 +400,7 @@ fn a_shelved_alarm_calls_again_when_its_time_is_over() {
         "{effects:?}"
     );
     assert_eq!(scene.calling(), 1);
-    // The key shelves it for 10 minutes, an hour, eight hours, and no longer.
+    // The key shelves the alarm for 10 minutes, an hour, eight hours, and then unshelves it.
     let mut times = Vec::new();
     for _ in 0..4 {
         let effects = scene.type_text("Z");

@@ -53,7 +53,7 @@ fn after_an_odometer_reset_the_map_starts_afresh() {
     assert_eq!(scene.model.facts.chart.trail.recent().count(), 1);
 }
 
-/// Late lines are none, as in the exports; whole hundreds of lines are not in the sequence.
+/// Late lines make no gap, as in the exports; the sequence does not show whole hundreds of lines.
 #[test]
 fn lost_lines_are_a_gap_in_the_trail() {
     type Change = fn(&mut Scene);

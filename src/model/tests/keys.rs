@@ -244,7 +244,7 @@ fn the_question_of_the_origin_names_the_dock() {
     assert!(question.text.contains("looks for its dock from there"));
 }
 
-/// On a screen that is too small, no question is asked and hand drive is off.
+/// On a screen that is too small, there are no questions and no hand drive.
 #[test]
 fn on_a_screen_too_small_only_stop_and_leaving_work() {
     for keys in ["", ":go", "C", "dy", "e", "?"] {
@@ -272,7 +272,7 @@ fn on_a_screen_too_small_only_stop_and_leaving_work() {
 }
 
 /// Over a slow connection, Esc and the next key may arrive together, which reads as Alt and the key. Esc always counts;
-/// of the key only STOP counts, because Alt may have been meant.
+/// of the second key only STOP counts, because the operator may have pressed Alt.
 #[test]
 fn esc_and_a_key_in_one_burst_act_as_esc_and_stop() {
     let alt = |code| Event::Key(KeyEvent::new(code, KeyModifiers::ALT));
@@ -319,7 +319,7 @@ fn redraw_works_in_every_context() {
     }
 }
 
-/// The keys of a shell's prompt.
+/// The prompt has the editing keys of a shell.
 #[test]
 fn prompt_text_is_edited_at_the_caret_and_recalled() {
     let mut scene = scene();
@@ -347,7 +347,7 @@ fn pasted_tabs_separate_words() {
     assert_eq!(scene.press(&[KeyCode::Enter]), [Effect::Send(goto)]);
 }
 
-/// The example of the printed configuration.
+/// Tests the example in the printed configuration.
 #[test]
 fn rebound_stop_takes_no_key_from_a_prompt() {
     let stop = Rebinding {

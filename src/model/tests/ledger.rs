@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
+fn the_acknowledged_list_is_active_until_the_robot_reports_another() {
     let list = Request::Route(route(&[(1, 2), (3, 4)]));
     let mut scene = scene();
     let active = |scene: &Scene| {
@@ -43,6 +43,31 @@ fn active_is_what_the_robot_acknowledged_until_it_says_otherwise() {
     scene.ack.boot = 1;
     scene.hear();
     assert_eq!(active(&scene), None, "the robot restarted");
+}
+
+/// The line that confirms a mode was begun before the robot entered it.
+#[test]
+fn a_confirmed_mode_is_the_mode_until_the_next_line_a() {
+    let mut scene = scene();
+    scene.state.mode = Mode::Prowl;
+    scene.hear();
+    let mode = |scene: &Scene| scene.model.facts.robot.mode();
+    assert_eq!(mode(&scene), Some(Mode::Prowl));
+    scene.ask(1, Request::Stop);
+    scene.status_of(1, CommandStatus::Sent { frames: 1 });
+    assert_eq!(mode(&scene), Some(Mode::Prowl), "sent is not confirmed");
+    scene.status_of(1, CommandStatus::Confirmed { digest: None });
+    assert_eq!(mode(&scene), Some(Mode::Stop));
+    scene.hear_status();
+    assert_eq!(mode(&scene), Some(Mode::Stop), "a line B has no mode");
+    scene.hear();
+    assert_eq!(mode(&scene), Some(Mode::Prowl), "the robot's word counts");
+    scene.command(
+        2,
+        Request::Mode(Mode::GoHome),
+        CommandStatus::Confirmed { digest: None },
+    );
+    assert_eq!(mode(&scene), Some(Mode::GoHome));
 }
 
 #[test]

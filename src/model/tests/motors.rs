@@ -51,7 +51,7 @@ fn motors_that_change_hands_with_every_line_thrash() {
 }
 
 #[test]
-fn steering_is_no_thrashing() {
+fn steering_is_not_thrashing() {
     let mut scene = scene();
     for n in 0..40 {
         let state = [LayerState::Holds, LayerState::Quiet][n % 2];
@@ -74,7 +74,7 @@ fn only_what_is_below_the_holder_is_suppressed() {
 }
 
 #[test]
-fn the_holder_is_told_from_layers_and_mode() {
+fn the_holder_follows_from_layers_and_mode() {
     let mut line = state();
     assert_eq!(Holder::of(&line), Holder::Prowl);
     line.mode = Mode::Reactive;
@@ -106,7 +106,7 @@ fn a_guard_that_took_the_motors_is_named_and_not_who_won_them() {
     let both = [Holder::Layer(Layer::Bumpers), Holder::Prowl];
     assert_eq!(suppressed(Holder::CliffGuard, &scene.state), both);
 
-    // With the guard switched off it was prowl that drove the robot there.
+    // With the guard off, prowl drove the robot there.
     scene.hear_parameter("cliff-guard", 0);
     scene.state.cliff = Cliff::Several;
     scene.hear();

@@ -96,19 +96,19 @@ fn a_route_is_driven_at_once_when_that_is_typed() {
         assert_eq!(scene.model.ui.overlay, Overlay::None);
         assert!(scene.model.ui.map.draft.waypoints().is_empty());
     }
-    // A closed prompt still drafts the route, and sends nothing.
+    // A closed prompt still makes the route the draft, but sends nothing.
     let mut scene = scene();
     scene.type_text(":route my tour.txt --go");
     scene.press(&[KeyCode::Enter, KeyCode::Esc]);
     assert_eq!(scene.event(loaded(&waypoints)), []);
     assert_eq!(scene.model.ui.map.draft.waypoints(), waypoints);
-    // A name may end like that.
+    // A file name may end like this.
     scene.type_text(":route 'tour --go'");
     let asked = scene.press(&[KeyCode::Enter]);
     assert_eq!(asked, [Effect::LoadRoute("tour --go".to_owned())]);
 }
 
-/// What is wrong with a name can be mended where it was typed.
+/// A wrong file name can be corrected in the prompt.
 #[test]
 fn a_prompt_for_a_file_stays_until_the_file_is_right() {
     for keys in ["rtuor.txt", ":route tuor.txt"] {
@@ -159,7 +159,7 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
 }
 
 #[test]
-fn a_point_is_gone_to_at_once_when_that_is_typed() {
+fn a_typed_point_is_approached_at_once() {
     let mut scene = scene();
     scene.type_text(":goto 48 -36 --go");
     let list = Request::Route(route(&[(48, -36)]));

@@ -84,7 +84,7 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     }));
     assert_eq!(asked(&mut scene, ":runs"), list("evenings"));
     scene.event(Event::Runs(Ok(listed())));
-    // The newest is chosen. Picked, dropped and picked again; then another one.
+    // The newest run is chosen: picked, dropped and picked again; then another run.
     let c = KeyCode::Char('c');
     scene.press(&[c, c, c]);
     let wanted = compare("runs/morning.mcap", "runs/evening.mcap");
@@ -93,7 +93,7 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     let Overlay::Runs(Runs::Overlaid(_)) = &scene.model.ui.overlay else {
         panic!("{:?}", scene.model.ui.overlay);
     };
-    // Behind it is the list that they were picked from.
+    // Closing it returns to the list.
     scene.press(&[KeyCode::Esc]);
     let Overlay::Runs(Runs::Listed { chosen: 0, .. }) = &scene.model.ui.overlay else {
         panic!("{:?}", scene.model.ui.overlay);

@@ -1,8 +1,8 @@
-//! Captures of all kinds: with the times of others, damaged, empty.
+//! Captures of all kinds: with timestamps of other programs, damaged, empty.
 
 use super::*;
 
-/// Stamped text shows the same robot at the times of its stamps.
+/// Text with timestamps shows the same robot at the times of its timestamps.
 #[test]
 fn stamped_text_is_played_at_its_own_times() {
     let plain =
@@ -17,10 +17,10 @@ fn stamped_text_is_played_at_its_own_times() {
         stamped.extend(stamp.as_bytes());
         stamped.extend(line);
     }
-    let tape = text(&stamped);
-    assert_eq!(tape.unix(), Some(Moment::from_hours(498_694)));
-    let length = tape.length();
-    let (mut timeline, end) = read_whole(tape);
+    let reader = text(&stamped);
+    assert_eq!(reader.unix(), Some(Moment::from_hours(498_694)));
+    let length = reader.length();
+    let (mut timeline, end) = read_whole(reader);
     assert!(
         end <= length && end > Moment::from_hours(1),
         "{end:?} of {length:?}"
@@ -42,7 +42,7 @@ fn stamped_text_is_played_at_its_own_times() {
     );
     timeline.seek(Moment::from_mins(50));
     assert_eq!(timeline.facts().tally().lines, silent);
-    // Lines with the same stamp follow each other as on the radio.
+    // Lines with the same timestamp are spaced by their transmission time.
     assert!(matches!(timeline.seek_line(20, STEPS_MAX), Found::At(_)));
     let times: Vec<Moment> = (0..6)
         .map(|_| {
@@ -55,14 +55,14 @@ fn stamped_text_is_played_at_its_own_times() {
     for s in [0, 1, 30, 49, 50, 51, 2000, 3650, 3700] {
         let at = Moment::from_secs(s);
         let place = text(&stamped).find(at);
-        let mut tape = text(&stamped);
-        tape.seek(place);
-        let next = tape.next_at().unwrap();
+        let mut reader = text(&stamped);
+        reader.seek(place);
+        let next = reader.next_at().unwrap();
         assert!(next < at || s == 0, "{s}: {next:?}");
-        while tape.next_at().is_some_and(|next| next < at) {
-            let from = tape.next_at().unwrap();
-            tape.next_piece();
-            let next = tape.next_at().unwrap_or(Moment::MAX);
+        while reader.next_at().is_some_and(|next| next < at) {
+            let from = reader.next_at().unwrap();
+            reader.next_piece();
+            let next = reader.next_at().unwrap_or(Moment::MAX);
             assert!(
                 from + Moment::from_secs(1) >= next.min(at) || s >= 2000,
                 "{s}"
@@ -76,9 +76,9 @@ fn damaged_capture_is_shown_up_to_the_damage_with_the_reason() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/demo-commands.mcap");
     let whole = std::fs::read(path).unwrap();
     let lines = |bytes: &[u8]| {
-        let tape = index::read(Arc::new(bytes.to_vec()), Path::new("x.mcap"));
-        let tape = tape.map_err(|error| error.to_string())?;
-        let (mut timeline, end) = read_whole(tape);
+        let reader = index::read(Arc::new(bytes.to_vec()), Path::new("x.mcap"));
+        let reader = reader.map_err(|error| error.to_string())?;
+        let (mut timeline, end) = read_whole(reader);
         timeline.seek(end);
         let tally = timeline.facts().tally();
         let log: Vec<String> = timeline

@@ -61,16 +61,16 @@ proptest! {
         places in prop::collection::vec(any::<prop::sample::Index>(), 1..12),
     ) {
         let mut session = Session::new();
-        let mut was = vec![(Moment::ZERO, told(&session.facts))];
+        let mut was = vec![(Moment::ZERO, text_of(&session.facts))];
         for (event, wait_ms) in events.into_iter().filter(|(event, _)| Facts::takes(event)) {
             session.now += Moment::from_millis(wait_ms);
             session.take(&event);
-            was.push((session.now, told(&session.facts)));
+            was.push((session.now, text_of(&session.facts)));
         }
         for place in places {
             let (at, was) = place.get(&was);
             session.timeline.seek(*at);
-            prop_assert_eq!(&told(session.timeline.facts()), was);
+            prop_assert_eq!(&text_of(session.timeline.facts()), was);
         }
     }
 }
@@ -78,10 +78,10 @@ proptest! {
 /// Cached states go together with their events.
 #[test]
 fn cached_states_are_forgotten_with_their_events() {
-    let mut tape = capture("house-clean.txt");
+    let mut reader = capture("house-clean.txt");
     let mut decoder = Decoder::default();
     let mut heard = Vec::new();
-    while let Some(piece) = tape.next_piece() {
+    while let Some(piece) = reader.next_piece() {
         if let Piece::Received(bytes) = piece {
             for received in decoder.lines(bytes) {
                 if let Received::Line(line, raw) = received {
@@ -100,7 +100,7 @@ fn cached_states_are_forgotten_with_their_events() {
     let lines = session.facts.tally().lines;
     session.timeline.complete();
     session.timeline.seek(s(1));
-    assert_eq!(session.timeline.packet(), Some(lines));
+    assert_eq!(session.timeline.line(), Some(lines));
     let next = session.timeline.source().count();
     session
         .timeline
@@ -112,7 +112,7 @@ fn cached_states_are_forgotten_with_their_events() {
     session.take(&heard[0]);
     session.timeline.seek(s(3));
     session.timeline.seek(s(1));
-    assert_eq!(session.timeline.packet(), Some(lines));
+    assert_eq!(session.timeline.line(), Some(lines));
 }
 
 #[test]
@@ -186,7 +186,11 @@ fn a_flood_is_remembered_in_bounded_memory() {
             live.handle(now, Control::TogglePause);
             live.handle(now, Control::Seek(Position::Back(Moment::from_micros(1))));
             live.handle(now, Control::Newest);
-            assert_eq!(told(live.shown(now).0), told(live.present()), "{place}");
+            assert_eq!(
+                text_of(live.shown(now).0),
+                text_of(live.present()),
+                "{place}"
+            );
         }
     }
 }
@@ -206,13 +210,13 @@ fn screen(facts: &Facts, now: Moment) -> String {
     terminal.backend().to_string()
 }
 
-/// The facts as text, without the plotted airtime and the last digits of the newest: it counts bytes as they come, and a recording has
-/// only the time of the line they end in.
+/// The facts as text, without the plotted airtime and the last digits of the newest value: the airtime depends on how bytes arrive, and a recording has
+/// only the time of each line.
 fn known(facts: &Facts) -> String {
     const AIRTIME: &str = "airtime_down_pct: ";
     let mut facts = facts.clone();
     facts.plots.forget_airtime();
-    let told = told(&facts);
+    let told = text_of(&facts);
     let mut known = String::new();
     let mut rest = &*told;
     while let Some((before, after)) = rest.split_once(AIRTIME) {
@@ -313,7 +317,7 @@ impl Listening {
     }
 }
 
-/// A byte stream heard live in random chunks, its recording played, and the past of the live session agree: the same
+/// A byte stream received live in random chunks, its replayed recording and the past of the live session agree: the same
 /// facts, to the last counter, and the same screen at every moment when a line or noise
 /// has ended.
 #[test]
@@ -323,10 +327,10 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
             let mut rng = Rng(seed);
             let mut live = Listening::new();
             let mut was = Vec::new();
-            let mut tape = capture(name);
+            let mut reader = capture(name);
             let mut from = Moment::ZERO;
-            while let Some(at) = tape.next_at() {
-                match tape.next_piece().unwrap() {
+            while let Some(at) = reader.next_at() {
+                match reader.next_piece().unwrap() {
                     Piece::Received(bytes) => {
                         // Like a port: in random pieces, complete by the end of the line.
                         let mut rest = bytes;
@@ -364,8 +368,8 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
             }
             assert!(was.len() > 5, "{name}");
             let mcap = live.writer.finish().unwrap();
-            let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
-            let (mut replay, _) = read_whole(tape);
+            let reader = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
+            let (mut replay, _) = read_whole(reader);
             for (at, facts, drawn, lines) in was {
                 let place = format!("{name}, seed {seed}, at {at:?}");
                 live.session.timeline.seek(at);
@@ -406,7 +410,7 @@ fn failed_search_leaves_the_session_at_its_newest_moment() {
     for (control, note) in [
         (jump(Landmark::Alarm, true), "there are no later alarms"),
         (jump(Landmark::Bump, false), "there are no earlier bumps"),
-        (seek(Position::Packet(99_999)), "there is no packet 99999"),
+        (seek(Position::Line(99_999)), "there is no line 99999"),
         (
             seek(Position::Ahead(now)),
             "the present is the newest moment",

@@ -6,7 +6,7 @@ use super::*;
 use crate::capture::index::{Piece, Place};
 use crate::event::Truth;
 
-/// A capture that counts the pieces given out.
+/// A capture that counts the returned pieces.
 struct Counted {
     capture: Box<dyn SeekableReader + Send>,
     pieces: Arc<AtomicUsize>,
@@ -59,7 +59,7 @@ impl SeekableReader for Counted {
     }
 }
 
-/// Pieces that a key may lead to before the next look at keys and signals.
+/// Maximum number of pieces read after a key before keys and signals are handled again.
 const PIECES_MAX: usize = 25_000;
 
 #[test]
@@ -88,7 +88,7 @@ fn no_key_waits_for_a_long_part_without_a_line() {
             Control::Step { forward: false },
             Control::Seek(Position::Percent(50.0)),
             Control::Step { forward: true },
-            Control::Seek(Position::Packet(150)),
+            Control::Seek(Position::Line(150)),
             Control::Jump {
                 to: Some(Landmark::Bump),
                 forward: true,

@@ -1,4 +1,4 @@
-//! A moment shown again is the same moment, in random live sessions and in captures.
+//! A moment shown again is equal, in random live sessions and in captures.
 
 mod captures;
 mod live;
@@ -23,7 +23,7 @@ use crate::model::{Config, Facts};
 use crate::playback::{Control, Landmark, Position};
 use crate::request::Request;
 
-fn told(facts: &Facts) -> String {
+fn text_of(facts: &Facts) -> String {
     format!("{facts:?}")
 }
 
@@ -37,10 +37,10 @@ fn text(bytes: &[u8]) -> Box<dyn SeekableReader + Send> {
 }
 
 /// A capture with all its states.
-fn read_whole(tape: Box<dyn SeekableReader + Send>) -> (Timeline<CaptureState>, Moment) {
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut again = tape.reopen();
-    let mut timeline = capture::timeline(tape, first.clone());
+fn read_whole(reader: Box<dyn SeekableReader + Send>) -> (Timeline<CaptureState>, Moment) {
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut again = reader.reopen();
+    let mut timeline = capture::timeline(reader, first.clone());
     let mut end = Moment::ZERO;
     read_through(
         first,

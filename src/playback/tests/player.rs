@@ -1,19 +1,19 @@
-//! Playing: speeds, loops, marks, and jumps to what may not have been read yet.
+//! Playing: speeds, loops, marks, and jumps to targets that may not have been read yet.
 
 use super::*;
 use crate::model::keys::{Keymap, Rebinding};
 use crate::recorded;
 
 fn player(name: &str) -> Player<CaptureState> {
-    let tape = capture(name);
-    let (length, unix) = (tape.length(), tape.unix());
-    let (timeline, end) = read_whole(tape);
+    let reader = capture(name);
+    let (length, unix) = (reader.length(), reader.unix());
+    let (timeline, end) = read_whole(reader);
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, unix);
     player.set_read_through(end);
     player
 }
 
-/// A target in the unread part is reached when it has been read.
+/// A target in the unread part is reached once it has been read.
 #[test]
 fn jump_into_the_unread_part_waits_for_it() {
     let calm =
@@ -21,25 +21,25 @@ fn jump_into_the_unread_part_waits_for_it() {
     let calm = calm.unwrap();
     let day = calm.repeat(60);
     let lines = 60 * 359;
-    let tape = text(&day);
-    let length = tape.length();
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut again = tape.reopen();
-    let timeline = capture::timeline(tape.reopen(), first.clone());
+    let reader = text(&day);
+    let length = reader.length();
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut again = reader.reopen();
+    let timeline = capture::timeline(reader.reopen(), first.clone());
     let host = Moment::ZERO;
     let mut player = Player::of_capture(timeline, host, 1.0, length, None);
-    let packet = |number| Control::Seek(Position::Packet(number));
-    player.handle(host, packet(lines - 100));
+    let line = |number| Control::Seek(Position::Line(number));
+    player.handle(host, line(lines - 100));
     let looks = |player: &Player<CaptureState>| {
         let playback = player.playback();
         let note = playback.note.unwrap_or_default();
-        let says = ["looking for packet", "about packet"];
+        let says = ["looking for line", "about line"];
         let says = says.into_iter().any(|words| note.starts_with(words));
         assert_eq!(playback.is_looking, says, "{note}");
         playback.is_looking
     };
     assert!(looks(&player) && player.is_paused());
-    player.handle(host, packet(lines - 100));
+    player.handle(host, line(lines - 100));
     let mut findings = 0;
     read_through(
         first.clone(),
@@ -56,20 +56,20 @@ fn jump_into_the_unread_part_waits_for_it() {
         },
     );
     assert!(findings > 10 && !looks(&player));
-    assert_eq!(player.playback().packet, Some(lines - 100));
+    assert_eq!(player.playback().line, Some(lines - 100));
     // At the end of reading the target is known not to exist.
     let mut player = Player::of_capture(
-        capture::timeline(tape.reopen(), first),
+        capture::timeline(reader.reopen(), first),
         host,
         1.0,
         length,
         None,
     );
-    player.handle(host, packet(lines * 2));
+    player.handle(host, line(lines * 2));
     assert!(looks(&player));
     player.set_read_through(length);
     let note = player.playback().note;
-    assert_eq!(note, Some(format!("there is no packet {}", lines * 2)));
+    assert_eq!(note, Some(format!("there is no line {}", lines * 2)));
 }
 
 #[test]
@@ -98,10 +98,10 @@ fn time_passes_at_any_speed_and_loops() {
     let host = pass(&mut player, 5);
     about(&player, 30);
     player.handle(host, Control::TogglePause);
-    let shown = told(player.facts());
+    let shown = text_of(player.facts());
     let host = pass(&mut player, 100);
     about(&player, 30);
-    assert_eq!(told(player.facts()), shown, "it stands still");
+    assert_eq!(text_of(player.facts()), shown, "it stands still");
     assert_eq!(player.wake_at(), None, "and costs nothing");
     player.handle(host, Control::TogglePause);
     player.handle(host, Control::Speed(0.1));
@@ -142,12 +142,12 @@ fn typed_positions_are_reached() {
     assert!(go("50%").0.abs_diff(end / 2) <= Moment::from_nanos(1));
     assert_eq!(go("9:59:59").0, end);
     let (at, playback) = go("#30");
-    assert_eq!(playback.packet, Some(30));
+    assert_eq!(playback.line, Some(30));
     assert!(at > s(5) && at < s(20), "{at:?}");
     let (there, playback) = go("#999999");
     assert_eq!(
         (there, playback.note.as_deref()),
-        (at, Some("there is no packet 999999"))
+        (at, Some("there is no line 999999"))
     );
     let second = unix.as_secs() + 10;
     let clock = format!(
@@ -162,7 +162,7 @@ fn typed_positions_are_reached() {
 }
 
 #[test]
-fn marks_are_set_gone_to_and_taken_away() {
+fn marks_are_set_visited_and_removed() {
     let mut player = player("house-clean.txt");
     let host = Moment::ZERO;
     let s = Moment::from_secs;
@@ -184,7 +184,7 @@ fn marks_are_set_gone_to_and_taken_away() {
     player.handle(host, jump(true));
     assert_eq!(
         player.playback().note.as_deref(),
-        Some("there are no later markers")
+        Some("there are no later marks")
     );
     player.handle(
         host,
@@ -196,6 +196,33 @@ fn marks_are_set_gone_to_and_taken_away() {
     assert_eq!(player.at(), s(20), "as before");
     player.handle(host, Control::Mark);
     assert_eq!(player.playback().markers, [s(40)]);
+}
+
+#[test]
+fn marks_with_a_text_say_it_when_gone_to() {
+    let mut player = player("house-clean.txt");
+    let host = Moment::ZERO;
+    let s = Moment::from_secs;
+    player.add_noted_mark(s(30), "stairs".to_owned());
+    player.add_noted_mark(s(20), "glass door".to_owned());
+    player.add_noted_mark(s(20), "again".to_owned());
+    assert_eq!(player.playback().markers, [s(20), s(30)]);
+    let jump = Control::Jump {
+        to: Some(Landmark::Marker),
+        forward: true,
+    };
+    player.handle(host, jump);
+    assert_eq!(player.at(), s(20));
+    let note = player.playback().note;
+    assert_eq!(note.as_deref(), Some("mark: glass door; again"));
+    player.handle(host, Control::Mark);
+    assert_eq!(player.playback().markers, [s(30)]);
+    player.handle(host, jump);
+    assert_eq!(player.playback().note.as_deref(), Some("mark: stairs"));
+    // The recording's own marks are found while it is read.
+    let ms = Moment::from_millis;
+    player.set_recorded_marks(vec![ms(20_100), ms(30_020), ms(40_000)]);
+    assert_eq!(player.playback().markers, [s(30), s(40)]);
 }
 
 /// Marks of a recorded session are marks of its replay.
@@ -231,11 +258,11 @@ fn marks_of_a_recorded_session_come_back() {
         }
     }
     let mcap = writer.finish().unwrap();
-    let tape = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut again = tape.reopen();
-    let length = tape.length();
-    let timeline = capture::timeline(tape, first.clone());
+    let reader = index::read(Arc::new(mcap), Path::new("a.mcap")).unwrap();
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut again = reader.reopen();
+    let length = reader.length();
+    let timeline = capture::timeline(reader, first.clone());
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
     player.handle(Moment::ZERO, Control::TogglePause);
     player.handle(Moment::ZERO, Control::Seek(Position::At(s(5))));
@@ -297,9 +324,9 @@ fn notes_name_the_rebound_keys() {
         keys: Keymap::with(&keys).unwrap(),
         ..Config::default()
     };
-    let tape = capture("house-clean.txt");
-    let first = CaptureState::new("radio", Arc::new(config), &*tape);
-    let timeline = capture::timeline(tape, first);
+    let reader = capture("house-clean.txt");
+    let first = CaptureState::new("radio", Arc::new(config), &*reader);
+    let timeline = capture::timeline(reader, first);
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, Moment::ZERO, None);
     let mut note = |control| {
         player.handle(Moment::ZERO, control);

@@ -4,14 +4,14 @@ use super::*;
 
 /// Every moment with a step, and the facts after playing there from the beginning.
 fn played(name: &str) -> Vec<(Moment, String)> {
-    let mut tape = capture(name);
-    let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut shown = vec![(Moment::ZERO, told(scene.facts()))];
-    while let Some(at) = scene.next_at(&mut tape) {
-        scene.step(&mut tape);
+    let mut reader = capture(name);
+    let mut scene = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut shown = vec![(Moment::ZERO, text_of(scene.facts()))];
+    while let Some(at) = scene.next_at(&mut reader) {
+        scene.step(&mut reader);
         match shown.last_mut() {
-            Some(last) if last.0 == at => last.1 = told(scene.facts()),
-            _ => shown.push((at, told(scene.facts()))),
+            Some(last) if last.0 == at => last.1 = text_of(scene.facts()),
+            _ => shown.push((at, text_of(scene.facts()))),
         }
     }
     shown
@@ -36,7 +36,7 @@ fn a_seek_shows_what_playing_there_shows() {
             timeline.seek(between);
             assert!(!timeline.is_partial());
             assert!(
-                told(timeline.facts()) == *shown,
+                text_of(timeline.facts()) == *shown,
                 "{name} at {between:?}, seek {n}"
             );
         }
@@ -51,10 +51,10 @@ fn steps_go_back_the_way_they_came() {
         let mut way = Vec::new();
         for _ in 0..25 {
             assert!(timeline.step_forward().is_there());
-            way.push((timeline.packet(), timeline.at()));
+            way.push((timeline.line(), timeline.at()));
         }
-        for (packet, at) in way.into_iter().rev() {
-            assert_eq!((timeline.packet(), timeline.at()), (packet, at), "{name}");
+        for (line, at) in way.into_iter().rev() {
+            assert_eq!((timeline.line(), timeline.at()), (line, at), "{name}");
             assert!(timeline.step_back().is_there());
         }
         assert!(matches!(timeline.seek_line(1, STEPS_MAX), Found::At(_)));
@@ -82,12 +82,12 @@ fn jumps_find_every_landmark_and_nothing_else() {
     let mut found_any = 0;
     for name in CAPTURES {
         for kind in kinds {
-            let mut tape = capture(name);
-            let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
+            let mut reader = capture(name);
+            let mut scene = CaptureState::new("radio", Arc::default(), &*reader);
             let mut all = Vec::new();
-            while let Some(at) = scene.next_at(&mut tape) {
+            while let Some(at) = scene.next_at(&mut reader) {
                 let before = scene.facts().tally().of(kind);
-                scene.step(&mut tape);
+                scene.step(&mut reader);
                 if scene.facts().tally().of(kind) > before && all.last() != Some(&at) {
                     all.push(at);
                 }
@@ -122,11 +122,11 @@ fn moment_of_an_unread_capture_is_partial_and_then_exact() {
     let (mut whole, end) = read_whole(text(&day));
     let at = end / 10 * 9;
     whole.seek(at);
-    let tape = text(&day);
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut timeline = capture::timeline(tape, first);
+    let reader = text(&day);
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut timeline = capture::timeline(reader, first);
     timeline.seek(at);
-    assert!(timeline.is_partial() && timeline.packet().is_none());
+    assert!(timeline.is_partial() && timeline.line().is_none());
     let robot = |timeline: &Timeline<CaptureState>| format!("{:?}", timeline.facts().robot.state);
     assert_eq!(robot(&timeline), robot(&whole), "what is new is right");
     assert_eq!(timeline.find_next(Landmark::Alarm, at, 0), Found::NotYet);
@@ -137,7 +137,7 @@ fn moment_of_an_unread_capture_is_partial_and_then_exact() {
     assert_eq!(timeline.facts().newest_line_at(), newest);
     while !timeline.work(1000) {}
     assert!(!timeline.is_partial());
-    assert_eq!(told(timeline.facts()), told(whole.facts()));
+    assert_eq!(text_of(timeline.facts()), text_of(whole.facts()));
 }
 
 /// Nearby landmarks of an unread day are the same as in a read one.
@@ -148,9 +148,9 @@ fn jump_in_an_unread_capture_searches_nearby_first() {
     let day = day.repeat(40);
     let (mut whole, end) = read_whole(text(&day));
     for kind in [Landmark::Alarm, Landmark::Bump, Landmark::Behaviour] {
-        let tape = text(&day);
-        let first = CaptureState::new("radio", Arc::default(), &*tape);
-        let mut timeline = capture::timeline(tape, first);
+        let reader = text(&day);
+        let first = CaptureState::new("radio", Arc::default(), &*reader);
+        let mut timeline = capture::timeline(reader, first);
         let (mut back, mut ahead) = (end, end / 10 * 7);
         for _ in 0..6 {
             let found = timeline.find_last(kind, back, STEPS_MAX);
@@ -192,14 +192,14 @@ fn nearby_command_in_an_unread_capture_is_found() {
             let by = None;
             let event = crate::recorded::to_recorded(&Event::Asked { id, request, by }).unwrap();
             writer.handle_event(at_ns, &event).unwrap();
-            // The recording's first message is of 1970.
+            // The recording's first message has a time in 1970.
             asked.push(Moment::from_nanos(at_ns));
         }
     }
     let day = writer.finish().unwrap();
-    let tape = index::read(Arc::new(day), Path::new("day.mcap")).unwrap();
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut timeline = capture::timeline(tape, first);
+    let reader = index::read(Arc::new(day), Path::new("day.mcap")).unwrap();
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut timeline = capture::timeline(reader, first);
     let middle = asked.len() / 2;
     let beside = asked[middle] + Moment::from_secs(1);
     let last = timeline.find_last(Landmark::Command, beside, STEPS_MAX);

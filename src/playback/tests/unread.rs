@@ -12,9 +12,9 @@ use crate::model::Facts;
 
 /// The received bytes of a capture.
 fn bytes_of(name: &str) -> Vec<u8> {
-    let mut tape = capture(name);
+    let mut reader = capture(name);
     let mut bytes = Vec::new();
-    while let Some(piece) = tape.next_piece() {
+    while let Some(piece) = reader.next_piece() {
         if let Piece::Received(some) = piece {
             bytes.extend_from_slice(some);
         }
@@ -64,9 +64,9 @@ fn without(topic: &str, recording: &[u8]) -> Vec<u8> {
     filtered.into_inner()
 }
 
-fn unread(tape: Box<dyn SeekableReader + Send>) -> Timeline<CaptureState> {
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
-    capture::timeline(tape, first)
+fn unread(reader: Box<dyn SeekableReader + Send>) -> Timeline<CaptureState> {
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
+    capture::timeline(reader, first)
 }
 
 fn lines(facts: &Facts) -> u64 {
@@ -83,7 +83,7 @@ const KINDS: [Landmark; 4] = [
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// For any chunks: the index knows when each line came and rules out no landmark,
+    /// For any chunks: the index has the time of each line and rules out no landmark,
     /// and neither does the prefilter of a text.
     #[test]
     fn index_and_prefilter_agree_with_reading(
@@ -93,15 +93,15 @@ proptest! {
     ) {
         let text = bytes_of(name).repeat(times);
         for (is_counted, bytes) in [(true, recorded(&text, chunks)), (false, text)] {
-            let mut tape = of_bytes(bytes);
-            let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
-            let mut index = tape.reopen();
+            let mut reader = of_bytes(bytes);
+            let mut scene = CaptureState::new("radio", Arc::default(), &*reader);
+            let mut index = reader.reopen();
             let mut left_out = 0;
             // Lines up to each moment.
             let mut came = vec![(Moment::ZERO, 0)];
-            while let Some(at) = scene.next_at(&mut tape) {
+            while let Some(at) = scene.next_at(&mut reader) {
                 let counted = scene.facts().tally();
-                scene.step(&mut tape);
+                scene.step(&mut reader);
                 let tally = scene.facts().tally();
                 let is_line = tally.lines > counted.lines;
                 for kind in KINDS {
@@ -169,22 +169,19 @@ fn line_in_the_unread_part_is_shown_at_its_estimate() {
             let all = lines(whole.facts());
             for number in [all / 2, all * 4 / 5, all * 19 / 20] {
                 assert!(matches!(whole.seek_line(number, 0), Found::At(_)));
-                let tape = of_bytes(bytes.clone());
-                let length = tape.length();
-                let timeline = unread(tape);
+                let reader = of_bytes(bytes.clone());
+                let length = reader.length();
+                let timeline = unread(reader);
                 let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
-                player.handle(Moment::ZERO, Control::Seek(Position::Packet(number)));
+                player.handle(Moment::ZERO, Control::Seek(Position::Line(number)));
                 let playback = player.playback();
                 assert!(playback.is_looking && player.is_paused(), "{name} {form}");
                 let note = playback.note.unwrap();
-                assert!(
-                    note.starts_with(&format!("about packet {number}:")),
-                    "{note}"
-                );
+                assert!(note.starts_with(&format!("about line {number}:")), "{note}");
                 let off = player.at().abs_diff(whole.at());
                 assert!(
                     off <= end.mul_f64(slack),
-                    "{name} {form}: packet {number} is off by {off:?} of {end:?}"
+                    "{name} {form}: line {number} is off by {off:?} of {end:?}"
                 );
                 if off.is_zero() {
                     let robot = |facts: &Facts| format!("{:?}", facts.robot.state);
@@ -193,8 +190,12 @@ fn line_in_the_unread_part_is_shown_at_its_estimate() {
                 while player.has_work() {
                     player.work(997);
                 }
-                assert_eq!(player.playback().packet, Some(number), "{name} {form}");
-                assert_eq!(told(player.facts()), told(whole.facts()), "{name} {form}");
+                assert_eq!(player.playback().line, Some(number), "{name} {form}");
+                assert_eq!(
+                    text_of(player.facts()),
+                    text_of(whole.facts()),
+                    "{name} {form}"
+                );
                 assert!(!player.playback().is_looking);
             }
         }
@@ -214,12 +215,12 @@ fn reading_corrects_a_damaged_index() {
         let mut bytes = bytes.clone();
         let at = summary_at + (rng >> 33) % (bytes.len() - summary_at);
         bytes[at] ^= 1 << (n % 8);
-        let Ok(tape) = index::read(Arc::new(bytes), Path::new("unread")) else {
+        let Ok(reader) = index::read(Arc::new(bytes), Path::new("unread")) else {
             continue;
         };
-        let mut again = tape.reopen();
-        let first = CaptureState::new("radio", Arc::default(), &*tape);
-        let mut timeline = unread(tape);
+        let mut again = reader.reopen();
+        let first = CaptureState::new("radio", Arc::default(), &*reader);
+        let mut timeline = unread(reader);
         timeline.seek_about_line(300);
         let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, Moment::MAX, None);
         player.handle(
@@ -229,7 +230,7 @@ fn reading_corrects_a_damaged_index() {
                 forward: true,
             },
         );
-        player.handle(Moment::ZERO, Control::Seek(Position::Packet(300)));
+        player.handle(Moment::ZERO, Control::Seek(Position::Line(300)));
         read_through(
             first,
             &mut again,
@@ -243,7 +244,7 @@ fn reading_corrects_a_damaged_index() {
                 true
             },
         );
-        assert_eq!(player.playback().packet, Some(300), "flipped at {at}");
+        assert_eq!(player.playback().line, Some(300), "flipped at {at}");
         assert!(!player.playback().is_looking, "flipped at {at}");
     }
 }
@@ -252,20 +253,20 @@ fn reading_corrects_a_damaged_index() {
 #[test]
 fn estimate_of_a_line_can_be_kept() {
     let bytes = recorded(&bytes_of("house-clean.txt").repeat(60), None);
-    let tape = of_bytes(bytes);
-    let length = tape.length();
-    let mut player = Player::of_capture(unread(tape), Moment::ZERO, 1.0, length, None);
-    player.handle(Moment::ZERO, Control::Seek(Position::Packet(20_000)));
+    let reader = of_bytes(bytes);
+    let length = reader.length();
+    let mut player = Player::of_capture(unread(reader), Moment::ZERO, 1.0, length, None);
+    player.handle(Moment::ZERO, Control::Seek(Position::Line(20_000)));
     let at = player.at();
     assert!(at > Moment::from_mins(30));
     player.handle(Moment::ZERO, Control::StopSearch);
     assert!(player.at() == at && !player.playback().is_looking);
-    player.handle(Moment::ZERO, Control::Seek(Position::Packet(200_000)));
+    player.handle(Moment::ZERO, Control::Seek(Position::Line(200_000)));
     assert!(player.at() == at && player.playback().is_looking);
     player.set_read_through(length);
     assert_eq!(
         player.playback().note.as_deref(),
-        Some("there is no packet 200000")
+        Some("there is no line 200000")
     );
 }
 
@@ -307,7 +308,7 @@ fn a_search_goes_on_where_it_was_interrupted() {
                 );
             }
         }
-        // Kept states know that nothing lies before the first.
+        // Keyframes show that there is no landmark before the first.
         let mut timeline = unread(of_bytes(bytes));
         let first = whole.find_next(Landmark::Bump, Moment::ZERO, 0);
         let Found::At(first) = first else {
@@ -321,19 +322,19 @@ fn a_search_goes_on_where_it_was_interrupted() {
     }
 }
 
-/// Cached states between distant kept ones give the same moments, lines and landmarks.
+/// Cached states between distant keyframes give the same moments, lines and landmarks.
 #[test]
 fn cached_states_equal_played_states() {
     let bytes = bytes_of("house-noisy.txt").repeat(12);
-    let mut tape = of_bytes(bytes.clone());
-    let mut scene = CaptureState::new("radio", Arc::default(), &*tape);
-    let mut timeline = Timeline::unread(tape.reopen(), &SHORTCUTS, scene.clone(), Moment::MAX);
+    let mut reader = of_bytes(bytes.clone());
+    let mut scene = CaptureState::new("radio", Arc::default(), &*reader);
+    let mut timeline = Timeline::unread(reader.reopen(), &SHORTCUTS, scene.clone(), Moment::MAX);
     timeline.complete();
     let mut played = Vec::new();
     let mut things = 0;
-    while scene.next_at(&mut tape).is_some() {
+    while scene.next_at(&mut reader).is_some() {
         let counted = lines(scene.facts());
-        scene.step(&mut tape);
+        scene.step(&mut reader);
         things += 1;
         if things % 41 == 0 && lines(scene.facts()) > counted {
             played.push(scene.clone());
@@ -360,7 +361,10 @@ fn cached_states_equal_played_states() {
             }
         }
         assert!(!timeline.is_partial());
-        assert_eq!(timeline.packet(), Some(number), "visit {n}");
-        assert!(told(timeline.facts()) == told(wanted.facts()), "visit {n}");
+        assert_eq!(timeline.line(), Some(number), "visit {n}");
+        assert!(
+            text_of(timeline.facts()) == text_of(wanted.facts()),
+            "visit {n}"
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Wording decides nothing: a recording with other texts replays as the same.
+//! Wording has no meaning: a recording with other texts replays the same.
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -15,7 +15,7 @@ use crate::capture::runs::Course;
 use crate::event::{CommandStatus, Failure, Level, LinkEvent, Mark, Notice, NoticeCode, Reception};
 use crate::recorded::to_recorded;
 
-/// Messages of the demo between two further events.
+/// Number of messages of the demo between two further events.
 const SPACING_MESSAGES: usize = 60;
 
 /// Events of every kind that a recording holds.
@@ -95,7 +95,7 @@ fn reword(topic: &str, data: &[u8], texts: &mut Vec<String>) -> Option<Vec<u8>> 
     }
 }
 
-/// The demo with further events, as it is or with every text reworded, and its texts.
+/// The demo with further events, unchanged or with every text reworded, and its texts.
 fn recording(is_reworded: bool) -> (Vec<u8>, Vec<String>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/demo-commands.mcap");
     let demo = std::fs::read(path).unwrap();
@@ -139,12 +139,12 @@ fn recording(is_reworded: bool) -> (Vec<u8>, Vec<String>) {
 /// The facts every two seconds, the marks, and the figures of the whole recording.
 fn replayed(bytes: &[u8]) -> Vec<String> {
     let open = || index::read(Arc::new(bytes.to_vec()), Path::new("x.mcap")).unwrap();
-    let mut tape = open();
-    let first = CaptureState::new("radio", Arc::default(), &*tape);
+    let mut reader = open();
+    let first = CaptureState::new("radio", Arc::default(), &*reader);
     let mut marks = Vec::new();
     read_through(
         first,
-        &mut tape,
+        &mut reader,
         || true,
         |finding| {
             if let Finding::Marks(found) = finding {
@@ -158,10 +158,10 @@ fn replayed(bytes: &[u8]) -> Vec<String> {
     let (mut timeline, end) = read_whole(open());
     for s in (0..end.as_secs()).step_by(2) {
         timeline.seek(Moment::from_secs(s));
-        seen.push(told(timeline.facts()));
+        seen.push(text_of(timeline.facts()));
     }
     timeline.seek(end);
-    seen.push(told(timeline.facts()));
+    seen.push(text_of(timeline.facts()));
     let capture = || Capture::read("x.mcap", Box::new(Cursor::new(bytes.to_vec()))).unwrap();
     let info = Info::read(&mut capture());
     let (course, counters, problem) = Course::read(&mut capture());

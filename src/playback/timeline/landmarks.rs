@@ -6,11 +6,11 @@ use super::super::search::{Found, Search};
 use super::Timeline;
 use crate::event::Moment;
 
-/// How many times as many steps a jump searches the unread part at once.
+/// Factor of the steps for which a jump searches the unread part in one call.
 const SEARCH_FACTOR: usize = 4;
 
 impl<C: Cursor> Timeline<C> {
-    /// The first landmark of a kind after a moment. In the unread part at most `beyond` steps are taken at once;
+    /// The first landmark of a kind after a moment. In the unread part, at most `beyond` steps are taken in one call;
     /// [`Self::search`] continues.
     pub fn find_next(&mut self, landmark: Landmark, after: Moment, beyond: usize) -> Found {
         let found = self.find_next_read(landmark, after, beyond);
@@ -19,7 +19,7 @@ impl<C: Cursor> Timeline<C> {
         })
     }
 
-    /// The last landmark of a kind before a moment, likewise.
+    /// The last landmark of a kind before a moment; limited to `beyond` steps, as [`Self::find_next`].
     pub fn find_last(&mut self, landmark: Landmark, before: Moment, beyond: usize) -> Found {
         let found = self.find_last_read(landmark, before, beyond);
         let kept = self.frames.before(Moment::MAX);
@@ -55,9 +55,9 @@ impl<C: Cursor> Timeline<C> {
             Found::At(at) => return Found::At(at),
             Found::Nowhere => {
                 return match (search.back_to(), search.landmark()) {
-                    // Kept states know everything before them.
+                    // Keyframes contain the counts of all earlier landmarks.
                     (Some(kept_at), sought) => self.find_last_read(sought, kept_at, usize::MAX),
-                    // How long an alarm's cause has lasted is certain only after reading everything.
+                    // The duration of an alarm's cause is certain only after reading everything.
                     (None, Landmark::Alarm) => Found::NotYet,
                     (None, _) => Found::Nowhere,
                 };
@@ -66,7 +66,7 @@ impl<C: Cursor> Timeline<C> {
         Found::NotYet
     }
 
-    /// Whether a search of the unread part is under way.
+    /// Whether a search of the unread part is in progress.
     #[must_use]
     pub const fn is_searching(&self) -> bool {
         self.search.is_some()

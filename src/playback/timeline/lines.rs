@@ -7,7 +7,7 @@ use super::{READ_STEPS_MAX, STEPS_MAX, Timeline};
 use crate::event::Moment;
 
 impl<C: Cursor> Timeline<C> {
-    /// Shows the line after the newest one shown.
+    /// Shows the line after the newest displayed line.
     pub fn step_forward(&mut self) -> Found {
         let lines = self.facts().tally().lines;
         let mut cursor = self.shown.clone();
@@ -26,7 +26,7 @@ impl<C: Cursor> Timeline<C> {
         }
     }
 
-    /// Shows the line before the newest one shown.
+    /// Shows the line before the newest displayed line.
     pub fn step_back(&mut self) -> Found {
         if self.is_partial() {
             return self.step_back_by_time();
@@ -37,7 +37,7 @@ impl<C: Cursor> Timeline<C> {
         }
     }
 
-    /// Finds the line before by time, where its number is unknown.
+    /// Shows the previous line, found by time because its number is unknown.
     fn step_back_by_time(&mut self) -> Found {
         let Some(line_at) = self.facts().newest_line_at() else {
             return Found::Nowhere;
@@ -67,7 +67,7 @@ impl<C: Cursor> Timeline<C> {
         Found::At(at)
     }
 
-    /// Shows the line of a number, from 1. In the unread part at most `beyond` steps after the newest state are taken.
+    /// Shows the line with a number, from 1. In the unread part, at most `beyond` steps after the newest keyframe are taken.
     pub fn seek_line(&mut self, number: u64, beyond: usize) -> Found {
         let lines = |cursor: &C| cursor.facts().tally().lines;
         let place = self.frames.last_where(|frame| lines(frame) < number);
@@ -94,8 +94,8 @@ impl<C: Cursor> Timeline<C> {
         self.missed(&cursor)
     }
 
-    /// Shows the line of a number at its place in the unread part, estimated by the index; returns its moment, `None`
-    /// where there is no estimate.
+    /// Shows the line with a number at its estimated place in the unread part, from the index; returns its time, `None`
+    /// without an estimate.
     pub fn seek_about_line(&mut self, number: u64) -> Option<Moment> {
         let shortcuts = self.shortcuts?;
         let (from, before) = (shortcuts.about_line)(&mut self.source, number)?;

@@ -3,7 +3,7 @@ use std::os::unix::net::UnixListener;
 use super::*;
 use crate::io::link::{BAUD, Connection, LinkSpec};
 
-/// Other tasks, timers among them, have a turn after every few kilobytes.
+/// Other tasks and timers get a turn after every few kilobytes.
 #[tokio::test]
 async fn a_flood_leaves_turns_to_the_rest_of_the_runtime() {
     const STEPS: u64 = 20;

@@ -6,10 +6,10 @@ use std::time::SystemTime;
 use super::KeepOptions;
 use crate::capture::{CaptureError, Existing, Recorder, Session, files, interrupted, name};
 
-/// Maximum numbered names of recordings begun in one second.
+/// Maximum number of recordings with automatic names begun in one second.
 const NAMES_MAX: u32 = 100;
 
-/// Begins a recording; an interrupted one with its name is renamed.
+/// Begins a recording; renames an interrupted recording with the same name.
 pub(super) fn begin(
     options: &KeepOptions,
     path: &Path,
@@ -31,7 +31,7 @@ pub(super) fn begin(
     Recorder::start_rotating(path, existing, &session, options.rotation)
 }
 
-/// Begins a recording under an automatic name, with a number if another began in the same second.
+/// Begins a recording under an automatic name, with a number if another recording began in the same second.
 pub(super) fn begin_unnamed(
     options: &KeepOptions,
     path: &Path,

@@ -15,7 +15,7 @@ const BYTES_MAX: usize = 8 * 1024 * 1024;
 /// Memory of an observation without its data, bytes.
 const ENTRY_BYTES: usize = size_of::<(u64, Observation)>();
 
-/// Observations that are in no finished recording, with their times in nanoseconds since 1970.
+/// Observations that are not in a finished recording, with their times in nanoseconds since 1970.
 #[derive(Debug)]
 pub(super) struct History {
     entries: VecDeque<(u64, Observation)>,
@@ -32,7 +32,7 @@ impl History {
         }
     }
 
-    /// Adds an observation and forgets those that are too old.
+    /// Adds an observation, and drops those that are too old.
     pub(super) fn push(&mut self, at_ns: u64, observation: Observation) {
         if !self.join(at_ns, &observation) {
             self.bytes += bytes(&observation);
@@ -68,7 +68,7 @@ impl History {
         true
     }
 
-    /// Time of the oldest observation.
+    /// Time of the oldest observation, nanoseconds.
     pub(super) fn first_ns(&self) -> Option<u64> {
         self.entries.front().map(|(at_ns, _)| *at_ns)
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::capture::{Existing, Rotation};
 
-/// Length of the history that a recording begun from the dashboard starts with.
+/// Length of the history that a recording begun from the dashboard includes.
 pub const REMEMBERED: Duration = Duration::from_mins(10);
 
 /// The files to write, and the metadata of a recording.
@@ -18,7 +18,7 @@ pub struct KeepOptions {
     pub mcap: Option<PathBuf>,
     /// Whether the MCAP file has an automatic name, which gets a number if it is taken.
     pub is_unnamed: bool,
-    /// What to do with files that exist.
+    /// Treatment of existing files.
     pub existing: Existing,
     /// The link as the operator named it.
     pub link: String,
@@ -26,7 +26,7 @@ pub struct KeepOptions {
     pub notes: BTreeMap<String, String>,
     /// The active configuration, as text.
     pub configuration: String,
-    /// When a recording continues in another file.
+    /// Limits of one file; beyond them the recording continues in another file.
     pub rotation: Rotation,
     /// Length of the history.
     pub remembered: Duration,

@@ -1,4 +1,4 @@
-//! Recovers interrupted recordings beside the one under way.
+//! Recovers interrupted recordings in the folder of the current recording.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ impl Keeper {
             for path in interrupted::find_interrupted(&folder) {
                 let notice = match recover::recover(&path) {
                     Ok(recovery) => (recovery.level(), recovery.headline()),
-                    // Another program has begun to recover it.
+                    // Another program has begun to recover the recording.
                     Err(CaptureError::UnderWay(_)) => continue,
                     Err(error) => {
                         failed.push((path, error));
@@ -32,7 +32,7 @@ impl Keeper {
     }
 }
 
-/// One line about the recordings that could not be recovered. Every start reports them; the line says how to prevent
+/// One line about the recordings that could not be recovered. Every start reports them, so the line says how to prevent
 /// that.
 fn hopeless(failed: &[(PathBuf, CaptureError)]) -> Option<String> {
     let (path, error) = failed.first()?;

@@ -43,7 +43,7 @@ fn received(path: &Path) -> String {
     String::from_utf8(received).unwrap()
 }
 
-/// Removes the folder of a recording under way, and lets the recorder check it.
+/// Removes the folder of a current recording, and makes the recorder check its file.
 fn fail(keeper: &Keeper, folder: &Path, at: Instant) {
     fs::remove_dir_all(folder.join("first")).unwrap();
     let mut sink = keeper.sink();
@@ -148,7 +148,7 @@ fn a_moment_of_a_recording_counts_from_the_first_that_is_in_it() {
 }
 
 #[test]
-fn two_recordings_that_nobody_named_begin_in_one_second() {
+fn two_unnamed_recordings_begin_in_one_second() {
     let folder = tempfile::tempdir().unwrap();
     let options = KeepOptions {
         mcap: Some(folder.path().join("groundwave-20250314T092653Z.mcap")),
@@ -188,7 +188,7 @@ fn a_panic_leaves_a_finished_recording() {
     assert!(path.exists());
 }
 
-/// The event loop asks for the state while the raw text waits for its reader.
+/// The event loop requests the state while the raw text waits for its reader.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_stalled_raw_text_delays_neither_the_recording_nor_the_event_loop() {
@@ -215,7 +215,7 @@ fn a_stalled_raw_text_delays_neither_the_recording_nor_the_event_loop() {
     assert_eq!(received(&folder.path().join("a.mcap")), line);
 }
 
-/// STOP and drawing need the sinks and the status, which go on while the disk hangs.
+/// The sinks and the status, which STOP and drawing need, work while the disk hangs.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_hangs_delays_neither_the_link_nor_the_event_loop() {

@@ -63,7 +63,7 @@ impl Table {
 const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 
 #[test]
-fn each_is_told_the_steps_of_its_own_commands() {
+fn each_client_gets_the_steps_of_its_own_commands() {
     let mut table = Table::new();
     table.hear(FIRST, HELLO);
     table.hear(SECOND, HELLO);
@@ -119,7 +119,7 @@ fn clients_are_named_by_the_system_before_their_own_word() {
 }
 
 #[test]
-fn garbage_closes_the_client_with_a_reason_and_nobody_else() {
+fn garbage_closes_only_its_client_with_a_reason() {
     for garbage in [
         &b"GET / HTTP/1.1"[..],
         b"{\"id\":1,\"do\":\"scan\"}",
@@ -189,7 +189,7 @@ fn a_client_that_vanishes_leaves_its_command_until_its_time_is_over() {
 }
 
 #[test]
-fn time_over_is_told_with_what_was_heard() {
+fn a_timeout_is_reported_with_the_lines_received() {
     let mut table = Table::new();
     table.hear(FIRST, HELLO);
     table

@@ -5,14 +5,14 @@ use groundwave_protocol::telemetry::Outcome;
 
 const CALL: CallId = CallId(1);
 
-/// Calls that have received this payload at 1 s.
+/// Service calls after one call with this payload at 1 s.
 fn called(payload: &str) -> Calls {
     let mut calls = Calls::default();
     calls.handle_call(Duration::from_secs(1), CALL, payload.as_bytes());
     calls
 }
 
-/// The request to be started now.
+/// The request that the calls start now.
 fn start(calls: &mut Calls, command: u32) -> Request {
     let Some(CallOutput::Start(CALL, request)) = calls.poll_output() else {
         panic!("nothing to start: {calls:?}");

@@ -1,4 +1,4 @@
-//! Streams as a UART delivers them: noise, and a robot at another baud rate.
+//! Streams as received by a UART: noise, and a robot at another baud rate.
 
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -32,7 +32,7 @@ struct Wire {
 }
 
 impl Wire {
-    /// Lines leave three times a second, however fast the port is.
+    /// The wire of a robot that sends three lines per second, at any rate of the port.
     fn robot(baud: u32, ber: f64, rng: &mut TestRng) -> Self {
         let mut levels = Vec::new();
         for (n, line) in robot().chunks(80).enumerate() {
@@ -197,7 +197,7 @@ fn damaged_lines_are_no_wrong_rate() {
     }
 }
 
-/// Passes bytes in bunches, and the time; returns the reports.
+/// Passes bytes in groups, and the time; returns the reports.
 fn listen(
     listener: &mut Listener,
     from_s: u64,
@@ -228,7 +228,7 @@ fn open() -> Listener {
 }
 
 #[test]
-fn hours_of_silence_are_told_once_and_since_when() {
+fn hours_of_silence_are_reported_once_with_their_beginning() {
     let mut listener = open();
     assert_eq!(
         listener.take(Moment::from_secs(7), b"\n", true),
@@ -244,7 +244,7 @@ fn hours_of_silence_are_told_once_and_since_when() {
 }
 
 #[test]
-fn hours_of_noise_are_told_once_and_memory_stays() {
+fn hours_of_noise_are_reported_once_and_memory_stays() {
     let mut listener = open();
     let mut rng = rng(6);
     let noise = || {
@@ -283,7 +283,7 @@ fn a_line_in_five_seconds_is_reception() {
     }
 }
 
-/// Damaged text may look like a wrong rate; a rate that was right counts as right for a while.
+/// Damaged text may look like a wrong rate. Therefore a rate that was right counts as right for a minute.
 #[test]
 fn a_rate_that_was_right_is_trusted_for_a_minute() {
     let mut listener = open();
@@ -294,7 +294,7 @@ fn a_rate_that_was_right_is_trusted_for_a_minute() {
     assert_eq!(told, [(5, Reception::Damaged), (60, wrong)]);
 }
 
-/// `cargo test --lib looks -- --ignored --nocapture` prints the table that the thresholds are from.
+/// Prints the table from which the thresholds were chosen: `cargo test --lib looks -- --ignored --nocapture`.
 #[test]
 #[ignore = "prints a table"]
 fn looks_of_everything() {

@@ -18,7 +18,7 @@ pub(super) const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 pub(super) struct State {
     pub(super) name: &'static str,
     pub(super) make: fn(Config) -> Scene,
-    /// Texts in each snapshot of it.
+    /// Texts that each snapshot of the state contains.
     facts: &'static [&'static str],
 }
 
@@ -310,9 +310,9 @@ pub(super) const STATES: &[State] = &[
         },
         facts: &[
             "why, at 00:15",
-            "beaten    sonar, prowl",
-            "wheels ordered -6 -6",
-            "edge not fitted",
+            "suppressed  sonar, prowl",
+            "wheels requested -6 -6",
+            "no edge sensors",
         ],
     },
     State {
@@ -328,7 +328,7 @@ pub(super) const STATES: &[State] = &[
             "runs in runs",
             "2026-11-19 19:02",
             "evening.mcap",
-            "VOID",
+            "(void: the cat)",
             "Enter replay",
             "c compare",
         ],
@@ -376,7 +376,7 @@ fn busy(config: Config) -> Scene {
     scene
 }
 
-/// The scene with a chosen panel, after the news of that.
+/// The scene with a chosen panel, after the message about it has expired.
 fn chosen(mut scene: Scene, key: u8) -> Scene {
     if key > 2 {
         scene.press(&[KeyCode::F(key)]);

@@ -1,6 +1,7 @@
 //! Facts that must show on a small screen.
 
 use super::*;
+use crate::request::dashboard_commands;
 
 #[test]
 fn a_cut_text_ends_with_a_mark() {
@@ -99,6 +100,27 @@ fn a_receive_only_link_offers_no_commands() {
         }
         scene.press(&[KeyCode::Esc]);
     }
+    scene.type_text("?");
+    let help = screen(&scene, 80, 24);
+    for word in ["STOP", "modes", "driving", "drive by hand", "origin"] {
+        assert!(!help.contains(word), "{word} in\n{help}");
+    }
+    row(&help, "type a command");
+    row(&help, "typing");
+    scene.press(&[KeyCode::Esc]);
+    scene.ctrl('p');
+    for (typed, is_offered) in [
+        ("drive by hand", false),
+        ("failsafe", false),
+        ("runs", true),
+    ] {
+        scene.type_text(typed);
+        let found = screen(&scene, 80, 24);
+        let is_best = !found.contains("No match") && !found.contains("no match");
+        assert_eq!(is_best, is_offered, "{typed} in\n{found}");
+        scene.ctrl('u');
+    }
+    scene.press(&[KeyCode::Esc]);
     scene.command(
         1,
         Request::Stop,
@@ -183,7 +205,7 @@ fn a_wide_name_is_cut_with_a_mark() {
     scene.type_text(":runs");
     scene.press(&[KeyCode::Enter]);
     let mut list = (*listed()).clone();
-    list.runs[0].name = Some("漢字".repeat(60));
+    list.runs[0].capture = "漢字".repeat(60);
     scene.event(Event::Runs(Ok(list.into())));
     let shown = screen(&scene, 100, 30);
     let run = row(&shown, "漢");
@@ -265,7 +287,7 @@ fn every_row_of_the_sensors_is_reachable() {
     scene.press(&[KeyCode::PageDown]);
     let second = screen(&scene, 80, 24);
     insta::assert_snapshot!("sensors_second_page", second);
-    row(&second, "drive    ok   edge not fitted");
+    row(&second, "drive    ok   no edge sensors");
     row(&second, "arm      not fitted");
     row(&second, "robot    id 7, up 1 m 00 s, bumps 2");
     scene.press(&[KeyCode::PageDown]);
@@ -361,7 +383,7 @@ fn a_failed_recording_is_not_shown_as_recorded() {
     }));
     scene.wait_ms(6_000);
     let screen = screen(&scene, 120, 40);
-    row(&screen, "R records on");
+    row(&screen, "press R; until then");
     row(&screen, "groundwave recover f.mcap");
     assert!(!screen.contains("recorded in"), "{screen}");
 }
@@ -473,12 +495,57 @@ fn protections_and_lights_have_fixed_places_that_nothing_covers() {
 #[test]
 fn the_name_of_a_capture_has_the_room_there_is() {
     let mut scene = flight(demo());
-    let name = "replay of captures/a-long-drive-through-the-house.mcap";
+    let name = "captures/a-long-drive-through-the-house.mcap";
     scene.event(Event::Link(LinkEvent::Opened {
-        name: name.to_owned(),
+        name: format!("replay of {name}"),
         can_send: false,
     }));
-    row(&screen(&scene, 200, 60), name);
+    row(&screen(&scene, 200, 60), &format!("● {name}  "));
+}
+
+/// A recording named by its time is told from others by the whole name.
+#[test]
+fn the_name_of_a_replayed_recording_is_whole_at_80_columns() {
+    let name = "groundwave-20261124T101050Z.mcap";
+    let mut scene = flight(demo());
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: format!("replay of evenings/{name}"),
+        can_send: false,
+    }));
+    scene.hear();
+    scene.show_moment(Some(time::playback(&scene, false)));
+    let screen = screen(&scene, 80, 24);
+    let status = row(&screen, name);
+    assert!(status.starts_with(&format!("● {name}  ")), "{status}");
+    assert!(!status.contains(".."), "{status}");
+}
+
+/// What is too long for a row is left out or wrapped, not cut.
+#[test]
+fn sensors_and_commands_are_not_cut() {
+    let mut scene = flight(demo());
+    scene.state.bump = Bump::LeftCenter;
+    scene.hear();
+    scene.state.bump = Bump::None;
+    scene.hear();
+    scene.wait_ms(500);
+    let layers = [Layer::Infrared, Layer::Sonar, Layer::Photo];
+    let layers = layers.into_iter().fold(LayerMask::NONE, LayerMask::with);
+    scene.ask(9, Request::Disable(layers));
+    for (width, height) in [(80, 24), (100, 30), (120, 40)] {
+        scene.hear();
+        let screen = screen(&scene, width, height);
+        let bumper = row(&screen, "bumper   free");
+        assert!(bumper.contains("left and centre"), "{bumper}");
+        assert!(!bumper.contains('…'), "{bumper}");
+        if height > 24 {
+            let robot = row(&screen, "robot    id");
+            assert!(!robot.contains('…'), "{robot}");
+        }
+        if height == 40 {
+            row(&screen, "9 disable infrared,sonar,photo");
+        }
+    }
 }
 
 #[test]
@@ -523,4 +590,81 @@ fn the_menu_of_modes_names_every_mode_on_the_smallest_screen() {
         assert!(footer.contains(mode), "{mode}: {footer}");
     }
     row(&screen, "choose a mode");
+}
+
+/// A replay has nothing to record, and its palette says what a command does.
+#[test]
+fn a_replay_offers_no_recording() {
+    let mut scene = time::flight_at(demo(), |scene| time::playback(scene, false));
+    scene.press(&[KeyCode::F(7)]);
+    let link = screen(&scene, 120, 40);
+    assert!(!link.lines().last().unwrap().contains("R record"), "{link}");
+    scene.type_text("?");
+    let help = screen(&scene, 120, 40);
+    assert!(!help.contains("stop recording"), "{help}");
+    scene.press(&[KeyCode::Esc]);
+    scene.ctrl('p');
+    scene.type_text("replay");
+    row(
+        &screen(&scene, 80, 24),
+        "▶ :runs: list runs; Enter replays one",
+    );
+}
+
+/// Every alarm tells at 80 columns what to do, beside another alarm.
+#[test]
+fn an_alarm_tells_what_to_do_at_80_columns() {
+    let mut scene = flight(demo());
+    scene.state.power = groundwave_protocol::status_codes::Power::Critical;
+    for _ in 0..4 {
+        scene.hear();
+        scene.hear_status();
+    }
+    assert!(scene.calling() > 1);
+    let screen = screen(&scene, 80, 24);
+    let strip = row(
+        &screen,
+        "BATTERY CRITICAL 12.4 V. Switch it off, or charge it",
+    );
+    assert!(strip.contains("+1 more"), "{strip}");
+    assert!(!screen.contains('…'), "{screen}");
+}
+
+/// Recordings have long names that differ at their ends.
+#[test]
+fn runs_are_told_apart_at_80_columns() {
+    let mut list = listed().as_ref().clone();
+    let names = [
+        "groundwave-20261124T101050Z.mcap",
+        "groundwave-20261124T103940Z.mcap",
+    ];
+    for (run, name) in list.runs.iter_mut().zip(names) {
+        run.capture = format!("runs/{name}");
+    }
+    let mut scene = flight(demo());
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    scene.event(Event::Runs(Ok(std::sync::Arc::new(list))));
+    let screen = screen(&scene, 80, 24);
+    for name in names {
+        let run = row(&screen, &format!("200.0 in  {name} "));
+        assert!(!run.contains('…'), "{run}");
+    }
+    let chosen = format!("│ {}  (void: the cat): closing error 12.0 in,", names[1]);
+    row(&screen, &chosen);
+    row(&screen, "│ bumps 2, loss 0.0 %");
+}
+
+#[test]
+fn completions_are_whole_words() {
+    let mut scene = flight(demo());
+    scene.type_text(":");
+    scene.press(&[KeyCode::Tab]);
+    let screen = screen(&scene, 80, 24);
+    let words = row(&screen, "stop  mode  ").trim_end();
+    let words = words.strip_suffix("  …").expect("there are more");
+    let known: Vec<&str> = Request::commands().chain(dashboard_commands()).collect();
+    for word in words.split("  ") {
+        assert!(known.contains(&word), "{word} in {words}");
+    }
 }

@@ -49,7 +49,7 @@ fn commands_of_the_route_editor_run_in_it() {
     row(&screen(&scene, 80, 24), "save as: ▏");
 }
 
-/// Other matches are offered and need a choice.
+/// Other matches are shown, but the operator must choose one.
 #[test]
 fn only_a_match_at_the_start_is_preselected() {
     for typed in ["lysonar", "ound"] {

@@ -86,7 +86,7 @@ fn an_alarm_shows_on_every_screen_until_acknowledged() {
     scene.type_text("z");
     let large = screen(&scene, 80, 24);
     insta::assert_snapshot!("alarms_enlarged", large);
-    row(&large, "Call it home (m h) and charge it");
+    row(&large, "Send it home (m h) and charge it");
     row(&large, "· battery critical");
     row(&large, "(limit 11.2 V)");
     scene.type_text("A");
@@ -137,7 +137,7 @@ fn a_wide_status_row_has_a_running_clock() {
             .contains(&clock)
     };
     assert!(clock(&scene, 120) && !clock(&scene, 80));
-    // On a silent link too, at the very second.
+    // Also on a silent link, at exactly this second.
     scene.wait_ms(200_000);
     for _ in 0..10 {
         let at = scene.redraw_at().unwrap();
@@ -242,13 +242,13 @@ fn plots_have_gaps_in_silence() {
     assert!(screen(&ascii, 80, 24).is_ascii());
 }
 
-/// As `info` lists them: from the last line to the next, and while one lasts to the present.
+/// Plots shade outages as `info` lists them: from the last line to the next one, or to now while an outage lasts.
 #[test]
 fn outages_are_shaded_in_plots() {
     let mut scene = flight(mono());
     scene.press(&[KeyCode::F(4)]);
     scene.type_text("z");
-    // The limits of an alarm are drawn the same, in rows of their own.
+    // The limits of an alarm are drawn the same way, in separate rows.
     let shaded = |scene: &Scene| {
         let shown = screen(scene, 120, 40);
         let row = row(&shown, "wheels in/s").to_owned();
@@ -392,14 +392,14 @@ fn the_why_window_is_about_the_shown_moment() {
         &narrow,
         "BUMPERS hold the motors, for <1 s: right bumper hit; backs off",
     );
-    row(&narrow, "beaten    sonar, prowl");
-    row(&narrow, "wheels ordered -6 -6, measured -5 -6 in/s");
-    row(&narrow, "command   disable sonar, <1 s ago: queued");
+    row(&narrow, "suppressed  sonar, prowl");
+    row(&narrow, "wheels requested -6 -6, measured -5 -6 in/s");
+    row(&narrow, "command     disable sonar, <1 s ago: queued");
     row(&narrow, "right bumper hit at (79, 39)");
     scene.wait_ms(60_000);
     row(
         &screen(&scene, 80, 24),
-        "old       ◌ by its last line, 1 m 00 s ago",
+        "old         ◌ by its last line, 1 m 00 s ago",
     );
     let mut ascii = flight(mono());
     ascii.type_text("y");

@@ -59,7 +59,7 @@ fn a_click_chooses_a_panel_and_the_wheel_zooms_the_map() {
     scene.event(Event::Pointer { on: map, gesture });
     let closer_in = width_in(&scene);
     assert!(closer_in < before_in * 0.8, "{before_in} {closer_in}");
-    // Windows let no click through.
+    // Clicks do not pass through windows.
     scene.type_text("?");
     scene.event(Event::Pointer { on: map, gesture });
     assert!((width_in(&scene) - closer_in).abs() < 1e-9);
@@ -80,7 +80,7 @@ fn in_the_route_editor_a_click_chooses_a_waypoint_or_a_place_for_one() {
             let gesture = Gesture::Click;
             scene.event(Event::Pointer { on, gesture });
         };
-        // Two on the map; the cursor marks the chosen one.
+        // Two waypoints on the map; the cursor marks the chosen one.
         let places = [Position::new(12, 9), Position::new(20, 13)];
         for place in places {
             click(&mut scene, place);

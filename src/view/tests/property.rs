@@ -77,7 +77,7 @@ proptest! {
     }
 }
 
-/// The cost of a frame as counts: dots drawn, and entries kept.
+/// The cost of a frame as counts: number of dots drawn, and of entries kept.
 fn cost(scene: &Scene) -> (u64, usize) {
     use super::super::raster::DRAWN;
     DRAWN.set(0);

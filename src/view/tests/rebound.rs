@@ -1,4 +1,4 @@
-//! Rebound keys: texts name the chosen keys only.
+//! Rebound keys: texts name only the chosen keys.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -212,7 +212,7 @@ const MORE: &[(&str, Make, &str)] = &[
     (
         "alarms",
         low,
-        "Call it home (<modes/mode-go-home>) and charge it",
+        "Send it home (<modes/mode-go-home>) and charge it",
     ),
     ("more than a page", low, "<turn-page-less> 1/2"),
 ];

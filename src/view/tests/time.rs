@@ -12,7 +12,7 @@ pub(super) fn playback(scene: &Scene, is_live: bool) -> Playback {
         from: Moment::ZERO,
         until: scene.now + Moment::from_secs(125),
         unix: Some(Moment::from_secs(1_795_294_008)),
-        packet: Some(57),
+        line: Some(57),
         read_until: None,
         is_partial: false,
         is_looking: false,
@@ -122,7 +122,7 @@ fn a_replay_while_reading_at_120_by_40() {
     let scene = flight_at(Config::default(), |scene| Playback {
         read_until: Some(scene.now / 2),
         is_partial: true,
-        packet: None,
+        line: None,
         ..playback(scene, false)
     });
     let screen = screen(&scene, 120, 40);

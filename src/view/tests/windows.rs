@@ -100,7 +100,7 @@ fn every_window_is_tried() {
     }
 }
 
-/// A key without a place of its own in the footer is an alias of the one before it in the table, as `h j k l` of the arrows.
+/// A key without its own place in the footer is an alias of the previous key in the table, such as `h j k l` for the arrows.
 #[test]
 fn under_a_window_only_stop_and_shown_keys_reach_the_robot() {
     for (context, typed) in windows() {

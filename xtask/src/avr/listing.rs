@@ -8,15 +8,15 @@ pub(super) type Program = BTreeMap<u32, Instruction>;
 pub(super) struct Instruction {
     pub(super) mnemonic: String,
     pub(super) operands: Vec<String>,
-    /// Address of the instruction that follows in memory.
+    /// Address of the next instruction in memory.
     pub(super) next: u32,
-    /// Address that it branches, jumps or calls to.
+    /// Address to which the instruction branches, jumps or calls.
     pub(super) target: Option<u32>,
-    /// Name of the function that it is in.
+    /// Name of the function that contains the instruction.
     pub(super) function: String,
 }
 
-/// Reads a listing: lines `address:<tab>bytes<tab>mnemonic<tab>operands<tab>; comment` below `address <function>:`.
+/// Parses a listing: lines `address:<tab>bytes<tab>mnemonic<tab>operands<tab>; comment` below `address <function>:`.
 pub(super) fn parse(listing: &str) -> Program {
     let mut program = Program::new();
     let mut function = String::new();

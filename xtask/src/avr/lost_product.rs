@@ -45,7 +45,7 @@ pub(super) fn find(program: &Program) -> Found {
     found
 }
 
-/// Address of a reading of `r0` that gets the status register instead of a product.
+/// Address of an instruction that reads `r0` and gets the status register instead of a product.
 fn first_wrong_read(program: &Program, begin: u32) -> Option<u32> {
     let mut seen = BTreeSet::new();
     let mut paths = vec![(begin, false)];
@@ -74,7 +74,7 @@ impl Instruction {
         self.mnemonic == mnemonic && self.operands == operands
     }
 
-    /// Whether it writes its first operand without reading it.
+    /// Whether the instruction writes its first operand without reading it.
     fn only_writes_first(&self) -> bool {
         let loads = [
             "mov", "movw", "ldd", "ld", "lds", "ldi", "in", "pop", "lpm", "elpm",

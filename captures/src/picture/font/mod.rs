@@ -1,11 +1,11 @@
-//! The font of the pictures: outlines of letters, which SVG and PNG draw alike, and their measures.
+//! The font of the pictures: outlines and widths of letters. SVG and PNG draw the same outlines.
 
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 /// A subset of Inter: Latin, Greek and Cyrillic letters.
 const INTER: &[u8] = include_bytes!("inter.ttf");
 
-/// A piece of an outline, in font units, y up.
+/// A segment of an outline, in font units, y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Piece {
     Move(f32, f32),
@@ -31,7 +31,7 @@ impl Font {
         f32::from(self.face.units_per_em())
     }
 
-    /// The glyphs of a text and the place of each, font units; unknown letters become boxes.
+    /// The glyphs of a text, and the position of each in font units; unknown letters become boxes.
     pub(super) fn glyphs(&self, text: &str) -> Vec<(u16, f32)> {
         let mut at = 0.0;
         text.chars()
@@ -45,7 +45,7 @@ impl Font {
             .collect()
     }
 
-    /// Width of a text with letters of a size, in the unit of the size.
+    /// Width of a text at a font size, in the unit of the size.
     pub(super) fn width(&self, text: &str, size: f32) -> f32 {
         let advance = |letter| {
             let id = self.face.glyph_index(letter).unwrap_or(GlyphId(0));
@@ -61,7 +61,7 @@ impl Font {
         outline.0
     }
 
-    /// A text that fits into a width: as it is, or with its middle left out.
+    /// A text that fits into a width: unchanged, or without its middle.
     pub(super) fn fit(&self, text: &str, size: f32, width: f32) -> String {
         if self.width(text, size) <= width {
             return text.to_owned();
@@ -78,7 +78,7 @@ impl Font {
             .unwrap_or_default()
     }
 
-    /// A text in lines that fit into a width.
+    /// A text split into lines that fit into a width.
     pub(super) fn wrap(&self, text: &str, size: f32, width: f32) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
         for word in text.split_whitespace() {

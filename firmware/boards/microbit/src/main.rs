@@ -65,10 +65,10 @@ const WRITE: usize = 0x05;
 const READ: usize = 0x06;
 const EXIT: usize = 0x18;
 
-/// Reason of [`EXIT`] for a program that has ended as intended.
+/// Reason for [`EXIT`] for a program that has ended as intended.
 const APPLICATION_EXIT: usize = 0x2_0026;
 
-/// Reason of [`EXIT`] after a fault.
+/// Reason for [`EXIT`] after a fault.
 const INTERNAL_ERROR: usize = 0x2_0024;
 
 /// Modes of [`OPEN`]: read and write in binary.

@@ -1,7 +1,7 @@
 //! Repeats recorded calls of the robot's program on an emulated `ATmega2560`.
 //!
 //! The emulator feeds the calls through one general-purpose register and takes the results from another. No pin and no
-//! interrupt is used: each difference from the host is the compiler's.
+//! interrupt is used, so each difference from the host is a fault of the compiler.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

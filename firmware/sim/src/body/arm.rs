@@ -2,7 +2,7 @@
 
 use crate::time::TICK_MS;
 
-/// Travel time of the servo from one end to the other.
+/// Travel time of the servo from one end to the other, milliseconds.
 const TRAVEL_MS: f64 = 500.0;
 /// Height of the switch on the arm's top, stowed and raised.
 const STOWED_IN: f64 = 8.0;

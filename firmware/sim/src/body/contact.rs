@@ -5,9 +5,9 @@ use crate::scene::Near;
 use crate::world::Material;
 use sr04_firmware::board::Switches;
 
-/// Travel of the bumper.
+/// Travel of the bumper, inches.
 pub(crate) const BUMPER_TRAVEL_IN: f64 = 0.25;
-/// Travel at which a switch closes.
+/// Travel at which a switch closes, inches.
 const BUMPER_CLOSES_IN: f64 = 0.1;
 /// The bumper yields fully up to the first angle to either side, and not at all from the second on.
 const BUMPER_FULL_DEG: f64 = 70.0;
@@ -26,9 +26,9 @@ pub(crate) struct Touch {
     /// The same direction in the body's axes: ahead and right.
     pub(crate) ahead: f64,
     pub(crate) right: f64,
-    /// Depth of the solid inside the uncompressed outline.
+    /// Depth of the solid inside the uncompressed outline, inches.
     pub(crate) depth_in: f64,
-    /// Depth at which the chassis stops it.
+    /// Depth at which the chassis stops it, inches.
     pub(crate) travel_in: f64,
     bearing_deg: f64,
     /// Impulses of the current step, along and across the direction.

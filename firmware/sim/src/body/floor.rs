@@ -10,7 +10,7 @@ const SILL_SHARE: f64 = 0.2;
 const CARPET_SHARE: f64 = 0.06;
 /// Share of the distance that wheels lose on a carpet.
 const CARPET_CREEP: f64 = 0.02;
-/// In in/s^2.
+/// Gravity, in/s^2.
 pub(super) const GRAVITY: f64 = 9.81 * IN_PER_M;
 
 /// Effect of the floor below both wheels and the centre.

@@ -13,13 +13,13 @@ use crate::world::Snag;
 const CATCH_ANGLES_DEG: [f64; 5] = [0.0, -30.0, 30.0, -60.0, 60.0];
 /// Distance below the bumper's edge within which an object catches.
 const REACH_IN: f64 = 0.3;
-/// Minimum forward speed at which an object catches.
+/// Minimum forward speed at which an object catches, in/s.
 const AHEAD_IN_S: f64 = 0.5;
 /// Bumper movement that frees the object: minimum, and range above it.
 const WORK_IN: (f64, f64) = (10.0, 20.0);
-/// Movement that one reversal of the drive or the turn counts as.
+/// Movement that one reversal of the drive or the turn counts as, inches.
 const JERK_IN: f64 = 3.0;
-/// Minimum speed that has a direction.
+/// Minimum speed that has a direction, in/s.
 const STILL_IN_S: f64 = 0.5;
 
 /// Speeds of the body: forward, and of the bumper around the centre, clockwise.

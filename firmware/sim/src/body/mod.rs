@@ -29,7 +29,7 @@ const STEP_S: f64 = 0.001;
 const MASS_KG: f64 = 4.5;
 /// Moment of inertia of a disc, in kg in^2.
 const INERTIA: f64 = 0.5 * MASS_KG * RADIUS_IN * RADIUS_IN;
-/// Half of the nominal track.
+/// Half of the nominal track, inches.
 const HALF_TRACK_IN: f64 = 5.0;
 /// Weight on each wheel (the caster carries the rest) times the friction of rubber, in kg in/s^2.
 const TRACTION: f64 = MASS_KG * 9.81 * IN_PER_M * 0.38 * 0.7;
@@ -39,14 +39,14 @@ const RUBBING: f64 = 0.2;
 const BUMPER_STIFFNESS: f64 = 15.0 * IN_PER_M;
 /// Solver passes while there are contacts.
 const PASSES: u32 = 8;
-/// Gap that still counts as a contact.
+/// Gap that still counts as a contact, inches.
 const SKIN_IN: f64 = 0.02;
-/// Maximum measured clearance.
+/// Maximum measured clearance, inches.
 const CLEARANCE_MAX_IN: f64 = 36.0;
 /// Maximum overlap beyond the bumper's travel.
 const OVERLAP_MAX_IN: f64 = 0.05;
 
-/// Distance of the caster behind the centre.
+/// Distance of the caster behind the centre, inches.
 const TAIL_IN: f64 = 5.0;
 
 /// Speeds below these count as standing.
@@ -91,7 +91,7 @@ impl Default for Conditions {
 pub(crate) struct Body {
     pub(crate) center: Vec2,
     pub(crate) theta_rad: f64,
-    /// Speed forward, to the right, and clockwise.
+    /// Speed forward, to the right, and clockwise, in/s.
     ahead_in_s: f64,
     right_in_s: f64,
     turn_rad_s: f64,
@@ -100,14 +100,14 @@ pub(crate) struct Body {
     battery: Battery,
     friction: f64,
     half_track_in: f64,
-    /// Distance that the body may move before it can touch a fixed obstacle.
+    /// Distance that the body may move before it can touch a fixed obstacle, inches.
     free_in: f64,
     /// Last measured centre, and the clearance to fixed obstacles there.
     measured: (Vec2, f64),
     touches: Vec<Touch>,
     has_fallen: bool,
     floor: FloorEffect,
-    /// Distance driven.
+    /// Distance driven, inches.
     pub(crate) path_in: f64,
 }
 
@@ -372,7 +372,7 @@ impl Body {
         self.free_in = clear - RADIUS_IN - SKIN_IN;
     }
 
-    /// A distance around the centre that is certainly free of fixed obstacles.
+    /// A distance around the centre that is certainly free of fixed obstacles, inches.
     pub(crate) fn clearance_in(&self) -> f64 {
         let (center, clear) = self.measured;
         clear - center.distance(self.center)
@@ -412,7 +412,7 @@ impl Body {
         self.has_fallen
     }
 
-    /// Speed over the floor, negative backward.
+    /// Speed over the floor, negative backward, in/s.
     pub(crate) const fn speed_in_s(&self) -> f64 {
         self.ahead_in_s
     }

@@ -8,7 +8,7 @@ const RESISTANCE_OHM: f64 = 8.0;
 pub(crate) const BRIDGE_DROP_V: f64 = 1.8;
 /// Share of the torque that the gears transmit.
 const GEAR_EFFICIENCY: f64 = 0.65;
-/// Inches per metre; also kg in/s^2 per newton.
+/// Number of inches per metre; also kg in/s^2 per newton.
 pub(crate) const IN_PER_M: f64 = 39.370_078_740_157_48;
 /// Rim force per ampere: the motor constant, which back EMF also fixes, less the gear losses.
 const FORCE_PER_A: f64 = IN_PER_M * IN_PER_M / IN_S_PER_V * GEAR_EFFICIENCY;
@@ -16,13 +16,13 @@ const FORCE_PER_A: f64 = IN_PER_M * IN_PER_M / IN_S_PER_V * GEAR_EFFICIENCY;
 pub(crate) const ROTOR_KG: f64 = 3.0;
 /// Encoder edges per turn of the wheel.
 const EDGES_PER_TURN: f64 = 251.0;
-/// Nominal wheel diameter.
+/// Nominal wheel diameter, inches.
 const WHEEL_IN: f64 = 5.0;
 
 /// The motor, wheel and encoder of one side.
 #[derive(Clone, Debug)]
 pub(crate) struct Motor {
-    /// Rim speed.
+    /// Rim speed, in/s.
     pub(crate) speed_in_s: f64,
     /// Current through the winding.
     pub(crate) current_a: f64,

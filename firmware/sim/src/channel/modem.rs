@@ -21,7 +21,7 @@ const BUFFER_BYTES: usize = 512;
 
 /// Properties of a type of module.
 struct Preset {
-    /// Pause that ends a packet.
+    /// Pause that ends a packet, milliseconds.
     gap_ms: u64,
     packet_bytes: usize,
     /// Preamble, addresses and checksum of each packet on the air.
@@ -29,7 +29,7 @@ struct Preset {
     air_bits_per_s: usize,
     /// Time from the end of a packet on the air to its first byte at the output.
     latency_ms: u64,
-    /// Whether it waits for a free channel.
+    /// Whether the module waits for a free channel.
     senses_carrier: bool,
     /// Maximum number of transmissions of a packet.
     tries: u8,
@@ -58,7 +58,7 @@ const fn preset(modem: Modem) -> Preset {
     }
 }
 
-/// Maximum wait before a module checks the channel again.
+/// Maximum wait before a module checks the channel again, milliseconds.
 const BACKOFF_MAX_MS: u32 = 3;
 
 #[derive(Debug)]

@@ -66,7 +66,7 @@ impl Modem {
     }
 }
 
-/// Why a channel specification is invalid.
+/// Reason why a channel specification is invalid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("channel option `{option}`: {problem}")]
 pub struct ChannelSpecError {
@@ -181,7 +181,7 @@ fn share(value: &str, most: f64, example: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("give a share from 0 to {most}, like {example}"))
 }
 
-/// Milliseconds of a time like `0.5s` or `80ms`, at most a year.
+/// Parses a time such as `0.5s` or `80ms`, at most a year; returns milliseconds.
 fn time_ms(text: &str) -> Option<u64> {
     let (number, unit_ms) = match text.strip_suffix("ms") {
         Some(number) => (number, 1.0),

@@ -6,7 +6,7 @@ use super::noise::Noise;
 use super::spec::{ChannelSpec, Squelch};
 use crate::rng::Rng;
 
-/// Start bit, eight data bits, stop bit.
+/// Number of bits per byte: start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: u64 = 10;
 
 /// Maximum number of received bytes that wait to be polled; the oldest are dropped first.
@@ -56,23 +56,23 @@ impl Receiver {
     }
 }
 
-/// How a receiver hears the transmitter during a byte time.
+/// Input of a receiver from the transmitter during a byte time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Hearing {
-    /// Completely.
+    /// The complete signal.
     Line,
-    /// Not at all, because it transmits itself.
+    /// Nothing, because it transmits itself.
     Deaf,
-    /// Not at all, because of an outage.
+    /// Nothing, because of an outage.
     Out,
 }
 
-/// One direction.
+/// One direction of the radio.
 #[derive(Debug)]
 pub(super) struct Wire {
     noise: Noise,
     squelch: Squelch,
-    /// With open squelch, the byte being sent and the one before. The carrier rises a byte time before the first byte
+    /// With open squelch, the byte being sent and the previous one. The carrier rises a byte time before the first byte
     /// and falls a byte time after the last, so every byte is one byte time late.
     keyed: [Option<u8>; 2],
     rng: Rng,
@@ -182,7 +182,7 @@ impl Wire {
         Some(byte)
     }
 
-    /// Number of bytes that have not been polled, those still delayed included.
+    /// Number of bytes that have not been polled, including delayed ones.
     pub(super) fn in_flight(&self) -> usize {
         self.arriving.len()
     }

@@ -2,11 +2,11 @@
 
 use super::{Cells, House, pick};
 
-/// Cells between pieces of furniture: 18 inches, so that the robot can pass.
+/// Number of cells between pieces of furniture: 18 inches, so that the robot can pass.
 const GAP: usize = 3;
 
 impl House {
-    /// Cells kept free around a piece.
+    /// Number of cells kept free around a piece.
     const fn gap(&self) -> usize {
         if self.is_crowded { 0 } else { GAP }
     }

@@ -8,9 +8,9 @@ use crate::rng::{Rng, Stream};
 use crate::world::World;
 
 const CELL_IN: usize = 6;
-/// Cells kept free on either side of a doorway.
+/// Number of cells kept free on either side of a doorway.
 const APPROACH: usize = 6;
-/// Cells kept free on either side of a doorway of a crowded house: half as much.
+/// Number of cells kept free on either side of a doorway of a crowded house: half as much.
 const APPROACH_CROWDED: usize = 3;
 /// Minimum share of a crowded house's floor that the robot can reach.
 const REACH_LEAST: f64 = 0.9;

@@ -8,7 +8,7 @@ use crate::rng::Rng;
 use crate::scene::Scene;
 use crate::world::Dock;
 
-/// Reach of the beam, and its random spread as a share.
+/// Reach of the beam, and its random spread as a share, inches.
 const REACH_IN: f64 = 132.0;
 const REACH_SPREAD: f64 = 0.02;
 /// Distance of the beam's slot behind the dock's front, and half of the beam's width.

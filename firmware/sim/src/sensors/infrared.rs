@@ -8,7 +8,7 @@ use crate::scene::Scene;
 const MOUNT_DEG: f64 = 45.0;
 const RIGHT_IN: f64 = 3.5;
 const AHEAD_IN: f64 = 3.5;
-/// Maximum distance at which a white wall facing a detector is seen.
+/// Maximum distance at which a white wall facing a detector is seen, inches.
 const REACH_IN: f64 = 30.0;
 /// Reflectivity of a white wall.
 const WHITE: f64 = 0.8;
@@ -17,7 +17,7 @@ const LOBE_DEG: f64 = 55.0;
 const RAYS: u32 = 9;
 /// Random spread of a single sample's strength.
 const NOISE: f64 = 0.1;
-/// Movement, or samples while something else moves, after which the strengths are measured again.
+/// Movement, or samples while something else moves, after which the strengths are measured again, inches.
 const MOVED_IN: f64 = 0.25;
 const TURNED_RAD: f64 = 0.025;
 const STALE_SAMPLES: u32 = 25;

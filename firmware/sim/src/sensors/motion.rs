@@ -17,7 +17,7 @@ const MOUNT_DEG: f64 = 25.0;
 const HALF_FIELD_DEG: f64 = 40.0;
 /// Reach as a multiple of a body's radius: a person at 20 ft, a cat at 12 ft.
 const REACH_RADII: f64 = 40.0;
-/// Sweep that makes a detector fire, about one zone, and its random spread.
+/// Sweep that makes a detector fire, about one zone, and its random spread, degrees.
 const ZONE_DEG: f64 = 4.0;
 const ZONE_SPREAD: f64 = 0.15;
 /// Share of the sweep kept after a tick: a body must cross a zone within about a second.
@@ -71,7 +71,7 @@ impl MotionDetectors {
         self.right.step(right_deg, alarm, rng);
     }
 
-    /// Degrees that warm bodies have swept through each field since the last tick.
+    /// Angle that warm bodies have swept through each field since the last tick, degrees.
     fn sweeps(&mut self, scene: &Scene, view: View) -> (f64, f64) {
         let eye = view.point(0.0, -ARM_BEHIND_IN);
         let is_new = self.bearings_deg.len() != scene.walkers.len();

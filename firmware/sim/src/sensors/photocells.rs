@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use crate::world::Lamp;
 
 const MOUNT_DEG: f64 = 45.0;
-/// Height of the cells above the floor.
+/// Height of the cells above the floor, inches.
 const HEIGHT_IN: f64 = 5.0;
 const M_PER_IN: f64 = 0.0254;
 /// Resistance of a cell at [`CELL_LUX`], and the exponent of its fall with light.

@@ -18,16 +18,16 @@ const RIGHT_IN: f64 = 1.5;
 const AHEAD_IN: f64 = 5.0;
 const NEAR_IN: f64 = 3.0;
 const FAR_IN: f64 = 420.0;
-/// Maximum echo distance before noise, a little above [`FAR_IN`].
+/// Maximum echo distance before noise, a little above [`FAR_IN`], inches.
 const HEARD_IN: f64 = 440.0;
 /// Standard deviation of the noise as a share of the range.
 const NOISE: f64 = 0.01;
 /// Share of pings without an echo.
 const DEAF: f64 = 0.005;
-/// Distance from the transducer within which a returning ray is heard.
+/// Distance from the transducer within which a returning ray is heard, inches.
 const APERTURE_IN: f64 = 2.5;
 
-/// Inches that sound travels per millisecond.
+/// Speed of sound, inches per millisecond.
 const SOUND_IN_MS: f64 = 13.5;
 /// Share of the other ranger's late echoes that a ranger hears.
 const HEARS_NEIGHBOUR: f64 = 0.5;

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-/// Why a robot cannot be served.
+/// Reason why a robot cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
     /// The system provides no pseudo-terminal.
@@ -35,7 +35,7 @@ pub enum ServeError {
         /// Cause and hint.
         problem: String,
     },
-    /// A file cannot be created. The message is without the cause.
+    /// A file cannot be created. The message does not include the cause.
     #[error("cannot write the {kind} to {}", path.display())]
     Recording {
         /// `trace` or `sound`.
@@ -45,7 +45,7 @@ pub enum ServeError {
         /// Cause.
         source: io::Error,
     },
-    /// A file could not be written to its end; the robot goes on. The message is without the cause.
+    /// A file could not be written completely; the robot continues. The message does not include the cause.
     #[error("the {kind} in {} is incomplete", path.display())]
     Incomplete {
         /// `trace`, `sound` or `copy of the parameters`.

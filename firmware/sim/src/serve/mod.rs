@@ -44,7 +44,7 @@ const CATCH_UP_MAX: Duration = Duration::from_millis(250);
 /// Minimum sleep between two polls of the ports.
 const REST_MIN: Duration = Duration::from_millis(1);
 
-/// Uplink bytes taken before their byte time; at this limit the ports are not read.
+/// Number of uplink bytes taken before their byte time; at this limit the ports are not read.
 const UPLINK_AHEAD: usize = 256;
 
 /// A robot being served. Dropping it switches the robot off.
@@ -69,7 +69,7 @@ struct Shared {
 ///
 /// # Errors
 ///
-/// When an endpoint, its link or a file cannot be opened, or the time factor is out of range.
+/// If an endpoint, its link or a file cannot be opened, or the time factor is out of range.
 pub fn serve(mut config: SimulationConfig, options: &ServeOptions) -> Result<Server, ServeError> {
     if !(TIME_FACTOR_MIN..=TIME_FACTOR_MAX).contains(&options.time_factor) {
         return Err(ServeError::TimeFactor(options.time_factor));
@@ -184,7 +184,7 @@ impl Server {
         self.shared.stop.store(true, Ordering::Relaxed);
     }
 
-    /// The next error of a file that could not be written to its end; all of them have been reported when the robot has
+    /// The next error of a file that could not be written completely; all errors are available when the robot has
     /// [stopped](Server::end).
     #[must_use]
     pub fn poll_error(&self) -> Option<ServeError> {

@@ -3,21 +3,21 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Where clients connect to the robot's radio.
+/// Endpoint at which clients connect to the robot's radio.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Endpoint {
     /// A pseudo-terminal in raw mode; only on Unix.
     Pty {
-        /// Path of a symbolic link to make to it.
+        /// Path of a symbolic link to create to the pseudo-terminal.
         link: Option<PathBuf>,
-        /// Whether it only outputs the robot's bytes and ignores input.
+        /// Whether the endpoint only outputs the robot's bytes and ignores input.
         copy_only: bool,
     },
     /// A TCP port. Every client receives everything; input from all clients is merged.
     Tcp {
         /// Address to listen on, as `HOST:PORT`; port 0 selects a free one.
         address: String,
-        /// Whether it only outputs the robot's bytes and ignores input.
+        /// Whether the endpoint only outputs the robot's bytes and ignores input.
         copy_only: bool,
     },
 }

@@ -143,7 +143,7 @@ pub(super) fn parts(spec: &Spec) -> Result<Parts, String> {
     }
 }
 
-/// Minimum height of a board that the robot passes below.
+/// Minimum height of a board that the robot passes below, inches.
 const OVERHEAD_LEAST_IN: f64 = 9.0;
 
 impl Spec {

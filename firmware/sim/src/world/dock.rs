@@ -5,10 +5,10 @@ use super::parts::Obstacle;
 use crate::dimensions::RADIUS_IN;
 use crate::geometry::{Solid, Vec2, clockwise, heading, wrap_deg};
 
-/// Size of the plate.
+/// Size of the plate, inches.
 const WIDTH_IN: f64 = 10.0;
 const DEPTH_IN: f64 = 3.0;
-/// Distance that the spring contacts reach ahead of the plate.
+/// Distance that the spring contacts reach ahead of the plate, inches.
 const SPRING_IN: f64 = 0.5;
 /// Maximum offset and angle of the robot's nose at which the contacts meet.
 const ASIDE_IN: f64 = 2.0;

@@ -7,7 +7,7 @@ use crate::geometry::Vec2;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Drops {
     pub(super) layout: Layout,
-    /// North row first; empty when the floor is everywhere.
+    /// Cells by row, north row first; empty if there is floor everywhere.
     pub(super) cells: Vec<bool>,
 }
 

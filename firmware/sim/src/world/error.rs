@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::built_in::NAMES;
 
-/// Why a world cannot be used.
+/// Reason why a world cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
     /// An error in the file; line and column count from 1.

@@ -325,7 +325,7 @@ impl Places<'_> {
     }
 }
 
-/// Where a round body first meets an obstacle on the straight line between two places.
+/// The place at which a round body first hits an obstacle on the straight line between two places.
 fn blocked(obstacles: &[Obstacle], from: Vec2, to: Vec2, radius_in: f64) -> Option<Vec2> {
     let offset = to - from;
     let steps = (offset.length() / WALK_CHECK_IN).ceil().max(1.0) as u32;

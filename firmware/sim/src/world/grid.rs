@@ -40,7 +40,7 @@ impl Layout {
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
     pub(crate) layout: Layout,
-    /// North row first.
+    /// Cells by row, north row first.
     pub(crate) glyphs: Vec<char>,
     /// Line of the north row in the file, from 1.
     pub(crate) first_line: usize,

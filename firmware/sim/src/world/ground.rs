@@ -25,7 +25,7 @@ pub(crate) struct Ground {
     pub(crate) slope: Vec2,
 }
 
-/// Steepest incline that the wheels can hold.
+/// Maximum incline that the wheels can hold.
 const GRADE_MAX_PERCENT: f64 = 20.0;
 
 impl Ground {

@@ -1,4 +1,4 @@
-//! Materials and how sensors see them.
+//! Materials and their effect on sensors.
 
 use serde::Deserialize;
 
@@ -12,7 +12,7 @@ pub enum Material {
     Glass,
     /// Tall smooth furniture: a bookcase, a cupboard, a door.
     Wood,
-    /// Cloth: a sofa, a bed, a curtain. It throws no shadow.
+    /// Cloth: a sofa, a bed, a curtain. Casts no shadow.
     Soft,
     /// Black and matt: nearly invisible to infrared.
     Dark,
@@ -31,21 +31,21 @@ pub enum Material {
 /// Response of a material to the sensors.
 #[expect(clippy::struct_excessive_bools, reason = "one per sensor")]
 pub(crate) struct Surface {
-    /// Whether it reflects sound at all.
+    /// Whether the material reflects sound.
     pub(crate) sound: bool,
-    /// Largest angle from the normal at which sound returns to its source.
+    /// Maximum angle from the normal at which sound returns to its source, degrees.
     pub(crate) echo_cone_deg: f64,
     /// Whether sound at a larger angle is mirrored.
     pub(crate) mirrors: bool,
-    /// Maximum distance at which its echo is heard.
+    /// Maximum distance at which the sonar receives its echo, inches.
     pub(crate) echo_reach_in: f64,
-    /// Share of infrared that it reflects; 0 is invisible.
+    /// Share of infrared that the material reflects; 0 is invisible.
     pub(crate) reflectivity: f64,
-    /// Whether it throws a shadow at the height of the photocells.
+    /// Whether the material casts a shadow at the height of the photocells.
     pub(crate) shades: bool,
-    /// Whether it hides a warm body from a motion detector on the raised arm.
+    /// Whether the material hides a warm body from a motion detector on the raised arm.
     pub(crate) hides_warmth: bool,
-    /// Whether it stops the dock's infrared beam.
+    /// Whether the material stops the dock's infrared beam.
     pub(crate) stops_beam: bool,
 }
 
@@ -78,7 +78,7 @@ impl Material {
     }
 }
 
-/// What a material hides from the sensors behind it.
+/// The sensors from which a material hides an object.
 #[derive(Clone, Copy)]
 struct Hides {
     warmth: bool,
@@ -103,7 +103,7 @@ const NOTHING: Hides = Hides {
     beam: false,
 };
 
-/// A reach beyond the longest echo that the sonar can time.
+/// A reach beyond the longest echo that the sonar can time, inches.
 const HEARD_FAR_IN: f64 = 1000.0;
 
 const fn surface(

@@ -58,7 +58,7 @@ pub enum Outline {
     Circle {
         /// Centre.
         center: Point,
-        /// Radius.
+        /// The radius, inches.
         radius_in: f64,
         /// Kind of object.
         kind: OutlineKind,

@@ -16,7 +16,7 @@ pub(crate) struct Obstacle {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Snag {
     pub(crate) solid: Solid,
-    /// Probability that it catches each time the bumper passes over it.
+    /// Probability that the object catches each time the bumper passes over it.
     pub(crate) chance: f64,
 }
 
@@ -24,7 +24,7 @@ pub(crate) struct Snag {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Overhead {
     pub(crate) solid: Solid,
-    /// Height of its underside above the floor.
+    /// Height of the board's underside above the floor, inches.
     pub(crate) height_in: f64,
 }
 
@@ -38,7 +38,7 @@ pub(crate) struct Lamp {
     pub(crate) on: bool,
 }
 
-/// A person or an animal that walks a closed path over and over.
+/// A person or an animal that walks a closed path repeatedly.
 #[derive(Clone, Debug)]
 pub(crate) struct Walker {
     pub(crate) kind: WalkerKind,

@@ -24,7 +24,7 @@ enum Cell {
 /// A checked floor plan: the floor that the robot can reach is enclosed on every side.
 pub(super) struct Plan {
     layout: Layout,
-    /// North row first.
+    /// Cells by row, north row first.
     cells: Vec<Cell>,
     glyphs: Vec<char>,
     /// Offset of the north row in the file.
@@ -287,7 +287,7 @@ impl Plan {
         solids
     }
 
-    /// The walls, filled.
+    /// The walls as filled outlines.
     pub(super) fn walls(&self) -> impl Iterator<Item = Outline> {
         let walls = self.solids().into_iter();
         let walls = walls.filter(|(_, material)| OutlineKind::of(*material) == OutlineKind::Wall);

@@ -9,7 +9,7 @@ use super::parts::Obstacle;
 use crate::dimensions::RADIUS_IN;
 use crate::geometry::{Solid, Vec2, heading};
 
-/// Pixels per inch.
+/// Number of pixels per inch.
 const SCALE: f64 = 2.0;
 
 impl World {

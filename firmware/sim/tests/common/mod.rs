@@ -116,7 +116,7 @@ impl Rig {
         }
     }
 
-    /// Runs until the robot is in `mode` and returns the seconds; `None` after `seconds_max`.
+    /// Runs until the robot is in `mode` and returns the seconds; returns `None` after `seconds_max`.
     pub fn run_to(&mut self, mode: Mode, seconds_max: u32) -> Option<f64> {
         for tick in 0..seconds_max * 20 {
             if self.robot.mode() == mode {

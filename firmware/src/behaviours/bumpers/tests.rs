@@ -264,7 +264,7 @@ fn alternating_contacts_in_a_corner_turn_half_around() {
 }
 
 #[test]
-fn slow_zigzag_is_no_corner() {
+fn slow_zigzag_is_not_a_corner() {
     let mut bench = Bench::new();
     for switches in [RIGHT, LEFT, RIGHT] {
         bench.bump(switches);

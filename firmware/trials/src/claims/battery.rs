@@ -17,13 +17,13 @@ const LOW_DV: u8 = Parameter::LowBattery.definition().default as u8;
 /// Range of the charge at the start, some minutes of driving above the limit.
 const CHARGE: (f64, f64) = (0.18, 0.26);
 
-/// Ticks of readings below the limit after which the battery is low.
+/// Number of ticks of readings below the limit after which the battery is low.
 const LOW_TICKS: u32 = 200;
 
-/// Ticks for the line and the song to arrive after other lines.
+/// Number of ticks for the line and the song to arrive after other lines.
 const CALL_TICKS: u32 = 60;
 
-/// Time within which the battery becomes low.
+/// Time within which the battery becomes low, seconds.
 const DRIVE_S: f64 = 3600.0;
 
 const CALL: Experiment = Experiment {
@@ -71,7 +71,7 @@ const BY_ITSELF: Experiment = Experiment {
     ],
 };
 
-/// Received parts of the call.
+/// Which parts of the call were received.
 #[derive(Default)]
 struct Heard {
     text: bool,

@@ -12,7 +12,7 @@ const SENSORS: [Layer; 3] = [Layer::Infrared, Layer::Sonar, Layer::Photo];
 
 const MINUTES: f64 = 30.0;
 
-/// Ticks of a state that must be reported.
+/// Number of ticks of a state that must be reported.
 const DWELL_TICKS: u32 = 40;
 
 /// Maximum age of a line that has just arrived: 80 bytes at 240 a second, and one tick of waiting.
@@ -74,7 +74,7 @@ struct Switch {
     shows_on: Option<bool>,
     shown_ticks: u32,
     is_seen: bool,
-    /// Number of lasting states, and whether all were shown.
+    /// Number of lasting states, and whether all of them were shown.
     lasting: u32,
     is_reported: bool,
 }

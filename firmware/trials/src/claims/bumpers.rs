@@ -14,11 +14,11 @@ pub(super) const ALL: &[&Experiment] = &[&CONTACTS, &CHAIR];
 /// Worlds in which contacts are made.
 const WORLDS: [&str; 4] = ["living-room", "house", "corners", "chair"];
 
-/// Distance from the contact, with no switch closed, at which the robot is free: about two robots.
+/// Distance from the contact, with no switch closed, at which the robot is free, inches: about two robots.
 const FREE_IN: f64 = 24.0;
 const FREE_WITHIN_S: f64 = 60.0;
 
-/// How long bumps must repeat before the bumper layer escapes.
+/// Time for which bumps must repeat before the bumper layer escapes, seconds.
 const CAUGHT_S: f64 = 20.0;
 
 /// Position of the chair in its world.
@@ -28,10 +28,10 @@ const CHAIR_AT: Pose = Pose {
     theta_deg: 0.0,
 };
 
-/// Time limit for leaving the chair.
+/// Time limit for leaving the chair, seconds.
 const LEFT_WITHIN_S: f64 = 120.0;
 
-/// Distance of the casters from the post.
+/// Distance of the casters from the post, inches.
 const CHAIR_REACH_IN: f64 = 13.0;
 
 const CONTACTS: Experiment = Experiment {
@@ -144,7 +144,7 @@ fn chair(trial: &Trial) -> Vec<Option<Reading>> {
     vec![success(left_s.is_some()), value(without_s - with_s)]
 }
 
-/// Seconds until the robot has left the chair, with all or only these layers; `None` if it does not.
+/// Time until the robot has left the chair, with all or only these layers, seconds; `None` if it does not leave.
 fn leaves_chair(trial: &Trial, escapes: i16, layers: Option<&[Layer]>) -> Option<f64> {
     let arena = arena("chair");
     let mut rng = trial.rng();

@@ -86,14 +86,14 @@ fn approaches(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Maximum length of a stop.
+/// Maximum distance of a stop, inches.
 const STOP_IN: f64 = 1.0;
 
 /// Result of an approach.
 #[derive(Clone, Copy, Debug)]
 struct Approach {
     fell: bool,
-    /// Longest stop until the robot first stood; `None` when the edge was seen during a turn on the spot or beside the path,
+    /// Longest stop until the robot first stood, inches; `None` if the edge was detected during a turn on the spot or beside the path,
     /// where the robot need not stop.
     stop_in: Option<f64>,
 }
@@ -103,7 +103,7 @@ struct Approach {
 #[derive(Clone, Copy, Debug, Default)]
 struct Stop {
     state: Approaching,
-    /// Longest finished stop.
+    /// Longest finished stop, inches.
     longest_in: Option<f64>,
 }
 
@@ -176,13 +176,13 @@ impl Stop {
     }
 }
 
-/// Ticks without detection after which the edge is out of sight.
+/// Number of ticks without detection after which the edge is out of sight.
 const LOST_TICKS: u32 = 2;
 
-/// Speed below which the robot counts as turning on the spot.
+/// Speed below which the robot counts as turning on the spot, in/s.
 const DRIVING_IN_S: f64 = 1.0;
 
-/// Speed below which the robot stands or reverses.
+/// Speed below which the robot stands or reverses, in/s.
 const STANDING_IN_S: f64 = 0.1;
 
 /// Result of an approach; `None` if it meets no edge within a minute.
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn edge_seen_while_turning_on_the_spot_is_no_stop() {
+    fn edge_seen_while_turning_on_the_spot_is_not_a_stop() {
         assert_eq!(longest_in(&[(true, 0.5), (true, 10.0), (true, 0.0)]), None);
     }
 

@@ -119,7 +119,7 @@ fn stairwell(trial: &Trial) -> Vec<Option<Reading>> {
 /// Side of the floors in inches, each with a drop in its middle.
 const SIZE_IN: usize = 160;
 
-/// Turns of each shape.
+/// Number of turns of each shape.
 const TURNS: usize = 8;
 
 /// Whether there is no floor at a place, relative to the middle of the drop.

@@ -8,7 +8,7 @@ use sr04_sim::Faults;
 
 pub(super) const ALL: &[&Experiment] = &[&BROKEN, &WORN];
 
-/// Time within which the robot has to stop.
+/// Time within which the robot has to stop, seconds.
 const LIMIT_S: f64 = 60.0;
 
 const BROKEN: Experiment = Experiment {

@@ -6,10 +6,10 @@ use groundwave_protocol::status_codes::Layer;
 
 pub(super) const ALL: &[&Experiment] = &[&HOOKED];
 
-/// Ticks after which a closed switch counts as held: 3 s.
+/// Number of ticks after which a closed switch counts as held: 3 s.
 const HELD_TICKS: u32 = 60;
 
-/// Time limit for catching an object.
+/// Time limit for catching an object, seconds.
 const SEARCH_S: f64 = 600.0;
 const FREE_WITHIN_S: f64 = 60.0;
 

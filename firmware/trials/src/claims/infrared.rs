@@ -10,12 +10,12 @@ use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&GAP, &QUIVER, &JAM];
 
-/// Middle and ends of the passage in the world `gap`.
+/// Middle and ends of the passage in the world `gap`, inches.
 const GAP_X_IN: f64 = 76.0;
 const GAP_SOUTH_IN: f64 = 124.0;
 const GAP_NORTH_IN: f64 = 172.0;
 
-/// Time of observation at rest.
+/// Time of observation at rest, seconds.
 const REST_S: f64 = 300.0;
 
 const GAP: Experiment = Experiment {

@@ -16,7 +16,7 @@ const SENSORS: [Layer; 4] = [Layer::Bumpers, Layer::Infrared, Layer::Sonar, Laye
 /// Difference of the photocells below which the robot counts them as equal.
 const PHOTO_DEADZONE: i16 = Parameter::PhotoDeadzone.definition().default;
 
-/// Ticks without motion that count as rest.
+/// Number of ticks without motion that count as rest.
 const REST_TICKS: u32 = 200;
 
 const REST: Experiment = Experiment {
@@ -46,10 +46,10 @@ const LAMP: Experiment = Experiment {
     }],
 };
 
-/// Time at which the person in the world `step-in` starts walking, after the robot has come to rest.
+/// Time at which the person in the world `step-in` starts walking, seconds; by then the robot has come to rest.
 const SETS_OUT_S: f64 = 60.0;
 
-/// Distance and angle from the nose within which the person stands before the robot, with a gap of a foot and a half.
+/// Distance and angle from the nose within which the person stands before the robot, with a gap of a foot and a half, inches.
 const BEFORE_IN: f64 = 30.0;
 const BEFORE_DEG: f64 = 45.0;
 
@@ -81,7 +81,7 @@ const PASSIVE: Experiment = Experiment {
     }],
 };
 
-/// Time in which bumps may start the mode.
+/// Time in which bumps may start the mode, seconds.
 const PROWL_S: f64 = 1800.0;
 
 const STARTED: Experiment = Experiment {

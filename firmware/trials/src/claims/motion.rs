@@ -12,7 +12,7 @@ pub(super) const ALL: &[&Experiment] = &[&WALKER, &FALSE_ALARMS];
 /// Position of the robot in the world `walker`, six feet from the person's path.
 const WAIT_AT: (f64, f64) = (183.0, 75.0);
 
-/// Angle from straight ahead within which the direction of the charge does not matter.
+/// Angle from straight ahead within which the direction of the charge does not matter, degrees.
 const AHEAD_DEG: f64 = 15.0;
 
 const WALKER: Experiment = Experiment {
@@ -46,7 +46,7 @@ const WALKER: Experiment = Experiment {
     ],
 };
 
-/// Hours of one trial in an empty room.
+/// Number of hours of one trial in an empty room.
 const HOURS: f64 = 4.0;
 
 const FALSE_ALARMS: Experiment = Experiment {

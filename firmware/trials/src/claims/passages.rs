@@ -22,10 +22,10 @@ pub(super) const ALL: &[&Experiment] = &[
 
 const HOUR_S: f64 = 3600.0;
 
-/// Longest time for which a passage or a niche may hold the robot.
+/// Maximum time for which a passage or a niche may hold the robot, seconds.
 const HELD_S: f64 = 300.0;
 
-/// Experiment with a passage of some shape and width.
+/// Defines an experiment with a passage of a shape and width.
 macro_rules! passage {
     ($shape:expr, $width:literal, $name:literal, $which:literal, $required:expr, $shortfall:expr) => {
         Experiment {
@@ -158,12 +158,12 @@ const NICHE: Experiment = Experiment {
     ],
 };
 
-/// Size of a cell, and cells across and along a room.
+/// Size of a cell, and cells across and along a room, inches.
 const CELL_IN: usize = 3;
 const ACROSS: usize = 40;
 const ALONG: usize = 32;
 
-/// Cells from end to end of a leg of a passage.
+/// Number of cells from end to end of a leg of a passage.
 const LEG: usize = 12;
 
 /// A plan with a character per cell, first filled with walls.
@@ -246,7 +246,7 @@ fn corner(width_in: usize) -> Passage {
     }
 }
 
-/// Runs a robot that aims at the passage, and goes on for an hour.
+/// Runs a robot that aims at the passage, for an hour.
 fn tried(trial: &Trial, passage: &Passage) -> Vec<Option<Reading>> {
     let mut rng = trial.rng();
     let bearing_deg = 90.0 + rng.between(-20.0, 20.0);

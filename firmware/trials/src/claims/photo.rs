@@ -16,7 +16,7 @@ const LAMP: Pose = Pose {
     theta_deg: 0.0,
 };
 
-/// Distance from the lamp beyond which the robot does not circle it.
+/// Distance from the lamp beyond which the robot does not circle it, inches.
 const CIRCLE_IN: f64 = 72.0;
 
 const LIMIT_S: f64 = 300.0;

@@ -13,7 +13,7 @@ pub(super) const ALL: &[&Experiment] = &[&INSIDE, &OUTSIDE, &INCLINE, &SILL];
 const SUPPLY_V: (f64, f64) = (10.8, 13.8);
 const LOAD_SHARE: (f64, f64) = (0.05, 0.25);
 
-/// Time for the speed to settle.
+/// Time for the speed to settle, seconds.
 const SETTLE_S: f64 = 3.0;
 const MEASURE_S: f64 = 10.0;
 
@@ -92,18 +92,18 @@ const INCLINE: Experiment = Experiment {
     ],
 };
 
-/// Position and depth of the sill in the world `floors`, across the path north.
+/// Position and depth of the sill in the world `floors`, across the path north, inches.
 const SILL_X_IN: f64 = 240.0;
 const SILL_Y_IN: f64 = 240.0;
 const SILL_DEPTH_IN: f64 = 3.0;
 
-/// Distance beyond the sill at which it has been climbed: a little more than the track.
+/// Distance beyond the sill at which it has been climbed, inches: a little more than the track.
 const CLIMBED_IN: f64 = 8.0;
 
-/// Speed below which the robot stands.
+/// Speed below which the robot stands, in/s.
 const STANDING_IN_S: f64 = 0.1;
 
-/// Ticks of standing that count as stopped: half a second.
+/// Number of ticks of standing that count as stopped: half a second.
 const STOPPED_TICKS: u32 = 10;
 
 const SILL: Experiment = Experiment {

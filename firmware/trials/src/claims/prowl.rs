@@ -9,10 +9,10 @@ use sr04_firmware::parameters::Parameter;
 
 pub(super) const ALL: &[&Experiment] = &[&TARGET];
 
-/// Maximum overshoot beyond the target.
+/// Maximum overshoot beyond the target, inches.
 const OVERSHOOT_IN: f64 = 6.0;
 
-/// Maximum reversals of the rotation: turning to the target and a few corrections.
+/// Maximum number of reversals of the rotation: turning to the target and a few corrections.
 const CHANGES_MAX: u32 = 6;
 
 /// Rotation below which a change of sign does not count.

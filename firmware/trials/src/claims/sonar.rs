@@ -8,7 +8,7 @@ use sr04_sim::Pose;
 
 pub(super) const ALL: &[&Experiment] = &[&DOORWAY, &OBLIQUE];
 
-/// Middle of the doorway in its world, and the two faces of the wall.
+/// Middle of the doorway in its world, and the two faces of the wall, inches.
 const DOOR_X_IN: f64 = 126.0;
 const WALL_SOUTH_IN: f64 = 186.0;
 const WALL_NORTH_IN: f64 = 192.0;

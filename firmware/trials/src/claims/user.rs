@@ -70,7 +70,7 @@ const LOSS: Experiment = Experiment {
     ],
 };
 
-/// Ticks between two drive frames while a key is held.
+/// Number of ticks between two drive frames while a key is held.
 const FRAME_TICKS: u32 = 5;
 
 /// Time limit of one second.
@@ -92,7 +92,7 @@ fn lost(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Ticks from the failure until manual driving ends, at most 200; `None` if layer 0 did not hold the motors.
+/// Number of ticks from the failure until manual driving ends, at most 200; `None` if layer 0 did not control the motors.
 fn lose(trial: &Trial, lost: Lost) -> Option<u32> {
     const PATIENCE_TICKS: u32 = 200;
     let mut rng = trial.rng();

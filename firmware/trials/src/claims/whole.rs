@@ -24,7 +24,7 @@ const DETERMINISM: Experiment = Experiment {
 /// Supply voltage, that of a half-full battery.
 const SUPPLY_V: f64 = 12.4;
 
-/// Hours of one trial.
+/// Number of hours of one trial.
 const HOURS: f64 = 8.0;
 
 const SURVIVAL: Experiment = Experiment {
@@ -113,7 +113,7 @@ fn survival(trial: &Trial) -> Vec<Option<Reading>> {
     ]
 }
 
-/// Squares of a foot that the middle of the robot has been in.
+/// The square feet that the middle of the robot has visited.
 #[derive(Default)]
 pub(super) struct Covered(BTreeSet<(i32, i32)>);
 

@@ -25,6 +25,6 @@ void loop() {
   Serial.print(',');
   Serial.print(heading_deg);
   Serial.print(',');
-  Serial.println(analogRead(A0) * 12L); // millivolts, by your divider
+  Serial.println(analogRead(A0) * 12L); // millivolts, for your voltage divider
   delay(100);
 }

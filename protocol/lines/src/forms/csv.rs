@@ -6,7 +6,7 @@ use super::{Cell, CellValue, is_label, number, with_unit};
 use crate::FIELDS_MAX;
 use crate::field::Field;
 
-/// The columns known so far.
+/// The columns of a robot's lines, as far as known.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Columns {
     /// Names and units, from a header or a profile.
@@ -14,14 +14,14 @@ pub(crate) struct Columns {
     are_configured: bool,
     /// Number of columns of the previous line of values.
     previous: Option<usize>,
-    /// Whether two lines in a row had the same number of columns, or a header came.
+    /// Whether two consecutive lines had the same number of columns, or there was a header.
     is_known: bool,
 }
 
 /// A line of columns.
 pub(crate) enum Row<'a> {
     Header,
-    /// Values; `is_sure` unless it is the first line without a header.
+    /// Values; `is_sure` is `false` for the first line without a header.
     Values {
         cells: Vec<Cell<'a>>,
         is_sure: bool,
@@ -42,12 +42,12 @@ impl Columns {
         }
     }
 
-    /// Forgets what was guessed: the robot may be another.
+    /// Drops guessed columns, because the robot may be another one.
     pub(crate) fn interrupt(&mut self) {
         self.previous = None;
     }
 
-    /// Reads a line; `None` if it has no columns.
+    /// Reads a line; returns `None` if it has no columns.
     pub(crate) fn take<'a>(&mut self, line: &'a str) -> Option<Row<'a>> {
         let words = split(line)?;
         let count = words.len();
@@ -63,7 +63,7 @@ impl Columns {
         if self.are_configured && !has_names {
             return None;
         }
-        // Without a header only the first column may be a text: a time of day.
+        // Without a header, only the first column may be a text, such as a time of day.
         let are_values = values
             .iter()
             .skip(usize::from(count > 1))
@@ -101,7 +101,7 @@ impl Columns {
         named.and_then(|(_, unit)| unit.as_deref())
     }
 
-    /// Takes a line of names, each perhaps with a colon as the Arduino plotter has it; returns whether it is one.
+    /// Takes a line of names (with or without the Arduino plotter's colons); returns whether it is a header.
     fn take_header(&mut self, words: &[Cow<'_, str>]) -> bool {
         let labels = words
             .iter()
@@ -121,7 +121,7 @@ impl Columns {
     }
 }
 
-/// A cell's value: a number, perhaps with a decimal comma, or nothing; `None` for a text.
+/// A cell's value: a number (also with a decimal comma) or nothing; `None` for a text.
 fn value<'a>(word: &str) -> Option<CellValue<'a>> {
     if word.is_empty() {
         return Some(CellValue::Missing);
@@ -132,7 +132,7 @@ fn value<'a>(word: &str) -> Option<CellValue<'a>> {
     })
 }
 
-/// The words of a line, without a separator at its end; `None` if there are too many.
+/// The words of a line, ignoring a separator at its end; `None` if there are too many.
 fn split(line: &str) -> Option<Vec<Cow<'_, str>>> {
     let separator = [';', '\t', ',']
         .into_iter()
@@ -150,7 +150,7 @@ fn split(line: &str) -> Option<Vec<Cow<'_, str>>> {
     (1..=FIELDS_MAX).contains(&words.len()).then_some(words)
 }
 
-/// Splits cells of which some are in quotation marks.
+/// Splits a line into cells, some of them in quotation marks.
 fn split_quoted(line: &str, separator: char) -> Vec<Cow<'_, str>> {
     let mut is_quoted = false;
     let ends_here = |c: char| {

@@ -1,4 +1,4 @@
-//! JSON objects, one a line.
+//! JSON objects, one per line.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::{Cell, CellValue, finite};
 use crate::FIELDS_MAX;
 
-/// The values of an object; nested ones are called `outer.inner`, those of arrays by their index. `None` if the line is no
+/// The values of an object; nested values are named `outer.inner`, and array elements by their index. `None` if the line is not an
 /// object.
 pub(crate) fn json(line: &str) -> Option<Vec<Cell<'static>>> {
     if !line.starts_with('{') {
@@ -19,7 +19,7 @@ pub(crate) fn json(line: &str) -> Option<Vec<Cell<'static>>> {
     Some(cells)
 }
 
-/// The depth is limited by that of the parser.
+/// Collects nested values. The parser limits the depth.
 fn flatten(path: String, value: Value, cells: &mut Vec<Cell<'static>>) {
     if cells.len() >= FIELDS_MAX {
         return;

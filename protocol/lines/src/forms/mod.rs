@@ -20,7 +20,7 @@ use crate::field::{Role, is_name};
 pub(crate) struct Cell<'a> {
     pub(crate) name: Cow<'a, str>,
     pub(crate) unit: Option<&'a str>,
-    /// The role that the form itself gives.
+    /// Role given by the form itself, if any.
     pub(crate) role: Option<Role>,
     pub(crate) value: CellValue<'a>,
 }
@@ -29,7 +29,7 @@ pub(crate) struct Cell<'a> {
 pub(crate) enum CellValue<'a> {
     Number(f64),
     Text(Cow<'a, str>),
-    /// Known not to be measured: `nan`, an empty cell, `null`.
+    /// No measurement: `nan`, an empty cell, or `null`.
     Missing,
 }
 
@@ -44,7 +44,7 @@ impl<'a> Cell<'a> {
     }
 }
 
-/// A word as a value: a number, a truth value or nothing; `None` for another text.
+/// The value of a word: a number, a truth value or nothing; `None` for other text.
 pub(crate) fn number<'a>(word: &str) -> Option<CellValue<'a>> {
     let first = *word.as_bytes().first()?;
     if first.is_ascii_digit() || matches!(first, b'+' | b'-' | b'.') {
@@ -68,7 +68,7 @@ pub(crate) fn finite<'a>(number: f64) -> CellValue<'a> {
     }
 }
 
-/// Whether a word can name a value that nobody configured: it begins with a letter and has no sign that separates.
+/// Whether a word can name a value without a profile: it begins with a letter and contains no separator.
 fn is_label(text: &str) -> bool {
     let first = text.chars().next();
     is_name(text)

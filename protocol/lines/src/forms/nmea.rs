@@ -8,11 +8,11 @@ use crate::field::Role;
 /// Length of a degree of latitude, metres.
 const M_PER_DEG: f64 = 111_194.93;
 
-/// The first position, from which x and y are measured.
+/// The first position, which is the origin of x and y.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Origin(Option<(f64, f64)>);
 
-/// The values of a sentence; `None` if it is damaged or none. Sentences without a known value give no cells.
+/// The values of a sentence; `None` if the line is damaged or not a sentence. A sentence without known values has no cells.
 pub(crate) fn nmea(line: &str, origin: &mut Origin) -> Option<Vec<Cell<'static>>> {
     // The parser needs the bytes of a sentence without a line end, and takes 102 of them.
     let sentence = line.trim_end();
@@ -75,7 +75,7 @@ impl Cells {
         );
     }
 
-    /// Adds a position, in degrees and as metres east and north of the first one.
+    /// Adds a position: in degrees, and in metres east and north of the first position.
     fn place(&mut self, latitude: Option<f64>, longitude: Option<f64>, origin: &mut Origin) {
         self.add("latitude", "deg", latitude);
         self.add("longitude", "deg", longitude);
@@ -91,7 +91,7 @@ impl Cells {
     }
 }
 
-/// The number as it was written: 61.7, not 61.70000076.
+/// Converts a number with its decimal digits unchanged: 61.7, not 61.70000076.
 fn widened(number: f32) -> f64 {
     number.to_string().parse().unwrap_or(f64::NAN)
 }

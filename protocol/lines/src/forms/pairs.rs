@@ -1,14 +1,14 @@
-//! `name:value` and `name=value`, several to a line, each with a unit or without.
+//! Pairs `name:value` and `name=value`, several per line, each with or without a unit.
 
 use super::{Cell, CellValue, is_label, number, with_unit};
 use std::borrow::Cow;
 
-/// Maximum characters of a unit after a value.
+/// Maximum length of a unit after a value, characters.
 const UNIT_CHARS_MAX: usize = 6;
 
 const SEPARATORS: [char; 4] = [',', ';', '\t', ' '];
 
-/// The pairs of a line; `None` if anything else is in it, or no number.
+/// The pairs of a line; `None` if the line contains other text, or no number.
 pub(crate) fn pairs(line: &str) -> Option<Vec<Cell<'_>>> {
     let mut cells = Vec::new();
     let mut rest = line.trim();

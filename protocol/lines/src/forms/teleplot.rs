@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use super::{Cell, CellValue, is_label, number};
 use crate::field::is_name;
 
-/// The cells of a line, the newest of several values; `None` if it is not Teleplot's. A text without a name and a
+/// The cells of a line (the newest of several values); `None` if the line is not Teleplot's. A text without a name and a
 /// three-dimensional shape have no cells.
 pub(crate) fn teleplot(line: &str) -> Option<Vec<Cell<'_>>> {
     let line = line.strip_prefix('>')?;

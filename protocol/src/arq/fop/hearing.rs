@@ -15,12 +15,12 @@ use crate::status_codes::Link;
 use crate::telemetry::{ACK_LINE_BYTES, Ack, Body, Detail, Outcome, SEQUENCE_MODULUS};
 
 impl Fop {
-    /// Takes the instant at which bytes arrived, noise included.
+    /// Takes the time at which bytes arrived, including noise.
     pub fn handle_carrier(&mut self, now_us: u64) {
         self.carrier.hear(now_us);
     }
 
-    /// Takes an intact line; `arrived_us` is when its last byte was read.
+    /// Takes an intact line; `arrived_us` is the time at which its last byte was read.
     pub fn handle_received(&mut self, arrived_us: u64, received: &Received) {
         if !self.is_ours(received) || self.is_late(arrived_us, received) {
             return;
@@ -59,8 +59,8 @@ impl Fop {
         self.handle_ack(arrived_us, *received.ack(), latched_us);
     }
 
-    /// Judges at a long line whether the robot takes turns. Such a robot sends a line G after each long line, whatever the station
-    /// was configured for.
+    /// Judges at a long line whether the robot takes turns. A robot that does sends a line G after each long line, however the station
+    /// is configured.
     fn judge_duplex(&mut self, is_next: bool) {
         let (long_lines, enough) = match self.duplex {
             Duplex::Full => return,
@@ -75,7 +75,7 @@ impl Fop {
         }
     }
 
-    /// Judges the downlink: the robot sends without a pause, so bytes missing between two lines were lost.
+    /// Judges the downlink. The robot sends without a pause, so bytes missing between two lines were lost.
     fn judge_downlink(&mut self, arrived_us: u64, received: &Received) {
         let intact = match received {
             Received::Line(..) => LINE_BYTES,
@@ -83,7 +83,7 @@ impl Fop {
         };
         if self.latest_ack.is_some() {
             let elapsed_us = arrived_us.saturating_sub(self.heard_us);
-            // A faster robot pauses between its lines: their numbers tell of loss.
+            // A faster robot pauses between its lines, so their sequences show the loss.
             let all = if self.pacer.us_per_byte() < US_PER_BYTE {
                 let ahead = received.sequence() + SEQUENCE_MODULUS - self.latest_line;
                 u64::from(ahead % SEQUENCE_MODULUS).max(1) * intact as u64
@@ -114,7 +114,7 @@ impl Fop {
         }
     }
 
-    /// Keeps the shortest silence: a line may be older than the order, and an order may be lost.
+    /// Keeps the shortest silence, because a line may be older than the order, and an order may be lost.
     pub(super) fn note_failsafe(&mut self, failsafe: Failsafe) {
         let silence_us = u64::from(failsafe.silence_s) * 1_000_000;
         let known_us = self.failsafe_silence_us.unwrap_or(silence_us);
@@ -134,8 +134,8 @@ impl Fop {
         self.robot_id == Some(robot_id)
     }
 
-    /// Recognizes the confirmation of a STOP: its receipt. Nothing else shows that the robot took a STOP after this station's
-    /// request: a late line may hold the state after a STOP and before another station's order.
+    /// Recognizes the confirmation of a STOP: its receipt. Only the receipt shows that the robot took a STOP after this station's
+    /// request: a late line may contain the state after a STOP and before another station's order.
     fn check_stop(&mut self, ack: Ack) {
         let Some(stopping) = &mut self.stopping else {
             return;
@@ -154,7 +154,7 @@ impl Fop {
         self.push(FopEvent::Stop(confirmed));
     }
 
-    /// Recognizes an earlier receipt. It confirms the requests before it, though not the latest.
+    /// Recognizes an earlier receipt. It confirms the earlier requests, but not the latest.
     fn check_earlier_stops(&mut self, ack: Ack) {
         let (Some(stopping), Detail::Stopped { receipt }) = (&mut self.stopping, ack.detail) else {
             return;
@@ -167,7 +167,7 @@ impl Fop {
         }
     }
 
-    /// Takes the era of an acknowledgement, or counts it up when the session numbers begin again.
+    /// Takes the era of an acknowledgement, or increments the era when the session numbers restart.
     fn note_era(&mut self, ack: Ack) {
         let before = self.latest_ack.filter(|before| before.boot == ack.boot);
         self.era = match (ack.detail, before) {
@@ -211,7 +211,7 @@ impl Fop {
         if let Some(outstanding) = &mut self.outstanding {
             if ack.sequence == outstanding.command.sequence & 7 {
                 self.outstanding = None;
-                // Only waypoints that arrive are progress: activation may fail again and again.
+                // Only arriving waypoints count as progress: activation may fail repeatedly.
                 news |= ack.outcome != Outcome::ListIncomplete;
                 self.conclude(ack.outcome);
             } else if outstanding

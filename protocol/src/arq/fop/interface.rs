@@ -7,17 +7,17 @@ use crate::command::Order;
 /// Configuration of the [`super::Fop`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Config {
-    /// Nonce of this station, 10 bits, not 0. Draw it at random.
+    /// Nonce of this station, 10 bits, not 0. Use a random number.
     pub owner: u16,
-    /// Id of the robot; `None`: learn it from the lines before a session opens. Lines of other robots are ignored.
+    /// Id of the robot; `None` to learn it from lines before a session is opened. Lines of other robots are ignored.
     pub robot_id: Option<u8>,
-    /// Latency of the link in addition to the time on the wire, both ways together.
+    /// Latency of the link in addition to the time on the wire, in both directions together, microseconds.
     pub latency_us: u64,
-    /// Whether both ends can talk at once.
+    /// Whether both ends can send at the same time.
     pub duplex: Duplex,
-    /// Silence of the robot after which unacknowledged frames are sent again.
+    /// Silence of the robot after which unacknowledged frames are sent again, microseconds.
     pub silence_us: u64,
-    /// Time without progress after which a task fails.
+    /// Time without progress after which a task fails, microseconds.
     pub give_up_us: u64,
 }
 
@@ -36,12 +36,12 @@ impl Config {
     }
 }
 
-/// Whether both ends can talk at once.
+/// Whether both ends can send at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Duplex {
     /// Unknown: to be learned from the robot's lines.
     Unknown,
-    /// Both ends can send at once.
+    /// Both ends can send at the same time.
     Full,
     /// The ends take turns: the ground sends only while the robot listens.
     Half,
@@ -50,9 +50,9 @@ pub enum Duplex {
 /// A task to deliver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Task<'a> {
-    /// Any order but [`Order::Activate`].
+    /// Any order except [`Order::Activate`].
     Order(Order),
-    /// Replace the robot's list by this one, of at most [`crate::WAYPOINTS_MAX`] valid waypoints.
+    /// Replace the robot's list by this list of at most [`crate::WAYPOINTS_MAX`] valid waypoints.
     List(&'a [Waypoint]),
 }
 
@@ -63,12 +63,12 @@ pub enum FopEvent {
     Session(Result<(), Failure>),
     /// The task has a new status.
     Task(CommandStatus),
-    /// STOP has a new status: sent, confirmed or failed. Confirmed are the requests before the latest one sent; later
-    /// ones still wait.
+    /// STOP has a new status: sent, confirmed or failed. A confirmation applies to the requests before the latest STOP sent; later
+    /// requests still wait.
     Stop(CommandStatus),
-    /// A STOP is confirmed that is not the latest one sent, and with it the requests before it left.
+    /// A STOP before the latest one sent is confirmed, and with it the requests before it was sent.
     EarlierStop {
-        /// STOPs with a receipt of their own that left after it, at most 31.
+        /// Number of STOPs with another receipt that were sent after it, at most 31.
         later: u16,
     },
 }

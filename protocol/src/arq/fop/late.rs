@@ -4,14 +4,14 @@ use super::Fop;
 use crate::decoder::Received;
 use crate::telemetry::SEQUENCE_MODULUS;
 
-/// Longest delay of a line; after such a silence every line counts as new.
+/// Maximum delay of a line, microseconds; after such a silence, every line counts as new.
 const LATE_MAX_US: u64 = 5_000_000;
 
-/// Most lines that the robot may have sent since the newest one received.
+/// Maximum number of lines that the robot may have sent since the newest line received.
 const AHEAD_MAX: u8 = SEQUENCE_MODULUS / 2;
 
 impl Fop {
-    /// Whether a newer line has been received. A late line could otherwise end the open session or bring back an old one.
+    /// Whether a newer line has been received. Otherwise a late line could end the open session or restore an old one.
     pub(super) fn is_late(&self, arrived_us: u64, received: &Received) -> bool {
         let Some(newest) = self.latest_ack else {
             return false;

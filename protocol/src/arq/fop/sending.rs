@@ -1,4 +1,4 @@
-//! Choice of the next frame.
+//! Chooses the next frame.
 
 use super::turn::Turn;
 use super::{
@@ -11,11 +11,11 @@ use crate::command::{
 };
 use crate::failsafe::SILENCE_MIN_S;
 
-/// Bytes for any frame but one of waypoints, which is cut to the room there is.
+/// Room for any frame except a waypoint frame, bytes; waypoint frames are cut to the available room.
 const ROOM_MIN: u64 = 29;
 
 impl Fop {
-    /// Bytes that may go to the radio now. Call until it returns `None`.
+    /// Bytes to send to the radio now. Call until `None` is returned.
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<&[u8]> {
         if self.pacer.is_idle() && !self.is_unheard() {
             self.take_silence(now_us);
@@ -42,7 +42,7 @@ impl Fop {
         self.pacer.poll(now_us)
     }
 
-    /// Ends the turn, if frames were sent in it or its time is over.
+    /// Ends the turn if frames were sent in it or its time is over.
     fn end_turn(&mut self, now_us: u64) {
         if self.turn.is_some_and(Turn::is_used) {
             self.turn = None;
@@ -52,7 +52,7 @@ impl Fop {
         }
     }
 
-    /// Bytes that may be sent without a pause; unlimited in full duplex.
+    /// Number of bytes that may be sent without a pause; unlimited in full duplex.
     fn room(&self, now_us: u64) -> u64 {
         if !self.is_half_duplex() {
             return u64::MAX;
@@ -67,7 +67,7 @@ impl Fop {
         }
     }
 
-    /// When the robot's silence means that it listens; `None` if there is nothing to send.
+    /// Time at which the robot's silence means that it listens; `None` if there is nothing to send.
     pub(super) fn silent_at_us(&self) -> Option<u64> {
         let is_wanted = self.work.is_some() || self.drive.is_some() || self.stopping.is_some();
         let is_useful = is_wanted && self.is_half_duplex() && self.turn.is_none();
@@ -80,7 +80,7 @@ impl Fop {
         }
     }
 
-    /// When the next keepalive is due, if the robot needs them.
+    /// Time at which the next keepalive is due, microseconds; `None` if the robot needs none.
     pub(super) fn keepalive_us(&self) -> Option<u64> {
         let silence_us = self
             .failsafe_silence_us
@@ -230,7 +230,7 @@ impl Fop {
             Some(Work::List(transfer)) => (transfer.oldest_us(), transfer.is_lossy()),
             _ => (None, self.downlink.frame_blocks() == 1),
         };
-        // Repeating delays a half-duplex robot's acknowledgements, so it pays only where many frames are lost.
+        // Repeating delays a half-duplex robot's acknowledgements, so it is useful only if many frames are lost.
         let is_kept = self
             .turn
             .is_some_and(|turn| !is_lossy || !turn.may_repeat());

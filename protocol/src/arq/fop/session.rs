@@ -1,4 +1,4 @@
-//! Opening and losing sessions.
+//! Opens and loses sessions.
 
 use super::{CommandStatus, Failure, Fop, FopEvent, Session, Work};
 use crate::command::Key;
@@ -16,14 +16,14 @@ impl Fop {
                 let ours =
                     matches!(ack.detail, Detail::Idle { owner, .. } if owner == self.config.owner);
                 if ack.boot != *boot {
-                    // Nothing is lost yet: open a session in the robot's new life.
+                    // No command is lost yet: open a session in the robot's new life.
                     self.session = Session::None;
                 } else if ack.session == *replaces {
                     if sent_us.is_some_and(|ends_us| ends_us <= latched_us) {
                         *sent_us = None;
                     }
                 } else if matches!(ack.detail, Detail::Era { .. }) {
-                    // The next line tells the owner.
+                    // The next line shows the owner.
                 } else if ack.session == *replaces % 7 + 1
                     && ours
                     && let Some(era) = self.era
@@ -50,7 +50,7 @@ impl Fop {
                     }
                     self.push(FopEvent::Session(Ok(())));
                 } else if ack.is_closed() {
-                    // A STOP has closed it.
+                    // A STOP has closed the session.
                     self.session = Session::None;
                 } else {
                     self.lose_session(Failure::TakenOver);
@@ -66,7 +66,7 @@ impl Fop {
                 if ack.boot != *boot {
                     self.lose_session(Failure::RobotRestarted);
                 } else if ack.session != *number && shown.is_some() {
-                    // The next line tells who ended the session.
+                    // The next line shows who ended the session.
                 } else if shown.is_some_and(|shown| shown != *era) {
                     self.lose_session(Failure::TakenOver);
                 } else if ack.session != *number {
@@ -95,7 +95,7 @@ impl Fop {
 
     pub(super) fn fail(&mut self, failure: Failure) {
         if self.outstanding.take().is_some() {
-            // The robot may have received the command, so its sequence cannot be used again in this session.
+            // The robot may have received the command, so this session cannot use its sequence again.
             self.session = Session::None;
         }
         if self.work.take().is_some() {

@@ -10,10 +10,10 @@ use super::*;
 use crate::io::link::Link;
 use crate::share::{ANNOUNCEMENT, Welcome};
 
-/// Nothing here takes this long unless it hangs.
+/// Timeout after which a test counts as hanging.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Delivers what it is fed; ends when the feed does.
+/// Delivers the bytes from a channel; ends when the channel is closed.
 struct Fed(Receiver<io::Result<Vec<u8>>>);
 
 impl Read for Fed {
@@ -29,7 +29,7 @@ impl Read for Fed {
     }
 }
 
-/// Takes no bytes until its other end is dropped, and reports each write.
+/// Accepts no bytes until its other end is dropped, and reports each write.
 struct Stuck {
     asked: Feed<()>,
     until: Receiver<()>,
@@ -50,7 +50,7 @@ impl Write for Stuck {
 struct Planned {
     openings: VecDeque<Result<Connection, OpenError>>,
     is_final: bool,
-    /// Pauses between the openings; nobody waits for them.
+    /// Pauses between the openings, reported without waiting.
     pauses: Feed<Duration>,
 }
 
@@ -86,7 +86,7 @@ fn fed() -> (Feed<io::Result<Vec<u8>>>, Connection) {
     (feed, connection)
 }
 
-/// A time-out of a read: the link is open and silent.
+/// Sends a read timeout: the link is open and silent.
 fn pass(feed: &Feed<io::Result<Vec<u8>>>) {
     feed.send(Err(io::ErrorKind::TimedOut.into()))
         .expect("a reader");
@@ -142,7 +142,7 @@ impl Bench {
     }
 }
 
-/// Bytes from the radio reach sink and station without the lines around them, in order and from the next whole line on.
+/// Bytes from the radio reach sink and station without the lines around them, in order, beginning with the next whole line.
 #[test]
 fn a_shared_link_brings_bytes_and_answers_in_lines() {
     let (feed, mut connection) = fed();
@@ -204,7 +204,7 @@ fn the_last_half_line_arrives_before_the_loss() {
     assert_eq!(bench.next(), "opened ");
 }
 
-/// Noise without a line feed, and a robot that stops in mid-line, would otherwise arrive late or never.
+/// Otherwise, noise without a line feed and the last part of a line would arrive late or never.
 #[test]
 fn a_pause_hands_over_the_bytes_so_far() {
     let (feed, connection) = fed();
@@ -281,7 +281,7 @@ fn the_reason_for_a_missing_link_is_reported_once() {
     assert_eq!(bench.next(), "opened /dev/ttyUSB1");
 }
 
-/// Takes all bytes, and reports that it was closed.
+/// Accepts all bytes, and reports that it was closed.
 struct LetGo(Feed<()>);
 
 impl Write for LetGo {
@@ -300,7 +300,7 @@ impl Drop for LetGo {
     }
 }
 
-/// An open device keeps its name: the adapter would come back under another.
+/// While a device is open, its name is in use: the adapter would return under another name.
 #[test]
 fn a_lost_device_is_closed_before_it_is_back() {
     let (feed, mut connection) = fed();
@@ -314,9 +314,9 @@ fn a_lost_device_is_closed_before_it_is_back() {
     was_let_go.recv_timeout(PATIENCE).expect("it is still held");
 }
 
-/// It accepts and closes at once: five thousand connections a second filled memory and disk.
+/// A peer that accepts and closes at once must not cause thousands of connections per second.
 #[test]
-fn a_peer_that_brings_no_byte_is_told_of_once_and_dialled_ever_more_rarely() {
+fn a_peer_without_bytes_is_reported_once_and_dialled_more_and_more_rarely() {
     let closed = || fed().1;
     let (feed, last) = fed();
     let mut openings: Vec<_> = (0..9).map(|_| Ok(closed())).collect();
@@ -335,7 +335,7 @@ fn a_peer_that_brings_no_byte_is_told_of_once_and_dialled_ever_more_rarely() {
     assert_eq!(bench.next(), "lost unplugged");
 }
 
-/// An open connection to a robot that is switched off brings nothing either.
+/// An open connection to a robot that is switched off also delivers no byte.
 #[test]
 fn a_silent_connection_is_open_when_it_lasts() {
     let (_feed, again) = {

@@ -1,4 +1,4 @@
-//! The tables of the escape-sequence reader: control characters and sequences to keys and clicks.
+//! Tables of the escape-sequence reader, from control characters and sequences to keys and clicks.
 
 use std::str;
 
@@ -126,7 +126,7 @@ fn coded(code: u32, modifiers: KeyModifiers) -> Option<KeyCode> {
     })
 }
 
-/// Terminals number Shift, Alt and Control otherwise than crossterm.
+/// Converts a terminal's modifier bits; crossterm numbers Shift, Alt and Control differently.
 fn modifiers_of(bits: u8) -> KeyModifiers {
     [
         KeyModifiers::SHIFT,
@@ -143,7 +143,7 @@ fn modifiers_of(bits: u8) -> KeyModifiers {
     .collect()
 }
 
-/// The left button or the wheel; column and row count from 1.
+/// The event of the left button or the wheel; `None` for other buttons. Column and row count from 1.
 pub(super) fn mouse(button: u16, column: u16, row: u16) -> Option<Event> {
     let kind = match button & !0x1C {
         0 => MouseEventKind::Down(MouseButton::Left),

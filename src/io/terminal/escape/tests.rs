@@ -5,7 +5,7 @@ use super::*;
 
 const MS: Duration = Duration::from_millis(1);
 
-/// A reader with a clock of its own.
+/// A reader with its own clock.
 struct Terminal {
     reader: Reader,
     now: Instant,
@@ -196,7 +196,7 @@ fn a_lone_escape_is_a_key_after_a_silence() {
     let escape = Event::Key(KeyCode::Esc.into());
     assert_eq!(terminal.silent(SEQUENCE_GAP), std::slice::from_ref(&escape));
     assert_eq!(terminal.reader.poll_timeout(), None);
-    // A slow line cuts an arrow in pieces.
+    // A slow line splits the sequence of an arrow key.
     assert_eq!(terminal.after(MS, "\x1b"), []);
     assert_eq!(terminal.after(SEQUENCE_GAP.saturating_sub(MS), "["), []);
     let left = Event::Key(KeyCode::Left.into());
@@ -315,7 +315,7 @@ fn clicks_and_the_wheel_are_read() {
     assert_eq!(read_all("\x1b[<0;20;12m\x1b[<0;0;0M\x1b[<2;1;1M"), []);
 }
 
-/// Any bytes, together or one by one with silences between them, need bounded memory, and STOP counts after them.
+/// Any bytes, together or one by one with silences, need bounded memory, and STOP works after them.
 #[test]
 fn fuzz_keys() {
     bolero::check!().for_each(|bytes: &[u8]| {

@@ -1,4 +1,4 @@
-//! Rebound keys.
+//! Keys changed by the configuration.
 
 use super::*;
 
@@ -113,7 +113,7 @@ fn a_label_that_is_a_key_speaks_for_that_alone() {
     }
 }
 
-/// Its other key is in the label then, or gone.
+/// The help never names a key that was replaced.
 #[test]
 fn help_names_no_replaced_key() {
     let chosen = [
@@ -129,8 +129,8 @@ fn help_names_no_replaced_key() {
     };
     for (name, told) in [
         ("add-waypoint", "draft a waypoint"),
-        ("turn-page-less", "the page before"),
-        ("playback-newest", "back to now, or to the end"),
+        ("turn-page-less", "the previous page"),
+        ("playback-newest", "to the present, or to the end"),
         ("enter-drive", "drive by hand (asks)"),
     ] {
         assert_eq!(help(name).as_deref(), Some(told));
@@ -170,7 +170,7 @@ fn a_key_that_stops_does_so_everywhere() {
     assert_eq!(label(Context::Question), "F12");
 }
 
-/// What is said anyway is not said twice.
+/// A key of STOP is not listed twice.
 #[test]
 fn stop_has_each_of_its_keys_once() {
     let keymap = with(&[("dashboard", "stop", &["Ctrl-S", "F12", "Space"])]).expect("free");
@@ -292,7 +292,7 @@ fn mistakes_are_named() {
     );
     let key = error(&[("dashboard", "scan", &["Alt-x"])]);
     assert!(key.message.contains("Alt"), "{}", key.message);
-    // A key that was given away is free.
+    // A key that no action uses any more is free.
     let swapped = with(&[
         ("dashboard", "scan", &["x"]),
         ("dashboard", "cancel-commands", &["v"]),

@@ -6,7 +6,7 @@ use super::panel::Panel;
 use super::{Facts, Overlay, Ui};
 use crate::event::Moment;
 
-/// Least columns and rows of the dashboard; on a smaller terminal only STOP and quit
+/// Minimum number of columns and rows of the dashboard; on a smaller terminal only STOP and quit
 /// work.
 pub(crate) const SIZE_MIN: (u16, u16) = (80, 24);
 
@@ -34,7 +34,7 @@ impl Ui {
         self.page = 0;
     }
 
-    /// Chooses another panel if the chosen one has nothing to show for this robot.
+    /// Chooses another panel if the chosen one has no content for this robot.
     pub(super) fn leave_empty_panel(&mut self, facts: &Facts) {
         if !facts.offers(self.panel) {
             self.panel = if facts.link.has_only_own_lines() {
@@ -51,7 +51,7 @@ impl Ui {
         self.panel == Panel::Fields && self.map.cursor.is_none()
     }
 
-    /// Acts on the panel of fields, which has the arrows and Enter as long as the map has no cursor; returns whether it did.
+    /// Acts on the panel of fields, which gets the arrows and Enter unless the map has a cursor; returns whether it did.
     pub(super) fn act_on_fields(&mut self, facts: &Facts, action: Action) -> bool {
         match action {
             Action::MoveCursor { north, .. } => {
@@ -65,7 +65,7 @@ impl Ui {
         true
     }
 
-    /// Chooses a panel that has something to show for this robot.
+    /// Chooses a panel, if it has content for this robot.
     pub(super) fn show_offered(&mut self, facts: &Facts, now: Moment, panel: Panel) {
         if facts.offers(panel) {
             self.show(panel);
@@ -90,7 +90,7 @@ impl Ui {
         self.page = 0;
     }
 
-    /// Whether the key for closing puts the cursor or an enlarged part away.
+    /// Whether the key for closing removes the cursor or restores an enlarged part.
     pub(crate) const fn can_put_away(&self) -> bool {
         self.map.cursor.is_some() || self.enlarged.is_some()
     }
@@ -111,5 +111,7 @@ impl Ui {
             _ => &mut self.page,
         };
         *turned = turned.wrapping_add(pages);
+        // Pages of alarms follow the chosen one.
+        self.alarm = None;
     }
 }
