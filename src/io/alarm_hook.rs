@@ -214,7 +214,7 @@ mod tests {
         use rustix::process::{Pid, test_kill_process_group};
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("pid");
-        let command = format!("echo $$ > {path:?}.new; mv {path:?}.new {path:?}; sleep 1000");
+        let command = format!("echo $$ > {path:?}.new; mv {path:?}.new {path:?}; exec sleep 1000");
         let hook = AlarmHook::start(&command).unwrap();
         hook.pass("a".to_owned()).unwrap();
         let pid = loop {
