@@ -15,12 +15,12 @@ use groundwave::capture::topics::{Deriver, Origin, Topic, TopicMessage};
 use groundwave::event::{CommandId, CommandStatus, Event, LinkEvent};
 use groundwave::recorded::to_recorded;
 use groundwave::request::Request;
-use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{
     Ack, Body, CountersLine, FirmwareVersion, Line, Note, ParameterLine, ParameterName, Printable,
     SongLine, TextLine,
 };
+use groundwave_protocol::{LINE_BYTES, Waypoint};
 use proptest::prelude::*;
 use prost::Message;
 
@@ -185,6 +185,8 @@ fn messages_are_as_derived_encoders_write_them() {
             bumps: 0,
             failsafe: None,
         }),
+        // The outage is reported at the next line, since nothing explained it until then.
+        Body::Text(TextLine::new("")),
     ];
     let told = (1..).zip(told).map(|(sequence, body)| Line {
         sequence,
@@ -206,9 +208,11 @@ fn messages_are_as_derived_encoders_write_them() {
         }
     }
     // At time zero, and at times without a fraction of a second.
+    let (parts, last) = stream.split_at(stream.len() - LINE_BYTES);
     for (at_ns, part) in [0, START_NS, START_NS + LINE_NS]
         .into_iter()
-        .zip(stream.chunks(stream.len() / 3 + 1))
+        .zip(parts.chunks(parts.len() / 3 + 1))
+        .chain([(START_NS + 2 * LINE_NS, last)])
     {
         deriver.handle_rx(at_ns, part, keep(&mut kept)).unwrap();
     }

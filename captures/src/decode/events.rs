@@ -52,7 +52,7 @@ impl EventRecord {
         "field",
         "value",
         // Text of a note.
-        "text",
+        "note",
     ];
 
     /// The record of an event; `None` for other kinds.
@@ -120,7 +120,7 @@ impl EventRecord {
 
     /// The record of a note in the label.
     pub(super) fn of_note(note: &Note) -> Self {
-        Self::from(json!({ "event": "note", "text": note.text }))
+        Self::from(json!({ "event": "note", "note": note.text }))
     }
 
     /// The record of an outage.

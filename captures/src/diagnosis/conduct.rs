@@ -30,9 +30,11 @@ const COMPARED_S_MAX: u32 = 60;
 /// Lines in a row of which one is a line I, unless the robot has everything: 12 a second in 20 s.
 const ABILITIES_EVERY: u32 = 240;
 
-/// Jumps of the sequence, and share of the lines that follow the one before it, per cent, from which on and below which they are no
-/// lines that the radio lost.
-const JUMPS: u64 = 100;
+/// Minimum number of jumps of the sequence by one step that are the robot's, and of jumps by any steps.
+const JUMPS_ALIKE: u64 = 8;
+const JUMPS: u64 = 60;
+
+/// Share of lines that directly follow the previous one, per cent; below it, jumps are the robot's.
 const JUMPS_NEXT_PCT: u64 = 5;
 
 /// Bytes of a line that a restart cut off.
@@ -207,7 +209,8 @@ impl Conduct {
         let most = self.jumps.values().max().copied().unwrap_or(0);
         let all: u64 = self.jumps.values().sum();
         let next = self.pairs.saturating_sub(all);
-        most * 4 > self.pairs * 3 || all >= JUMPS && next * 100 < self.pairs * JUMPS_NEXT_PCT
+        let is_one_step = most >= JUMPS_ALIKE && most * 4 > self.pairs * 3;
+        is_one_step || all >= JUMPS && next * 100 < self.pairs * JUMPS_NEXT_PCT
     }
 
     /// A sequence that begins anew: always at the same number, or at restarts.
