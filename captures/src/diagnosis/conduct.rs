@@ -213,8 +213,12 @@ impl Conduct {
         is_one_step || all >= JUMPS && next * 100 < self.pairs * JUMPS_NEXT_PCT
     }
 
-    /// A sequence that begins anew: always at the same number, or at restarts.
+    /// The mistake of a sequence that restarts too early: always at the same number, or at restarts. If the radio loses a quarter of the
+    /// lines, no restart shows it.
     fn wrap(&self) -> Option<&'static Kind> {
+        if self.jumps.values().sum::<u64>() * 4 > self.pairs {
+            return None;
+        }
         if self.wraps.values().any(|count| *count > 1) {
             return Some(kind::WRAP);
         }
