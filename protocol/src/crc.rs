@@ -24,8 +24,8 @@ const fn step(mut remainder: u32, bits: u32) -> u32 {
     remainder & 0xFF_FFFF
 }
 
-/// Uses a table of 16 nibbles: 64 bytes of the microcontroller's RAM.
-#[cfg(target_arch = "avr")]
+/// Uses a table of 16 nibbles: 64 bytes of a microcontroller's memory.
+#[cfg(target_os = "none")]
 mod engine {
     use super::step;
 
@@ -51,7 +51,7 @@ mod engine {
 }
 
 /// Uses eight tables to take eight bytes at a step, because decoding long captures depends on its speed.
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(target_os = "none"))]
 mod engine {
     use super::step;
 

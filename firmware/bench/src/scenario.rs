@@ -126,12 +126,7 @@ impl Scenario {
         };
         let mut plant = Plant::new(&world, &conditions, seed);
         let mut radio = Radio::new(&channel, seed);
-        let mut identity = Identity {
-            robot_id: ROBOT_ID,
-            boots: 1,
-            rng_seed: seed as u32,
-            duplex: self.duplex,
-        };
+        let mut identity = Identity::new(ROBOT_ID, 1, seed as u32, self.duplex);
         let mut kept = Parameters::DEFAULT;
         let mut recorder = Recorder::new(identity, &kept);
         let mut operator = Operator::default();
