@@ -58,6 +58,11 @@ impl Scenario {
         Self { period_ms, ..self }
     }
 
+    /// The run of this name.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Self::all().into_iter().find(|run| run.name == name)
+    }
+
     /// All runs.
     pub(crate) fn all() -> Vec<Self> {
         let patience_bytes = PATIENCE_BYTES;
@@ -174,7 +179,8 @@ impl Scenario {
         Ok(recorder.recording)
     }
 
-    fn act(&self, now_ms: u64, operator: &mut Operator) {
+    /// Gives the operator its tasks of this moment.
+    pub(crate) fn act(&self, now_ms: u64, operator: &mut Operator) {
         for (at_ms, event) in &self.script {
             if now_ms % self.period_ms == *at_ms {
                 match event {
@@ -270,8 +276,8 @@ mod tests {
     #[test]
     fn the_capture_of_the_emulated_mega_equals_the_run_on_the_host() {
         let capture = include_bytes!("../../../captures/mega-tour.txt");
-        let tour = Scenario::all().into_iter().find(|run| run.name == "tour");
-        let recording = tour.unwrap().record(1, 120_000).unwrap();
+        let tour = Scenario::named("tour").unwrap();
+        let recording = tour.record(1, 120_000).unwrap();
         assert!(
             recording.downlink == capture,
             "captures/README.md shows how to make the capture again"

@@ -5,14 +5,15 @@
    Commands and their answers; words are little endian:
      S  step: edges of both encoders (1 byte each), levels of C, L and K, millivolts of A0, A1, A2 (2 bytes each), number of
         bytes from the radio (1 byte), the bytes. Answer: pulse widths (2 bytes), port A, flags (1 LEDs on, 2 and 4 left and right
-        sonar triggered, 8 the chip has reset itself), tone in Hz, servo in us, awake cycles (2 bytes each), number of bytes
-        to the radio (2 bytes), the bytes, number of traced bytes (2 bytes), the bytes.
+        sonar triggered), tone in Hz, servo in us, awake cycles (2 bytes each), number of bytes to the radio (2 bytes), the
+        bytes, number of traced bytes before a reset of the chip, or 65,535 (2 bytes), number of traced bytes (2 bytes), the
+        bytes.
      E  echo: side (0 or 1), pulse in us (4 bytes). The pulse begins 0.45 ms after the command.
      P  power lost and restored: RAM has other contents, and a byte of EEPROM that was being written is damaged.
      B  brown-out: a reset in which RAM keeps its contents.
      H  the program hangs at its present place, with interrupts on or off (1 byte).
      X  the program calls the function at an address (4 bytes).
-     M  memory: answer: the EEPROM (4096 bytes).
+     L  display. Answer: its two lines (16 characters each).
      F  figures. Answer: bytes of stack used and spare, received bytes lost, bits per second (2 bytes each).
 
    Copyright (C) 2026 the authors of Groundwave. Because simavr is, this program is free software under the GNU General
@@ -31,11 +32,12 @@
 
 enum {
     STEP_CYCLES = 16000,
-    PORTA = 0x22, EECR = 0x3F, EEARL = 0x41, TCCR0A = 0x44, TCCR0B = 0x45, OCR0A = 0x47, GPIOR1 = 0x4A, MCUSR = 0x54,
+    PORTA = 0x22, TIFR4 = 0x39, EECR = 0x3F, EEARL = 0x41, TCCR0A = 0x44, TCCR0B = 0x45, OCR0A = 0x47, GPIOR1 = 0x4A, MCUSR = 0x54,
     OCR1A = 0x88, OCR1B = 0x8A, OCR3A = 0x98, TCCR2A = 0xB0,
+    PORTH = 0x102, DISPLAY_WAKES = 6,
     WRITES = 2, ENABLES_WRITE = 4, WRITE_US = 3400,
-    RAM = 0x200, PAINT = 0xC5, EEPROM_BYTES = 4096,
-    BEFORE_ECHO_US = 450, RECEIVER_BYTES = 2, QUEUE = 4096, TRACE = 65535
+    RAM = 0x200, PAINT = 0xC5,
+    BEFORE_ECHO_US = 450, RECEIVER_BYTES = 2, QUEUE = 4096, TRACE = 65534, NO_RESET = 65535
 };
 
 DEFINE_FIFO(uint16_t, uart_fifo);
@@ -52,8 +54,8 @@ static struct {
     uint8_t flags;
     avr_cycle_count_t asleep;
     uint8_t sent[QUEUE], traced[TRACE];
-    uint16_t sends, traces;
-} done;
+    uint16_t sends, traces, traces_before_reset;
+} done = {.traces_before_reset = NO_RESET};
 
 static struct {
     uint8_t bytes[QUEUE];
@@ -79,6 +81,12 @@ static struct {
     uint8_t code[2];
     int on;
 } hang;
+
+/* An HD44780 with four data wires: half bytes until it has woken, then bytes. */
+static struct {
+    uint8_t text[2][16], column, line, high, enabled;
+    unsigned halves;
+} display;
 
 static uint32_t chance = 1;
 
@@ -169,6 +177,26 @@ static void note_trigger(struct avr_irq_t *irq, uint32_t value, void *flag) {
     if (value) done.flags |= (intptr_t)flag;
 }
 
+static void note_display(struct avr_irq_t *irq, uint32_t enabled, void *unused) {
+    (void)irq, (void)unused;
+    int falls = display.enabled && !enabled;
+    display.enabled = enabled;
+    if (!falls) return;
+    uint8_t port = avr->data[PORTH], half = port >> 3 & 0xF;
+    if (display.halves++ < DISPLAY_WAKES) return;
+    if ((display.halves - DISPLAY_WAKES) % 2) {
+        display.high = half;
+        return;
+    }
+    uint8_t byte = display.high << 4 | half;
+    if (port & 1) {
+        if (display.column < 16) display.text[display.line][display.column++] = byte;
+    } else if (byte & 0x80) {
+        display.line = byte >> 6 & 1;
+        display.column = byte & 0x3F;
+    }
+}
+
 static void note_trace(avr_t *chip, avr_io_addr_t address, uint8_t value, void *unused) {
     (void)chip, (void)address, (void)unused;
     if (done.traces == TRACE) fail("too many traced bytes");
@@ -196,15 +224,42 @@ static void write_eecr(avr_t *chip, avr_io_addr_t address, uint8_t value, void *
     writing.enabled = (value & ENABLES_WRITE) != 0;
 }
 
+/* The model drops every pending interrupt of a timer when the program clears one of its flags, the chip only that one. */
+static struct pending {
+    uint8_t number, flag;
+    avr_int_vector_t *vector;
+    avr_cycle_count_t dropped;
+} clock_a = {.number = 42, .flag = 1 << 1}, capture_4 = {.number = 41, .flag = 1 << 5};
+
+static void note_pending(struct avr_irq_t *irq, uint32_t is_pending, void *pending) {
+    (void)irq;
+    if (!is_pending) ((struct pending *)pending)->dropped = avr->cycle;
+}
+
+static void keep_pending(avr_t *chip, avr_io_addr_t address, uint8_t value, void *pending_of) {
+    (void)address;
+    struct pending *pending = pending_of;
+    if (pending->dropped == chip->cycle && !(value & pending->flag)) avr_raise_interrupt(chip, pending->vector);
+}
+
+static void watch_pending(struct pending *pending) {
+    for (int i = 0; i < avr->interrupts.vector_count; i++)
+        if (avr->interrupts.vector[i]->vector == pending->number) pending->vector = avr->interrupts.vector[i];
+    if (!pending->vector) fail("simavr lacks an interrupt");
+    avr_irq_register_notify(&pending->vector->irq[AVR_INT_IRQ_PENDING], note_pending, pending);
+    avr_register_io_write(avr, TIFR4, keep_pending, pending);
+}
+
 static void (*reset_of_core)(avr_t *);
 
 static void note_reset(avr_t *chip) {
     if (reset_of_core) reset_of_core(chip);
-    done.flags |= 8;
+    done.traces_before_reset = done.traces;
     if (hang.on) memcpy(chip->flash + hang.address, hang.code, 2);
     hang.on = 0;
     byte_cycles = 0;
     uplink.count = 0;
+    display.halves = 0;
     writing.enabled = 0;
     wheels.edges[0] = wheels.edges[1] = 0;
     for (int i = 0; i < 8; i++) avr_extint_set_strict_lvl_trig(chip, i, 0);
@@ -227,15 +282,15 @@ static void step(void) {
         }
         wheels.edges[side] += edges;
     }
-    static uint8_t levels[3];
     static const char ports[] = "CLK";
+    static const int inputs[] = {0x26, 0x109, 0x106};
     /* PL0 and PL1 are the echoes. */
     static const uint8_t masks[] = {0xFF, 0xFC, 0xFF};
     for (int port = 0; port < 3; port++) {
-        uint8_t level = read_byte(), changed = (level ^ levels[port]) & masks[port];
+        /* The model lets a pull-up win over the level of a pin. */
+        uint8_t level = read_byte(), changed = (level ^ avr->data[inputs[port]]) & masks[port];
         for (int bit = 0; bit < 8; bit++)
             if (changed >> bit & 1) set_pin(ports[port], bit, level >> bit & 1);
-        levels[port] = level;
     }
     for (int channel = 0; channel < 3; channel++)
         avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + channel), read_word(2));
@@ -271,14 +326,15 @@ static void step(void) {
     write_word(avr->cycle - begin - done.asleep, 2);
     write_word(done.sends, 2);
     fwrite(done.sent, 1, done.sends, answers);
+    write_word(done.traces_before_reset, 2);
     write_word(done.traces, 2);
     fwrite(done.traced, 1, done.traces, answers);
     done.flags = done.sends = done.traces = done.asleep = 0;
+    done.traces_before_reset = NO_RESET;
 }
 
 static void reset(uint8_t reason) {
     avr_reset(avr);
-    done.flags &= ~8;
     avr->data[MCUSR] = reason;
     writing.end = 0;
 }
@@ -297,17 +353,11 @@ static void lose_power(void) {
 static void begin_hang(void) {
     static const uint8_t jump_to_itself[2] = {0xFF, 0xCF};
     avr->sreg[S_I] = read_byte() & 1;
+    avr->state = cpu_Running;
     hang.address = avr->pc;
     memcpy(hang.code, avr->flash + avr->pc, 2);
     memcpy(avr->flash + avr->pc, jump_to_itself, 2);
     hang.on = 1;
-}
-
-static void write_memory(void) {
-    static uint8_t memory[EEPROM_BYTES];
-    avr_eeprom_desc_t all = {.ee = memory, .offset = 0, .size = EEPROM_BYTES};
-    avr_ioctl(avr, AVR_IOCTL_EEPROM_GET, &all);
-    fwrite(memory, 1, EEPROM_BYTES, answers);
 }
 
 static void write_figures(void) {
@@ -342,12 +392,16 @@ static void start(const char *program) {
     for (intptr_t side = 0; side < 2; side++)
         avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('A'), 4 + side), note_trigger,
                                 (void *)(side ? (intptr_t)4 : (intptr_t)2));
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('H'), 1), note_display, NULL);
+    watch_pending(&clock_a);
+    watch_pending(&capture_4);
     avr_register_io_write(avr, GPIOR1, note_trace, NULL);
     avr_register_io_write(avr, EECR, write_eecr, NULL);
     avr_register_io_read(avr, EECR, read_eecr, NULL);
     reset_of_core = avr->reset;
     avr->reset = note_reset;
     reset(1);
+    done.traces_before_reset = NO_RESET;
 }
 
 int main(int count, char **arguments) {
@@ -371,7 +425,7 @@ int main(int count, char **arguments) {
         case 'B': reset(4); break;
         case 'H': begin_hang(); break;
         case 'X': avr->pc = read_word(4); avr->state = cpu_Running; break;
-        case 'M': write_memory(); break;
+        case 'L': fwrite(display.text, 1, sizeof display.text, answers); break;
         case 'F': write_figures(); break;
         default: fail("an unknown command");
         }

@@ -11,7 +11,8 @@ use sr04_firmware::board::{
 use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::robot::Robot;
 
-const BOOT: u8 = b'B';
+/// First byte of [`Call::Boot`].
+pub const BOOT: u8 = b'B';
 /// First byte of [`Call::Tick`].
 pub const TICK: u8 = b'T';
 const INFRARED: u8 = b'I';

@@ -143,7 +143,7 @@ impl Board {
             receive(robot, byte);
         }
         if self.radio.is_due() {
-            send(robot);
+            self.send(robot);
         }
         self.memory.step();
     }
@@ -151,7 +151,15 @@ impl Board {
     fn is_idle(&self) -> bool {
         registers::base() == self.converted
             && registers::has_none_received()
-            && self.radio.is_idle()
+            && !self.radio.is_due()
+    }
+
+    #[inline(never)]
+    fn send(&mut self, robot: &mut Robot) {
+        Call::Downlink.write(&mut Trace);
+        let byte = robot.poll_downlink();
+        self.radio.take(byte);
+        write_downlink(&mut Trace, byte);
     }
 
     #[inline(never)]
@@ -186,16 +194,6 @@ fn look(robot: &mut Robot) {
 fn receive(robot: &mut Robot, byte: u8) {
     Call::Uplink(byte).write(&mut Trace);
     robot.handle_uplink(byte);
-}
-
-#[inline(never)]
-fn send(robot: &mut Robot) {
-    Call::Downlink.write(&mut Trace);
-    let byte = robot.poll_downlink();
-    if let Some(byte) = byte {
-        registers::send(byte);
-    }
-    write_downlink(&mut Trace, byte);
 }
 
 /// Stops the motors and resets the board. Using the argument would link `core::fmt`, which this target miscompiles.

@@ -1,65 +1,56 @@
-//! The radio at serial port 1, with a clock of byte times: the robot is asked for a byte in each, idle ones too.
+//! The radio at serial port 1. While the robot sends, the port sets the pace and asks for a byte ahead; idle byte times
+//! are counted by the clock.
 
 use crate::CLOCK_HZ;
 use crate::config::BAUD;
-use crate::registers::{self, CYCLES_PER_COUNT, can_send, counts, wake_at, wake_when_sent};
+use crate::registers::{self, CYCLES_PER_COUNT, can_send, counts};
 
 /// Cycles of a bit are eight times this.
 const BIT_DIVISOR: u32 = (CLOCK_HZ / 8 + BAUD / 2) / BAUD;
 
-/// Cycles of a byte: start, eight bits, stop.
-const BYTE_CYCLES: u32 = BIT_DIVISOR * 8 * 10;
-const BYTE_COUNTS: u16 = (BYTE_CYCLES / CYCLES_PER_COUNT) as u16;
-const BYTE_REST: u8 = (BYTE_CYCLES % CYCLES_PER_COUNT) as u8;
+/// Counts of a byte: start, eight bits, stop.
+const BYTE_COUNTS: u16 = (BIT_DIVISOR * 8 * 10 / CYCLES_PER_COUNT) as u16;
+
+/// Byte times of delay that are made up for.
+const LATE_BYTES: u16 = 4;
 
 /// The sending side.
 pub struct Radio {
-    /// Time at which the next byte is due, in counts, and its rest in cycles.
-    due: u16,
-    rest: u8,
+    /// Whether the latest byte time is idle, and when it ends.
+    is_idle: bool,
+    end: u16,
 }
 
 impl Radio {
     /// Starts the port.
     pub fn start() -> Self {
         registers::start_radio((BIT_DIVISOR - 1) as u16);
-        let radio = Self {
-            due: counts(),
-            rest: 0,
-        };
-        wake_at(radio.due);
-        radio
+        Self {
+            is_idle: true,
+            end: counts(),
+        }
     }
 
     /// Whether the robot must be asked for a byte now.
-    pub fn is_due(&mut self) -> bool {
-        let late = counts().wrapping_sub(self.due);
-        if late as i16 >= 0 {
-            if can_send() {
-                self.advance(late);
-                return true;
-            }
-            wake_when_sent();
+    pub fn is_due(&self) -> bool {
+        if self.is_idle {
+            counts().wrapping_sub(self.end) as i16 >= 0
+        } else {
+            can_send()
         }
-        false
     }
 
-    fn advance(&mut self, late: u16) {
-        if late > BYTE_COUNTS {
-            // More than the slack of a byte: the line was idle.
-            self.due = self.due.wrapping_add(late);
+    /// Sends what the robot has answered.
+    pub fn take(&mut self, byte: Option<u8>) {
+        let now = counts();
+        let late = now.wrapping_sub(self.end);
+        if !self.is_idle || late > LATE_BYTES * BYTE_COUNTS {
+            self.end = now;
         }
-        self.due = self.due.wrapping_add(BYTE_COUNTS);
-        self.rest += BYTE_REST;
-        if u32::from(self.rest) >= CYCLES_PER_COUNT {
-            self.rest -= CYCLES_PER_COUNT as u8;
-            self.due = self.due.wrapping_add(1);
+        self.end = self.end.wrapping_add(BYTE_COUNTS);
+        self.is_idle = byte.is_none();
+        if let Some(byte) = byte {
+            registers::send(byte);
         }
-        wake_at(self.due);
-    }
-
-    /// Whether nothing is to be sent before the next interrupt.
-    pub fn is_idle(&self) -> bool {
-        (counts().wrapping_sub(self.due) as i16) < 0 || !can_send()
     }
 }

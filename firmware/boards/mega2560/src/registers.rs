@@ -142,7 +142,6 @@ const TCCR4B: Register = Register(0xA1);
 const TCNT4: Pair = Pair(0xA4);
 const ICR4: Pair = Pair(0xA6);
 const OCR4A: Pair = Pair(0xA8);
-const OCR4B: Pair = Pair(0xAA);
 /// Timer 2: the infrared LEDs' carrier.
 pub const TCCR2A: Register = Register(0xB0);
 /// Clock of timer 2.
@@ -164,7 +163,6 @@ const CANCELS_NOISE: u8 = 1 << 7;
 const PRESCALER_64: u8 = 3;
 /// Bits of the timers' interrupts.
 const ON_CAPTURE: u8 = 1 << 5;
-const ON_B: u8 = 1 << 2;
 const ON_A: u8 = 1 << 1;
 
 /// Cycles of timers 4 and 5 per count.
@@ -379,26 +377,12 @@ pub fn counts() -> u16 {
     TCNT4.read()
 }
 
-/// Wakes the program when [`counts`] is at this value.
-pub fn wake_at(counts: u16) {
-    OCR4B.write(counts);
-    TIFR4.write(ON_B);
-    without_interrupts(|| TIMSK4.write(ON_CAPTURE | ON_A | ON_B));
-}
-
 /// Timer 4, channel A: a period of the clock has passed.
 // SAFETY: the name puts it into the interrupt vectors of avr-libc, which call it with this convention.
 #[unsafe(no_mangle)]
 extern "avr-interrupt" fn __vector_42() {
     OCR4A.write(OCR4A.read().wrapping_add(COUNTS_PER_BASE));
     BASE.change(|base| *base = base.wrapping_add(1));
-}
-
-/// Timer 4, channel B: a byte is due.
-// SAFETY: as above.
-#[unsafe(no_mangle)]
-extern "avr-interrupt" fn __vector_43() {
-    TIMSK4.write(ON_CAPTURE | ON_A);
 }
 
 // Encoders.
@@ -537,14 +521,10 @@ pub fn can_send() -> bool {
     UCSR1A.read() & DATA_EMPTY != 0
 }
 
-/// Wakes the program when the radio can take a byte.
-pub fn wake_when_sent() {
-    UCSR1B.write(RECEIVES_AND_SENDS | ON_RECEIVED | DATA_EMPTY);
-}
-
-/// Sends a byte; [`can_send`] must be true.
+/// Sends a byte; [`can_send`] must be true. The program is woken when it can send another.
 pub fn send(byte: u8) {
     UDR1.write(byte);
+    UCSR1B.write(RECEIVES_AND_SENDS | ON_RECEIVED | DATA_EMPTY);
 }
 
 /// The next received byte.
