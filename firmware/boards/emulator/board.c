@@ -37,7 +37,7 @@ enum {
     PORTH = 0x102, DISPLAY_WAKES = 6,
     WRITES = 2, ENABLES_WRITE = 4, WRITE_US = 3400,
     RAM = 0x200, PAINT = 0xC5,
-    BEFORE_ECHO_US = 450, RECEIVER_BYTES = 2, QUEUE = 4096, TRACE = 65534, NO_RESET = 65535
+    BEFORE_ECHO_US = 450, WATCHDOG_US = 125000, RECEIVER_BYTES = 2, QUEUE = 4096, TRACE = 65534, NO_RESET = 65535
 };
 
 DEFINE_FIFO(uint16_t, uart_fifo);
@@ -242,12 +242,32 @@ static void keep_pending(avr_t *chip, avr_io_addr_t address, uint8_t value, void
     if (pending->dropped == chip->cycle && !(value & pending->flag)) avr_raise_interrupt(chip, pending->vector);
 }
 
-static void watch_pending(struct pending *pending) {
+static void find_vector(struct pending *pending) {
     for (int i = 0; i < avr->interrupts.vector_count; i++)
         if (avr->interrupts.vector[i]->vector == pending->number) pending->vector = avr->interrupts.vector[i];
     if (!pending->vector) fail("simavr lacks an interrupt");
+}
+
+static void watch_pending(struct pending *pending) {
+    find_vector(pending);
     avr_irq_register_notify(&pending->vector->irq[AVR_INT_IRQ_PENDING], note_pending, pending);
     avr_register_io_write(avr, TIFR4, keep_pending, pending);
+}
+
+/* The model's watchdog waits for its interrupt as long as interrupts are off, the chip's resets the chip then. */
+static struct pending watchdog = {.number = 12};
+
+static int bites;
+
+static avr_cycle_count_t bite(avr_t *chip, avr_cycle_count_t when, void *unused) {
+    (void)chip, (void)when, (void)unused;
+    bites = watchdog.vector->pending;
+    return 0;
+}
+
+static void note_watchdog(struct avr_irq_t *irq, uint32_t is_pending, void *unused) {
+    (void)irq, (void)unused;
+    if (is_pending) avr_cycle_timer_register_usec(avr, WATCHDOG_US, bite, NULL);
 }
 
 static void (*reset_of_core)(avr_t *);
@@ -310,6 +330,11 @@ static void step(void) {
     while (avr->cycle < end) {
         int state = avr_run(avr);
         if (state == cpu_Done || state == cpu_Crashed) fail("the program stopped");
+        if (bites) {
+            bites = 0;
+            avr_reset(avr);
+            avr->data[MCUSR] = 8;
+        }
         /* The model counts 11 bits a byte. */
         if (uart->cycles_per_byte && uart->cycles_per_byte != byte_cycles)
             byte_cycles = uart->cycles_per_byte = uart->cycles_per_byte * 10 / 11;
@@ -395,6 +420,8 @@ static void start(const char *program) {
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('H'), 1), note_display, NULL);
     watch_pending(&clock_a);
     watch_pending(&capture_4);
+    find_vector(&watchdog);
+    avr_irq_register_notify(&watchdog.vector->irq[AVR_INT_IRQ_PENDING], note_watchdog, NULL);
     avr_register_io_write(avr, GPIOR1, note_trace, NULL);
     avr_register_io_write(avr, EECR, write_eecr, NULL);
     avr_register_io_read(avr, EECR, read_eecr, NULL);

@@ -114,7 +114,7 @@ impl Watched {
     /// Another boot needs another session, which the operator opens when it has heard of it.
     fn forget(&mut self) {
         self.operator = Operator::default();
-        self.house.ack = None;
+        self.house.forget();
         self.queue.clear();
     }
 

@@ -32,7 +32,7 @@ pub(crate) struct House {
     phase_ms: u64,
     has_ticked: bool,
     decoder: Decoder,
-    /// Bytes to the radio, of each boot, and the lines in them.
+    /// Bytes to the radio, between two resets, and the lines in them.
     pub(crate) sent: Vec<Vec<u8>>,
     pub(crate) lines: Vec<(u64, Line)>,
     pub(crate) ack: Option<Ack>,
@@ -104,7 +104,7 @@ impl House {
             self.mirror.reset();
             self.sent.push(Vec::new());
             self.mirror.take(after);
-            self.has_ticked = false;
+            self.forget();
         }
         Ok(step.sent)
     }
@@ -115,6 +115,12 @@ impl House {
             self.step(&[])?;
         }
         Ok(())
+    }
+
+    /// Forgets the program that has run until now: it hangs or another boot follows.
+    pub(crate) fn forget(&mut self) {
+        self.ack = None;
+        self.has_ticked = false;
     }
 
     fn hear(&mut self, step: &Step) {
@@ -247,7 +253,11 @@ impl House {
             }
         }
         if found.sent.len() != self.sent.len() {
-            return Err(format!("{} boots, not {}", found.sent.len(), self.sent.len()));
+            return Err(format!(
+                "{} resets, not {}",
+                found.sent.len() - 1,
+                self.sent.len() - 1
+            ));
         }
         Ok(Figures {
             calls: found.calls,

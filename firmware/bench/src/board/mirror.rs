@@ -16,11 +16,11 @@ enum Part {
 }
 
 /// What the host's robot has found.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Found {
     /// Calls with equal results.
     pub(crate) calls: usize,
-    /// Bytes to the radio, of each boot.
+    /// Bytes to the radio, between two resets.
     pub(crate) sent: Vec<Vec<u8>>,
 }
 
@@ -135,7 +135,10 @@ fn mirror(parts: Receiver<Part>) -> Result<Found, String> {
         kind: 0,
         results: Vec::new(),
     };
-    let mut found = Found::default();
+    let mut found = Found {
+        calls: 0,
+        sent: vec![Vec::new()],
+    };
     let mut place: MaybeUninit<Robot> = MaybeUninit::uninit();
     loop {
         match stream.next_kind() {
@@ -144,12 +147,12 @@ fn mirror(parts: Receiver<Part>) -> Result<Found, String> {
             None if stream.state == State::Over => return Ok(found),
             None => {
                 stream.state = State::Runs;
+                found.sent.push(Vec::new());
                 continue;
             }
         }
         stream.read();
         let robot = boot(&mut place, &mut stream);
-        found.sent.push(Vec::new());
         while let Some(kind) = stream.next_kind() {
             if !perform(robot, &mut stream) {
                 return Err("the chip boots without a reset".to_owned());
@@ -162,9 +165,5 @@ fn mirror(parts: Receiver<Part>) -> Result<Found, String> {
                 sent.extend(stream.results.get(1));
             }
         }
-        if stream.state == State::Over {
-            return Ok(found);
-        }
-        stream.state = State::Runs;
     }
 }

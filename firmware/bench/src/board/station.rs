@@ -28,6 +28,12 @@ const REST: Duration = Duration::from_millis(2);
 /// Uplink bytes taken ahead of their byte time.
 const AHEAD: usize = 64;
 
+/// Time in which the board tells its state.
+const LAST_LINES_MS: u64 = 3000;
+
+/// Lines among which `watch` must print the wanted one.
+const WATCHED_LINES: usize = 100;
+
 /// Points of the route.
 const POINTS: i32 = 20;
 
@@ -58,12 +64,15 @@ impl Served {
             .map_err(|_| "the board has stopped".to_owned())
     }
 
-    /// Switches the board off.
+    /// Takes the board from the terminal, once it has told what the last command did.
     fn end(self) -> Result<House, String> {
         drop(self.power);
-        self.thread
+        let mut house = self
+            .thread
             .join()
-            .map_err(|_| "the board's thread panicked".to_owned())?
+            .map_err(|_| "the board's thread panicked".to_owned())??;
+        house.run_ms(LAST_LINES_MS)?;
+        Ok(house)
     }
 }
 
@@ -127,11 +136,12 @@ fn watch_until(programs: &Programs, link: &str, kind: &str) -> Result<(), String
         .spawn()
         .map_err(|error| format!("cannot start {}: {error}", programs.groundwave.display()))?;
     let lines = process.stdout.take().map(BufReader::new);
-    let wanted = format!("\"type\":\"{kind}\"");
+    let wanted = format!("\"line_type\":\"{kind}\"");
     let is_seen = lines
         .into_iter()
         .flat_map(BufRead::lines)
         .map_while(Result::ok)
+        .take(WATCHED_LINES)
         .any(|line| line.contains(&wanted));
     let _ = process.kill();
     let _ = process.wait();

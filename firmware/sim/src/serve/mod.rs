@@ -126,7 +126,7 @@ fn open(endpoint: &Endpoint) -> Result<(Box<dyn Port>, String), ServeError> {
     match endpoint {
         #[cfg(unix)]
         Endpoint::Pty { link, copy_only } => {
-            let (port, path) = pty::Pty::open(link.as_deref(), *copy_only)?;
+            let (port, path) = Pty::open(link.as_deref(), *copy_only)?;
             Ok((Box::new(port), path))
         }
         #[cfg(not(unix))]
