@@ -355,7 +355,8 @@ pub struct Outputs {
     pub keep_parameters: bool,
 }
 
-const _: () = assert!(BASE_HZ.is_multiple_of(TICK_HZ) && BASE_HZ.is_multiple_of(INFRARED_SAMPLE_HZ));
+const _: () =
+    assert!(BASE_HZ.is_multiple_of(TICK_HZ) && BASE_HZ.is_multiple_of(INFRARED_SAMPLE_HZ));
 
 #[cfg(test)]
 mod tests {
@@ -377,7 +378,10 @@ mod tests {
     #[test]
     fn scaled_counts_are_sixteen_an_inch() {
         let mut nominal = CountScaler::new(251, 5000);
-        assert_eq!([0, 1, 16, 255].map(|edges| nominal.counts(edges)), [0, 1, 16, 255]);
+        assert_eq!(
+            [0, 1, 16, 255].map(|edges| nominal.counts(edges)),
+            [0, 1, 16, 255]
+        );
         // A wheel of 65 mm with a disc of 20 slots goes 8.04 inches a turn.
         let mut small = CountScaler::new(40, 2559);
         let counts: u16 = (0..400).map(|edge| small.counts(edge % 2 * 2)).sum();

@@ -187,7 +187,9 @@ mod tests {
         let blank = std::vec![0xFF; usize::from(COPY_BYTES)];
         let (mut copies, mut kept) = ([blank.clone(), blank], Parameters::DEFAULT);
         let newest = |copies: &[Vec<u8>; 2]| {
-            let [first, second] = copies.each_ref().map(|copy| read_copy(copy.iter().copied()));
+            let [first, second] = copies
+                .each_ref()
+                .map(|copy| read_copy(copy.iter().copied()));
             newer_copy(first, second)
         };
         for value in [2, 3, 4, 5] {
@@ -200,8 +202,7 @@ mod tests {
                 let (_, found, _) = newest(&copies);
                 let is_whole = place + 1 == written.len();
                 assert!(
-                    found == if is_whole { next.clone() } else { kept.clone() }
-                        || found == next,
+                    found == if is_whole { next.clone() } else { kept.clone() } || found == next,
                     "byte {place} of {value}"
                 );
             }

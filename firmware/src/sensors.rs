@@ -228,7 +228,10 @@ mod tests {
             );
             ranges.right_in
         };
-        assert_eq!([156, 157, 158].map(&mut update), [Some(156), Some(157), None]);
+        assert_eq!(
+            [156, 157, 158].map(&mut update),
+            [Some(156), Some(157), None]
+        );
     }
 
     #[test]

@@ -32,7 +32,14 @@ pub(crate) fn night() -> Result<(), String> {
     let options = ["--seed", &first, "--seeds", NIGHT_SEEDS];
     mega(&options)?;
     micro(&options)?;
-    board_with(&["--seed", &first, "--seeds", BOARD_SEEDS, "--seconds", BOARD_S])
+    board_with(&[
+        "--seed",
+        &first,
+        "--seeds",
+        BOARD_SEEDS,
+        "--seconds",
+        BOARD_S,
+    ])
 }
 
 /// Runs the Mega's whole board in a simulated house.
@@ -70,6 +77,18 @@ fn mega(options: &[&str]) -> Result<(), String> {
         .arg(emulator)
         .args(options)
         .arg(program))
+}
+
+/// Builds the board of a Raspberry Pi Pico.
+pub(crate) fn pico() -> Result<(), String> {
+    let board = root().join("firmware/boards/pico");
+    debian::build(&board)?;
+    let program = board.join("target/thumbv6m-none-eabi/release/pico");
+    print!(
+        "{}",
+        capture(Command::new("arm-none-eabi-size").arg(program))?
+    );
+    Ok(())
 }
 
 fn micro(options: &[&str]) -> Result<(), String> {

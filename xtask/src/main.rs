@@ -11,6 +11,7 @@ mod mega;
 mod mutants;
 mod nightly;
 mod publish;
+mod wiring;
 
 use std::env;
 use std::fmt::Write as _;
@@ -38,6 +39,7 @@ const OUTSIDE: &[Step] = &[
     ("emulator", chips::emulator),
     ("board", chips::board),
     ("microbit", chips::microbit),
+    ("pico", chips::pico),
     ("c", || {
         run(Command::new("python3").arg("protocol/c/test/check.py"))
     }),
@@ -67,6 +69,7 @@ fn main() -> ExitCode {
     let all = [CHECK, OUTSIDE, NIGHTLY].concat();
     let steps: Vec<Step> = match arguments.first().map(String::as_str) {
         Some("flash") => return ended(mega::flash(&arguments[1..]), "flash"),
+        Some("wiring") => return ended(wiring::write(), "wiring"),
         Some("dist") => return ended(dist::make(), "dist"),
         Some("acceptance") => return ended(acceptance(&arguments[1..]), "acceptance"),
         Some("check") => CHECK.to_vec(),
@@ -81,7 +84,7 @@ fn main() -> ExitCode {
     if steps.is_empty() {
         let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
         eprintln!(
-            "usage: cargo xtask check | ci | nightly | acceptance [OPTIONS] | dist | flash mega2560 PORT | {}",
+            "usage: cargo xtask check | ci | nightly | acceptance [OPTIONS] | dist | flash mega2560 PORT | wiring | {}",
             names.join(" | ")
         );
         return ExitCode::from(2);

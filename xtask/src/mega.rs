@@ -77,9 +77,14 @@ pub(crate) fn flash(arguments: &[String]) -> Result<(), String> {
         _ => return Err(usage.to_owned()),
     };
     let options = features.map(|features| ["--no-default-features", "--features", features]);
-    let elf = build("robot", options.as_ref().map_or(&[], |options| &options[..]))?;
+    let elf = build(
+        "robot",
+        options.as_ref().map_or(&[], |options| &options[..]),
+    )?;
     let hex = write_hex(&elf, "robot")?;
     run(Command::new("avrdude")
-        .args(["-p", "m2560", "-c", "wiring", "-b", "115200", "-D", "-P", port, "-U"])
+        .args([
+            "-p", "m2560", "-c", "wiring", "-b", "115200", "-D", "-P", port, "-U",
+        ])
         .arg(format!("flash:w:{}:i", hex.display())))
 }

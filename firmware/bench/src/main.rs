@@ -118,12 +118,12 @@ struct Replay {
 
 fn main() -> ExitCode {
     match Arguments::parse().chip {
-        Chip::Mega { emulator, replay } => {
-            repeat(&replay, |recording| chip::mega(&emulator, &replay.program, recording))
-        }
-        Chip::Microbit { replay } => {
-            repeat(&replay, |recording| chip::microbit(&replay.program, recording))
-        }
+        Chip::Mega { emulator, replay } => repeat(&replay, |recording| {
+            chip::mega(&emulator, &replay.program, recording)
+        }),
+        Chip::Microbit { replay } => repeat(&replay, |recording| {
+            chip::microbit(&replay.program, recording)
+        }),
         Chip::Board(options) => run_board(options),
     }
 }
@@ -164,7 +164,9 @@ fn run_board(options: Board) -> ExitCode {
             let figures = board::lockstep(&programs, seed, options.seconds)?;
             save(options.save.as_deref(), figures)
         }),
-        ("saturated", &|seed| board::saturated(&programs, seed, SATURATED_S)),
+        ("saturated", &|seed| {
+            board::saturated(&programs, seed, SATURATED_S)
+        }),
         ("resets", &|seed| board::resets(&programs, seed)),
         ("power-lost", &|seed| board::power_lost(&programs, seed)),
         ("half-duplex", &|seed| board::half_duplex(&programs, seed)),
@@ -175,7 +177,9 @@ fn run_board(options: Board) -> ExitCode {
         .into_iter()
         .filter(|(name, _)| is_wanted(&options.only, name))
         .collect();
-    run_all(options.seed, options.seeds, &wanted, |check, seed| check(seed))
+    run_all(options.seed, options.seeds, &wanted, |check, seed| {
+        check(seed)
+    })
 }
 
 fn is_wanted(only: &[String], name: &str) -> bool {

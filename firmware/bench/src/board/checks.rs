@@ -124,20 +124,17 @@ impl Watched {
         self.order([Order::ReadParameter { key: key(name) }])?;
         self.run_ms(2000)?;
         let lines = self.house.lines.iter().skip(from);
-        let told = lines.filter_map(|(_, line)| match &line.body {
+        let mut told = lines.filter_map(|(_, line)| match &line.body {
             Body::Parameter(parameter) if parameter.name.as_str() == name => Some(parameter.value),
             _ => None,
         });
-        told.last().ok_or(format!("no line P about {name}"))
+        told.next_back()
+            .ok_or_else(|| format!("no line P about {name}"))
     }
 }
 
 /// The board drives through its pins, with the operator's tour, and a host's robot gets what it gets.
-pub(crate) fn lockstep(
-    programs: &Programs,
-    seed: u64,
-    seconds: u64,
-) -> Result<Figures, String> {
+pub(crate) fn lockstep(programs: &Programs, seed: u64, seconds: u64) -> Result<Figures, String> {
     let tour = Scenario::named("tour").ok_or("no run is named tour")?;
     let mut watched = Watched::new(House::new(
         "house",
@@ -294,7 +291,9 @@ pub(crate) fn resets(programs: &Programs, seed: u64) -> Result<Figures, String> 
             _ => false,
         };
         if !is_told || newest != boots {
-            return Err(format!("{reason}: boot {newest}, not {boots}, with {texts:?}"));
+            return Err(format!(
+                "{reason}: boot {newest}, not {boots}, with {texts:?}"
+            ));
         }
     }
     watched.house.finish()

@@ -124,8 +124,9 @@ impl House {
     }
 
     fn hear(&mut self, step: &Step) {
-        let sent = self.sent.last_mut();
-        sent.map(|sent| sent.extend(&step.sent));
+        if let Some(sent) = self.sent.last_mut() {
+            sent.extend(&step.sent);
+        }
         for received in self.decoder.lines(&step.sent) {
             match received {
                 Received::Line(line, _) => {
@@ -201,9 +202,8 @@ impl House {
         for (number, side) in [Side::Left, Side::Right].into_iter().enumerate() {
             if step.pinged[number] {
                 let range_in = self.plant.ping(side);
-                let length_us = range_in.map_or(NO_ECHO_US, |range_in| {
-                    u32::from(range_in) * ECHO_US_PER_IN
-                });
+                let length_us =
+                    range_in.map_or(NO_ECHO_US, |range_in| u32::from(range_in) * ECHO_US_PER_IN);
                 self.emulator.echo(number as u8, length_us)?;
             }
         }

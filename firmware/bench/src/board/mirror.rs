@@ -161,7 +161,9 @@ fn mirror(parts: Receiver<Part>) -> Result<Found, String> {
                 return Err(format!("call {}: {difference}", found.calls));
             }
             found.calls += 1;
-            if kind == DOWNLINK && let Some(sent) = found.sent.last_mut() {
+            if kind == DOWNLINK
+                && let Some(sent) = found.sent.last_mut()
+            {
                 sent.extend(stream.results.get(1));
             }
         }

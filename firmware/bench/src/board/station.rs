@@ -96,7 +96,11 @@ fn serve(mut house: House, mut pty: Pty, lost: &Receiver<()>) -> Result<House, S
                 queue.extend(read);
             }
             byte_time = (byte_time + BYTES_PER_S).min(1000);
-            let byte = if byte_time == 1000 { queue.pop_front() } else { None };
+            let byte = if byte_time == 1000 {
+                queue.pop_front()
+            } else {
+                None
+            };
             if byte.is_some() {
                 byte_time = 0;
             }
@@ -124,7 +128,10 @@ fn groundwave(programs: &Programs, arguments: &[&str]) -> Result<String, String>
     if output.status.success() {
         Ok(printed)
     } else {
-        Err(format!("groundwave {arguments:?}: {}: {printed}", output.status))
+        Err(format!(
+            "groundwave {arguments:?}: {}: {printed}",
+            output.status
+        ))
     }
 }
 
@@ -155,7 +162,10 @@ fn watch_until(programs: &Programs, link: &str, kind: &str) -> Result<(), String
 /// Watches, drives a route to its end, keeps a parameter over a reset, stops.
 pub(crate) fn station(programs: &Programs, seed: u64) -> Result<Figures, String> {
     let folder = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
-    let (route, script) = (folder.path().join("route.csv"), folder.path().join("script"));
+    let (route, script) = (
+        folder.path().join("route.csv"),
+        folder.path().join("script"),
+    );
     let mut points = String::new();
     for n in 0..POINTS {
         let (right, ahead) = [(1, 1), (1, -1), (-1, -1), (-1, 1)][n as usize % 4];

@@ -61,11 +61,7 @@ pub struct Board {
 }
 
 /// Runs the robot for ever.
-pub fn run(
-    robot: &mut MaybeUninit<Robot>,
-    board: &mut MaybeUninit<Board>,
-    restart: Restart,
-) -> ! {
+pub fn run(robot: &mut MaybeUninit<Robot>, board: &mut MaybeUninit<Board>, restart: Restart) -> ! {
     motors::start();
     outputs::start();
     let (robot, board) = switch_on(robot, board, restart);

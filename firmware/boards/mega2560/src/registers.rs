@@ -169,7 +169,8 @@ const ON_A: u8 = 1 << 1;
 pub const CYCLES_PER_COUNT: u32 = 64;
 
 /// Counts per period of the program's clock.
-const COUNTS_PER_BASE: u16 = (crate::CLOCK_HZ / CYCLES_PER_COUNT / sr04_firmware::board::BASE_HZ) as u16;
+const COUNTS_PER_BASE: u16 =
+    (crate::CLOCK_HZ / CYCLES_PER_COUNT / sr04_firmware::board::BASE_HZ) as u16;
 
 /// Bits of the serial port's registers.
 const DOUBLE_SPEED: u8 = 1 << 1;
