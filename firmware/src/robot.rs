@@ -314,7 +314,7 @@ impl Robot {
         self.infrared.sample(left, right)
     }
 
-    /// Range of the sonar's farthest echo.
+    /// Maximum range of the sonars, inches.
     fn reach_in(&self) -> u16 {
         self.parameters.get(Parameter::SonarReach) as u16
     }

@@ -24,7 +24,7 @@ const fn step(mut remainder: u32, bits: u32) -> u32 {
     remainder & 0xFF_FFFF
 }
 
-/// Uses a table of 16 nibbles: 64 bytes of a microcontroller's memory.
+/// Implementation with a table of 16 nibbles: 64 bytes of a microcontroller's RAM.
 #[cfg(target_os = "none")]
 mod engine {
     use super::step;
@@ -50,7 +50,7 @@ mod engine {
     }
 }
 
-/// Uses eight tables to take eight bytes at a step, because decoding long captures depends on its speed.
+/// Implementation with eight tables, which takes eight bytes per step, because the speed of decoding long captures depends on it.
 #[cfg(not(target_os = "none"))]
 mod engine {
     use super::step;

@@ -58,12 +58,12 @@ impl Scenario {
         Self { period_ms, ..self }
     }
 
-    /// The run of this name.
+    /// The scenario with a name; `None` if there is none.
     pub(crate) fn named(name: &str) -> Option<Self> {
         Self::all().into_iter().find(|run| run.name == name)
     }
 
-    /// All runs.
+    /// All scenarios.
     pub(crate) fn all() -> Vec<Self> {
         let patience_bytes = PATIENCE_BYTES;
         vec![

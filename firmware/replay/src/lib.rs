@@ -115,7 +115,7 @@ pub fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a 
     place.write(Robot::restored(identity, parameters))
 }
 
-/// Repeats one call and writes its result; `false` if the call is a boot.
+/// Repeats one call and writes its result; returns `false` if the call is a boot.
 pub fn perform(robot: &mut Robot, port: &mut impl Port) -> bool {
     match port.read() {
         BOOT => return false,
