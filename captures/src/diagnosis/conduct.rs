@@ -30,6 +30,9 @@ const COMPARED_S_MAX: u32 = 60;
 /// Lines in a row of which one is a line I, unless the robot has everything: 12 a second in 20 s.
 const ABILITIES_EVERY: u32 = 240;
 
+/// Minimum number of jumps by the same step: the radio may make three or four of them.
+const JUMPS_SAME: u64 = 8;
+
 /// Jumps of the sequence, and share of the lines that follow the one before it, per cent, from which on and below which they are no
 /// lines that the radio lost.
 const JUMPS: u64 = 100;
@@ -207,11 +210,15 @@ impl Conduct {
         let most = self.jumps.values().max().copied().unwrap_or(0);
         let all: u64 = self.jumps.values().sum();
         let next = self.pairs.saturating_sub(all);
-        most * 4 > self.pairs * 3 || all >= JUMPS && next * 100 < self.pairs * JUMPS_NEXT_PCT
+        most >= JUMPS_SAME && most * 4 > self.pairs * 3
+            || all >= JUMPS && next * 100 < self.pairs * JUMPS_NEXT_PCT
     }
 
-    /// A sequence that begins anew: always at the same number, or at restarts.
+    /// A sequence that begins anew: always at the same number, or at restarts. Lines that the radio lost make it jump elsewhere, too.
     fn wrap(&self) -> Option<&'static Kind> {
+        if self.jumps.values().sum::<u64>() > self.wraps.values().sum() {
+            return None;
+        }
         if self.wraps.values().any(|count| *count > 1) {
             return Some(kind::WRAP);
         }
