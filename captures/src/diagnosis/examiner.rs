@@ -346,6 +346,9 @@ impl Examiner {
             } else if kind == kind::CRC_ZERO {
                 // One flipped bit turns a backtick into a space.
                 count > intact / 100
+            } else if kind == kind::CRC_STALE {
+                // One flipped bit in the sequence gives the line of another one.
+                count > intact / 10
             } else if kind == kind::BETWEEN {
                 // A radio that doubles bytes makes some of one byte.
                 let pairs = self.conduct.pairs + self.gaps;
