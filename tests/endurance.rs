@@ -215,11 +215,11 @@ fn a_day_of_outages() {
     let hours = if is_nightly() { 24 } else { 10 };
     let mut day = Day::new();
     // Logs, trails and charts are full after this.
-    for _ in 0..4 {
+    for _ in 0..6 {
         day.hour();
     }
     let (early_size, early_kib) = (day.size(), resident_kib());
-    for _ in 4..hours {
+    for _ in 6..hours {
         day.hour();
     }
     let (late_size, late_kib) = (day.size(), resident_kib());
