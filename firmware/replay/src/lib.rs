@@ -4,15 +4,11 @@
 
 use core::mem::MaybeUninit;
 
-use groundwave_protocol::status_codes::LayerMask;
-use sr04_firmware::board::{
-    Duplex, Echo, Edges, Identity, Inputs, Outputs, Restart, Side, Sides, Switches,
-};
+use sr04_firmware::board::{Duplex, Echo, Edges, Identity, Inputs, Outputs, Side, Sides, Switches};
 use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::robot::Robot;
 
-/// First byte of [`Call::Boot`].
-pub const BOOT: u8 = b'B';
+const BOOT: u8 = b'B';
 /// First byte of [`Call::Tick`].
 pub const TICK: u8 = b'T';
 const INFRARED: u8 = b'I';
@@ -58,8 +54,6 @@ impl Call<'_> {
                     Duplex::Full => 0,
                     Duplex::Half { patience_bytes } => patience_bytes,
                 });
-                port.write(identity.fitted.bits());
-                port.write(identity.restart as u8);
                 write_parameters(port, parameters);
             }
             Self::Tick(inputs) => {
@@ -89,9 +83,9 @@ pub fn repeat(place: &mut MaybeUninit<Robot>, port: &mut impl Port) -> ! {
     }
 }
 
-/// Reads the bytes of a boot after the first and creates the robot in its place. A separate function keeps a second robot off the caller's stack.
+/// Creates the robot in its place. A separate function keeps a second robot off the caller's stack.
 #[inline(never)]
-pub fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a mut Robot {
+fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a mut Robot {
     let identity = Identity {
         robot_id: port.read(),
         boots: read_pair(port),
@@ -99,13 +93,6 @@ pub fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a 
         duplex: match port.read() {
             0 => Duplex::Full,
             patience_bytes => Duplex::Half { patience_bytes },
-        },
-        fitted: LayerMask::from_bits(port.read()),
-        restart: match port.read() {
-            0 => Restart::PowerOn,
-            1 => Restart::BrownOut,
-            2 => Restart::Watchdog,
-            _ => Restart::Panic,
         },
     };
     let mut parameters = Parameters::DEFAULT;
@@ -116,7 +103,7 @@ pub fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a 
 }
 
 /// Repeats one call and writes its result; returns `false` if the call is a boot.
-pub fn perform(robot: &mut Robot, port: &mut impl Port) -> bool {
+fn perform(robot: &mut Robot, port: &mut impl Port) -> bool {
     match port.read() {
         BOOT => return false,
         TICK => tick(robot, port),
@@ -161,9 +148,8 @@ pub fn write_leds(port: &mut impl Port, leds_on: bool) {
     port.write(u8::from(leds_on));
 }
 
-/// Writes the result of [`Call::Downlink`]: the number of bytes, 0 for an idle line, and the byte.
+/// Writes the result of [`Call::Downlink`]: nothing for an idle line.
 pub fn write_downlink(port: &mut impl Port, byte: Option<u8>) {
-    port.write(u8::from(byte.is_some()));
     if let Some(byte) = byte {
         port.write(byte);
     }
@@ -285,7 +271,6 @@ fn read_pair(port: &mut impl Port) -> u16 {
 mod tests {
     extern crate std;
     use super::*;
-    use groundwave_protocol::status_codes::Layer;
     use std::collections::VecDeque;
 
     impl Port for VecDeque<u8> {
@@ -355,8 +340,6 @@ mod tests {
             boots: 0x1234,
             rng_seed: 0x8765_4321,
             duplex: Duplex::Half { patience_bytes: 16 },
-            fitted: LayerMask::ALL.without(Layer::Infrared),
-            restart: Restart::Panic,
         };
         let mut parameters = Parameters::DEFAULT;
         assert!(parameters.set(Parameter::Square, -300));

@@ -5,13 +5,10 @@ use crate::parameters::Parameter;
 const BYTES: usize = Parameter::ALL.len().div_ceil(8);
 
 /// A set of parameters, one bit each.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Due([u8; BYTES]);
 
 impl Due {
-    /// No parameters.
-    pub const NONE: Self = Self([0; BYTES]);
-
     /// Adds a parameter.
     pub fn add(&mut self, parameter: Parameter) {
         let place = parameter as usize;
@@ -36,7 +33,7 @@ mod tests {
 
     #[test]
     fn added_parameters_are_taken_once_in_table_order() {
-        let mut due = Due::NONE;
+        let mut due = Due::default();
         assert_eq!(due.take(), None);
         for &parameter in Parameter::ALL.iter().rev() {
             due.add(parameter);

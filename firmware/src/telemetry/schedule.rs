@@ -59,14 +59,6 @@ pub struct Schedule {
 
 impl Default for Schedule {
     fn default() -> Self {
-        Self::new(None)
-    }
-}
-
-impl Schedule {
-    /// A schedule at boot, perhaps with a text.
-    #[must_use]
-    pub const fn new(text: Option<&'static str>) -> Self {
         Self {
             begun: 0,
             states: 0,
@@ -75,14 +67,16 @@ impl Schedule {
             status_due: false,
             since_status: RATION,
             since_text: RATION,
-            texts: [text, None, None, None],
+            texts: [None; TEXTS],
             findings_due: false,
             song: None,
             abilities_due: false,
-            parameters: Due::NONE,
+            parameters: Due::default(),
         }
     }
+}
 
+impl Schedule {
     /// Requests a line B because its contents have changed.
     pub const fn queue_status(&mut self) {
         self.status_due = true;

@@ -87,10 +87,12 @@ impl Bench {
     }
 
     pub fn with_duplex(duplex: Duplex) -> Self {
-        Self::with_identity(Identity::new(ROBOT_ID, BOOTS, 1, duplex))
-    }
-
-    pub fn with_identity(identity: Identity) -> Self {
+        let identity = Identity {
+            robot_id: ROBOT_ID,
+            boots: BOOTS,
+            rng_seed: 1,
+            duplex,
+        };
         Self {
             robot: Robot::new(identity),
             inputs: Inputs {

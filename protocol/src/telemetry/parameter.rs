@@ -52,7 +52,9 @@ impl ParameterName {
                 b'-'
             };
         }
-        Self(Printable::from_bytes(&bytes))
+        Self(Printable::new(
+            core::str::from_utf8(&bytes).unwrap_or_default(),
+        ))
     }
 
     /// The name.

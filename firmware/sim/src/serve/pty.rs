@@ -22,8 +22,7 @@ const BAUD: u32 = 2400;
 const READ_MAX: usize = 256;
 
 /// The master side. The slave side is kept open so that it stays raw and never hangs up.
-#[derive(Debug)]
-pub struct Pty {
+pub(super) struct Pty {
     master: OwnedFd,
     slave: OwnedFd,
     copy_only: bool,
@@ -35,11 +34,7 @@ pub struct Pty {
 
 impl Pty {
     /// Opens a pseudo-terminal; returns it with its path.
-    ///
-    /// # Errors
-    ///
-    /// When the system has no pseudo-terminal left, or the link cannot be made.
-    pub fn open(link: Option<&Path>, copy_only: bool) -> Result<(Self, String), ServeError> {
+    pub(super) fn open(link: Option<&Path>, copy_only: bool) -> Result<(Self, String), ServeError> {
         let (master, slave, path) = open_pair().map_err(|errno| ServeError::Pty(errno.into()))?;
         let link = link
             .map(|link| LinkFile::make(link, Path::new(&path)))
