@@ -376,7 +376,7 @@ fn a_correct_robot_has_no_mistake() {
     assert_eq!(findings(&stream(None)), []);
 }
 
-/// Lines that the radio loses without a trace make the sequence jump, and are no mistake of the robot.
+/// The sequence jumps where the radio lost lines without a trace; the jumps are not reported as mistakes of the robot.
 #[test]
 fn lines_lost_without_a_trace_are_no_mistake() {
     for lost_pct in [20, 50, 70, 80] {
@@ -395,8 +395,8 @@ fn lines_lost_without_a_trace_are_no_mistake() {
     }
 }
 
-/// Each mistake is the first one named, by type, column and likely cause, and most are the only one. docs/check.md has the table; to
-/// write it anew, set `GROUNDWAVE_WRITE`.
+/// Each mistake is the first one reported, with type, column and likely cause, and most are the only one. docs/check.md has the table; to
+/// regenerate it, set `GROUNDWAVE_WRITE`.
 #[test]
 fn planted_mistakes_are_named_by_line_column_and_cause() {
     let mut wrong = String::new();

@@ -1,7 +1,7 @@
 //! Captures as JSON lines and as CSV.
 //!
 //! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. Commands,
-//! marks, notes, alarms, outages and lines of the robot's own are records with the fields of `EventRecord`, of which `event` names the kind. A field that a record does not
+//! marks, notes, alarms, outages and lines of the robot's own are records with the fields of `EventRecord`; its field `event` names the kind. A field that a record does not
 //! have is left out in JSON and empty in CSV.
 
 mod events;
@@ -94,7 +94,7 @@ struct Records<'a, W> {
     notes: Notes<'a>,
 }
 
-/// The notes that are to be written, by their moments, the first one last.
+/// Notes still to be written, in descending order of their moments.
 struct Notes<'a>(Vec<(Duration, &'a Note)>);
 
 impl<'a> Notes<'a> {

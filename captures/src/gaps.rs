@@ -30,8 +30,8 @@ pub(crate) struct Gaps {
     settled: u64,
     /// Time at which the latest line arrived.
     at: Moment,
-    /// The likeliest pause since the latest line C in which hundreds were lost, and the line after it; `None` for one that is a
-    /// gap already.
+    /// The pause since the latest line C in which the loss of hundreds of lines is most likely, and the line after the pause; `None`
+    /// if the pause is already a gap.
     likeliest: Option<(Likelihood, Option<u64>)>,
 }
 
@@ -144,8 +144,8 @@ mod tests {
         lines.find(is_wanted).unwrap()
     }
 
-    /// The gaps of a few lines, the fifth of which is a line C that tells of a hundred lines more. Each line has its second and
-    /// the lines lost in the sequence until then.
+    /// The gaps of five lines: C, three lines A, and a line C that reports a hundred more lost lines. Each line is given by its second
+    /// and the number of lines lost in the sequence so far.
     fn before_line_c(lines: [(u64, u64); 5]) -> Gaps {
         let mut gaps = Gaps::default();
         let mut counters = Counters::default();

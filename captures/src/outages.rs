@@ -17,10 +17,10 @@ use crate::words::lost_words;
 /// Minimum duration of an outage.
 pub const OUTAGE_AFTER: Moment = Moment::from_secs(2);
 
-/// Time after an outage in which the end of a suspension may follow that explains it: the bytes that waited are read at once.
+/// Maximum time between the end of an outage and the end of the suspension that explains it; bytes that waited are read first.
 const EXPLAINED_WITHIN: Moment = Moment::from_millis(250);
 
-/// Noise in an outage from which on the radio was not silent, bytes.
+/// Minimum noise in an outage of a radio that was not silent, bytes.
 const NOISE_BYTES: u64 = 160;
 
 /// Maximum number of outages kept between two lines C.
@@ -62,7 +62,7 @@ impl Outage {
     }
 }
 
-/// `silent 55.0 s from 12.0 s: 165 lines lost`; `gap at 12.0 s: 165 lines lost`.
+/// Writes text such as `silent 55.0 s from 12.0 s: 165 lines lost` or `gap at 12.0 s: 165 lines lost`.
 impl fmt::Display for Outage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (cause, begin_s) = (self.cause.code(), self.begin.as_secs_f64());
@@ -111,15 +111,15 @@ pub struct Outages {
     has_begun: bool,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
-    /// Outages whose lines are known and that may still be explained.
+    /// Outages with a known number of lost lines that a suspension may still explain.
     settled: VecDeque<Outage>,
-    /// The likeliest place since then of hundreds of lost lines.
+    /// The place since the latest line C where the loss of hundreds of lines is most likely.
     likeliest: Option<(Likelihood, Outage)>,
     found: VecDeque<Outage>,
 }
 
-/// How likely hundreds of lines, which only the robot's clock shows, were lost between two lines: in the longest outage; or without
-/// any, as in text without times, where the sequence shows the most lost lines; or in the longest pause.
+/// Rank of a pause as the place of hundreds of lost lines that only the robot's clock shows. The longest outage ranks highest; without
+/// outages, as in text without times, the pause with the most lost lines by sequence; then the longest pause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Likelihood {
     outage: Option<Moment>,
@@ -128,7 +128,7 @@ pub(crate) struct Likelihood {
 }
 
 impl Likelihood {
-    /// That of a pause in which the sequence shows `lost` lines.
+    /// Rank of a pause in which the sequence shows `lost` lost lines.
     pub(crate) fn of(pause: Moment, lost: u64) -> Self {
         let outage = (pause >= OUTAGE_AFTER).then_some(pause);
         Self {
@@ -139,7 +139,7 @@ impl Likelihood {
     }
 }
 
-/// What was known at a line.
+/// Counts and time at a line.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     at: Moment,
@@ -308,13 +308,13 @@ impl Outages {
         self.found.extend(self.settled.drain(..));
     }
 
-    /// Takes what is known of the outages that have ended for final.
+    /// Makes the number of lost lines final for the outages that have ended.
     fn settle(&mut self) {
         self.settled.extend(self.waiting.drain(..));
         self.likeliest = None;
     }
 
-    /// Reports the outages whose lines are known and that nothing explains any more.
+    /// Reports the outages with a known number of lost lines that no suspension can explain any more.
     fn report(&mut self, now: Moment) {
         while let Some(at) = self.report_at()
             && at <= now
@@ -323,7 +323,7 @@ impl Outages {
         }
     }
 
-    /// When the next outage whose lines are known is to be reported.
+    /// Time at which the next settled outage is to be reported.
     fn report_at(&self) -> Option<Moment> {
         let outage = self.settled.front()?;
         Some(outage.end? + EXPLAINED_WITHIN)
@@ -349,7 +349,7 @@ impl Outages {
             .min()
     }
 
-    /// When the present silence is an outage.
+    /// Time at which the present silence becomes an outage.
     fn begin_at(&self) -> Option<Moment> {
         let latest = self.latest.filter(|_| !self.has_begun)?;
         Some(latest.at + OUTAGE_AFTER)

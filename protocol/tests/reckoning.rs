@@ -14,7 +14,7 @@ struct Robot {
     clock: u64,
     sent: u64,
     sent_long: u64,
-    /// Byte times after each line; negative for a robot that is faster than 2400 baud.
+    /// Pause after each line, in byte times; negative for a robot that is faster than 2400 baud.
     idle: i64,
 }
 

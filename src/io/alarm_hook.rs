@@ -20,13 +20,13 @@ const WAITING_MAX: usize = 64;
 /// Maximum run time of the command for one event.
 const TIME_MAX: Duration = Duration::from_secs(30);
 
-/// Longest time that it may take once the program ends: it must not outlive it.
+/// Maximum run time of the command after the station begins to end; the command must not outlive the station.
 const LAST_TIME_MAX: Duration = Duration::from_secs(1);
 
-/// Period of looks whether it has ended.
+/// Period of the checks whether the command has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Runs a command of the shell for each event. Dropping it waits for the command under way, a second at most, and ends it then.
+/// Runs a shell command for each event. Dropping the hook waits at most a second for the running command, then ends the command.
 pub struct AlarmHook {
     events: Option<SyncSender<String>>,
     problems: mpsc::UnboundedReceiver<String>,
@@ -99,7 +99,7 @@ impl AlarmHook {
     }
 }
 
-/// The thread's command.
+/// The command and its limits, owned by the thread.
 struct Runner {
     command: String,
     time_max: Duration,
@@ -131,7 +131,7 @@ impl Runner {
         self.is_ending.load(Ordering::Relaxed)
     }
 
-    /// Runs the command with an event on its standard input; `None` if it took too long.
+    /// Runs the command with an event on its standard input; returns `None` if the command took too long.
     fn run(&self, event: &str) -> io::Result<Option<ExitStatus>> {
         let mut child = shell(&self.command)
             .stdin(Stdio::piped())

@@ -27,7 +27,7 @@ const LINES_PER_S_MAX: u32 = 24;
 /// Longest time between two lines C that are compared, seconds.
 const COMPARED_S_MAX: u32 = 60;
 
-/// Lines in a row of which one is a line I, unless the robot has everything: 12 a second in 20 s.
+/// Maximum number of consecutive lines without a line I from a robot that lacks something: 12 per second for 20 s.
 const ABILITIES_EVERY: u32 = 240;
 
 /// Minimum number of jumps of the sequence by one step that are the robot's, and of jumps by any steps.
@@ -37,7 +37,7 @@ const JUMPS: u64 = 60;
 /// Share of lines that directly follow the previous one, per cent; below it, jumps are the robot's.
 const JUMPS_NEXT_PCT: u64 = 5;
 
-/// Bytes of a line that a restart cut off.
+/// Maximum length of a line that a restart cut off, bytes.
 const CUT_BYTES_MAX: u64 = 80;
 
 /// A suspected mistake: column and kind.
@@ -47,7 +47,7 @@ pub(super) type Suspicion = (usize, &'static Kind);
 pub(super) struct Taken {
     /// Suspicions that it raises.
     pub found: Vec<Suspicion>,
-    /// Whether its sequence follows that of the line before; bytes may be between them.
+    /// Whether the sequence follows that of the previous line; other bytes may be between the two.
     pub is_next: bool,
 }
 
@@ -77,9 +77,9 @@ pub(super) struct Conduct {
     has_counters: bool,
     /// Sequences other than 99 that preceded a line 00 of the same boot, and how often.
     wraps: BTreeMap<u8, u64>,
-    /// Jumps of the sequence by their steps, modulo 100.
+    /// Number of jumps of the sequence by each step, modulo 100.
     jumps: BTreeMap<u8, u64>,
-    /// Lines that followed one another, and among them those of another type than the line before.
+    /// Number of pairs of consecutive lines, and number of those pairs with two types.
     pub pairs: u64,
     pub changes: u64,
 }
@@ -203,8 +203,8 @@ impl Conduct {
         false
     }
 
-    /// Whether the robot makes the sequence jump: mostly by the same step, or nearly always. Lines that the radio lost make it jump by
-    /// various steps, and some lines follow the one before.
+    /// Whether the robot, not the radio, makes the sequence jump: mostly by the same step, or nearly always. Lost lines cause jumps
+    /// by various steps, and some lines still follow directly.
     pub(super) fn jumps(&self) -> bool {
         let most = self.jumps.values().max().copied().unwrap_or(0);
         let all: u64 = self.jumps.values().sum();

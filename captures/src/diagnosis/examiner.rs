@@ -27,7 +27,8 @@ const LINE_BYTES_MAX: usize = 2 * LINE_BYTES;
 /// Longest text between two lines that is examined.
 const GAP_BYTES_MAX: usize = 100;
 
-/// How often a text comes between lines that follow one another, at least, and one time in so many.
+/// Evidence that the robot puts text between its lines: minimum number of texts between consecutive lines, and maximum number of line
+/// pairs per text.
 const RECURS_BETWEEN: u64 = 12;
 const BETWEEN: u64 = 20;
 

@@ -246,7 +246,7 @@ fn a_reboot_is_a_separate_outage_on_a_cable() {
     assert_eq!(causes, [Unplugged, Rebooted]);
 }
 
-/// The outages in a capture without times, each line of which follows the one before it, with some lines lost.
+/// The outages in a capture without times, in which some lines are lost.
 fn without_times(lost: std::ops::Range<u64>) -> Vec<Outage> {
     let (mut robot, mut decoder, mut list) =
         (Robot::new(), Decoder::default(), OutageList::default());

@@ -61,7 +61,7 @@ impl Rate {
     /// Maximum error of the robot's clock and its radio's clock, per cent.
     const ERROR_PCT: u64 = 3;
 
-    /// The rate by the robot's clock in the first lines, if it differs from the usual one by more than the error. Only parts with a
+    /// The rate by the robot's clock in the first lines, if it differs from that of 2400 baud by more than the clock error. Only parts with a
     /// known number of lost lines count; the clock counts whole seconds, so each run of such parts is a second off at most.
     fn of(style: Style, mut head: &[u8]) -> Option<Self> {
         let mut decoder = Decoder::default();

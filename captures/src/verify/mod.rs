@@ -50,7 +50,7 @@ pub struct Verdict {
     /// Another robot on the channel.
     #[serde(flatten)]
     pub other: OtherRobot,
-    /// Mistakes in the lines that the robot sent. Those in lines that are refused count as faults.
+    /// Mistakes in the robot's lines. Mistakes in rejected lines count as faults.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistakes: Vec<Finding>,
     /// Number of places between two intact lines where lines were lost or damaged, or the link was interrupted.

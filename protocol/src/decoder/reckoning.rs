@@ -62,12 +62,12 @@ pub(super) struct Reckoning {
     progress: u64,
     behind: u8,
     latest: Option<AtCounters>,
-    /// Bytes sent in seconds of which the number of lost lines was certain, and the number of parts with others between them.
+    /// Bytes and seconds of the parts with a certain number of lost lines, and the number of separate parts after the first.
     clean_bytes: u64,
     clean_s: u64,
     breaks: u64,
     was_measured: bool,
-    /// Short lines in this life, as long as one came since the line C before the latest.
+    /// Whether a short line arrived since the line C before the latest one, in this life.
     has_short: bool,
     takes_turns: bool,
     /// Ground time of the next bytes, and of the latest line, ms.
@@ -253,7 +253,7 @@ impl Reckoning {
         }
     }
 
-    /// Takes bytes that the robot sent in a time of its clock; `is_next` if the time before was measured, too.
+    /// Takes the bytes that the robot sent in `passed_s` of its clock; `is_next` if the previous time was measured, too.
     const fn measure(&mut self, is_next: bool, bytes: u64, passed_s: u64) {
         self.breaks += !is_next as u64;
         self.clean_bytes += bytes;
@@ -273,7 +273,7 @@ impl Reckoning {
         self.clean_s > 0 && self.clean_bytes.abs_diff(usual_bytes) <= second_bytes
     }
 
-    /// Least and greatest number of lines that can be missing among `bytes` in `passed_s` of the robot's clock, which counts
+    /// Minimum and maximum number of lines that can be missing among `bytes` in `passed_s` of the robot's clock, which counts
     /// whole seconds.
     fn expected(&self, passed_s: u64, bytes: u64, is_mixed: bool) -> (i64, i64) {
         let (rate, error_pct) = if self.clean_s >= MEASURED_S {
