@@ -46,6 +46,7 @@ mod restarts;
 mod rig;
 mod runs;
 mod screens;
+mod second_stations;
 mod sending;
 mod sharing;
 mod songs;
