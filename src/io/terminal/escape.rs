@@ -32,7 +32,7 @@ const PASTE_END: &[u8] = b"\x1b[201~";
 const OLD_CLICK: &[u8] = b"\x1b[M";
 
 /// Bytes that count as keys even within a paste or a string: Ctrl-C and Ctrl-S. Text does not contain them.
-pub(super) const KEYS_IN_TEXT: [u8; 2] = [0x03, 0x13];
+const KEYS_IN_TEXT: [u8; 2] = [0x03, 0x13];
 
 /// The escape-sequence reader.
 pub(super) struct Reader {

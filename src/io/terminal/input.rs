@@ -22,11 +22,15 @@ use crossterm::terminal;
 use tokio::signal::unix::{SignalKind, signal};
 
 #[cfg(unix)]
-use super::escape::{KEYS_IN_TEXT, Reader};
+use super::escape::Reader;
 
-/// Maximum bytes that wait to become events. Beyond, only Ctrl-C and Ctrl-S are taken: STOP must not wait behind a flood.
+/// Maximum number of bytes that wait to become events. Beyond it each read keeps one of each of [`FLOOD_KEYS`] and nothing else.
 #[cfg(unix)]
 const WAITING_MAX: usize = 16 << 10;
+
+/// Keys that a flood of others must not hide: Ctrl-C, and STOP as Ctrl-S and Space.
+#[cfg(unix)]
+const FLOOD_KEYS: [u8; 3] = [0x03, 0x13, b' '];
 
 /// Receiver of keys, clicks, pastes and sizes; must be called within the runtime.
 ///
@@ -102,8 +106,12 @@ struct Chunks {
 impl Chunks {
     fn take(&self, bytes: &[u8]) {
         let is_flooded = self.waiting.load(Ordering::Relaxed) >= WAITING_MAX;
-        let is_taken = |byte: &u8| !is_flooded || KEYS_IN_TEXT.contains(byte);
-        let chunk: Vec<u8> = bytes.iter().copied().filter(is_taken).collect();
+        let chunk: Vec<u8> = if is_flooded {
+            let keys = FLOOD_KEYS.into_iter();
+            keys.filter(|key| bytes.contains(key)).collect()
+        } else {
+            bytes.to_vec()
+        };
         if chunk.is_empty() {
             return;
         }
@@ -193,10 +201,16 @@ mod tests {
         for _ in 0..1000 {
             chunks.take(&[b'+'; 1024]);
         }
-        chunks.take(b"+-\x13");
-        let all: Vec<u8> = bytes.try_iter().flatten().collect();
-        assert!(all.len() <= WAITING_MAX + 1024, "{} bytes", all.len());
-        assert_eq!(all.last(), Some(&0x13));
+        let waiting: usize = bytes.try_iter().map(|chunk| chunk.len()).sum();
+        assert!(waiting <= WAITING_MAX + 1024, "{waiting} bytes");
+        for stop in [b' ', 0x13] {
+            chunks.take(&[b'+', stop, b'-']);
+            let last = bytes.try_iter().last().unwrap_or_default();
+            assert_eq!(last, [stop], "STOP is taken, other keys are not");
+            chunks.take(&[stop; 1024]);
+            let count: usize = bytes.try_iter().map(|chunk| chunk.len()).sum();
+            assert_eq!(count, 1, "once for each read");
+        }
     }
 
     #[test]
