@@ -35,6 +35,11 @@ trap 'kill "${pids[@]}" 2>/dev/null || true; rm -rf "$work"' EXIT
 pids=()
 cd "$work"
 
+# Rerun's program reports its use over the network and may wait there without end; the variable CI switches that off.
+rerun() {
+  CI=1 timeout --kill-after=5 120 "$root/$environment/bin/rerun" "$@"
+}
+
 # A finished recording and a killed one, of robots that run fifty times as fast as real time.
 for name in live killed; do
   channel=$([ $name = live ] && echo ber=3e-4 || echo ber=1e-3)
@@ -64,14 +69,14 @@ for name in live killed converted part; do
   echo "-- $name"
   "$root/$environment/bin/python" "$root/tests/judges/judge_mcap.py" "$name.mcap" \
     --raw "$name.txt" $killed --jsonl "$name.jsonl"
-  node "$root/$core/judge.mjs" "$name.mcap" "$name.txt"
+  timeout 120 node "$root/$core/judge.mjs" "$name.mcap" "$name.txt"
   # The tool reports errors but exits with 0.
-  "$root/$environment/bin/rerun" mcap check --full "$name.mcap" > checked.txt 2>&1 || true
+  rerun mcap check --full "$name.mcap" > checked.txt 2>&1 || true
   if grep -q PROBLEM checked.txt || ! grep -q '^ok' checked.txt; then
     cat checked.txt
     exit 1
   fi
-  "$root/$environment/bin/rerun" mcap convert "$name.mcap" -o "$name.rrd" > rerun.txt 2>&1 ||
+  rerun mcap convert "$name.mcap" -o "$name.rrd" > rerun.txt 2>&1 ||
     { cat rerun.txt; exit 1; }
   echo "rerun: $(grep -c '^ok' checked.txt) topics checked, $(stat -c %s "$name.rrd") bytes converted"
   [ $name = killed ] || "$groundwave" verify "$name.mcap" --raw "$name.txt" --quiet

@@ -141,11 +141,14 @@ fn doc() -> Result<(), String> {
         .env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-/// Runs a judge (other people's program) on the program that the tests use; if the program were built alone, its dependencies would have other features.
+/// Runs a judge (other people's program) for ten minutes at most (a minute is usual) on the program that the tests use;
+/// if the program were built alone, its dependencies would have other features.
 fn judge(script: &str) -> Result<(), String> {
     cargo(&[&["test", "--no-run", "--test", "system"], &EVERYTHING[..]].concat())?;
     let program = root().join("target/debug/groundwave");
-    run(Command::new("bash").arg(script).env("GROUNDWAVE", program))
+    run(Command::new("timeout")
+        .args(["--verbose", "--kill-after=10", "600", "bash", script])
+        .env("GROUNDWAVE", program))
 }
 
 /// Runs the trials of the robot; `--help` describes the options.
