@@ -183,10 +183,7 @@ fn parameter_is_shown_and_set_in_the_whole_unit() {
     let (out, _) = expect(0, &["param", &sim.path, "get", "battery-low"]);
     assert!(out.contains(" 119 ") && out.contains("= 11.9 V"), "{out}");
     let (_, err) = expect(5, &["param", &sim.path, "set", "battery-low", "20.5"]);
-    assert!(
-        err.contains("100 to 130 (V/10), or 10.0 to 13.0 V"),
-        "{err}"
-    );
+    assert!(err.contains("40 to 130 (V/10), or 4.0 to 13.0 V"), "{err}");
 }
 
 #[test]

@@ -53,12 +53,7 @@ struct Day {
 
 impl Day {
     fn new() -> Self {
-        let identity = Identity {
-            robot_id: 7,
-            boots: 1,
-            rng_seed: 1,
-            duplex: Duplex::Full,
-        };
+        let identity = Identity::new(7, 1, 1, Duplex::Full);
         Self {
             now_ms: 0,
             robot: Robot::new(identity),

@@ -259,7 +259,7 @@ fn set_of_parameters_is_saved_edited_compared_and_loaded() {
         expect(code, &[&["param", &sim.path, verb, file], more].concat())
     };
     let (out, _) = param(0, "save-to", &[]);
-    assert_eq!(out.trim(), format!("saved 26 parameters to {file}"));
+    assert_eq!(out.trim(), format!("saved 27 parameters to {file}"));
     let (_, err) = param(2, "save-to", &[]);
     assert!(err.contains("use --force"), "{err}");
     let saved = std::fs::read_to_string(&path).expect("it is saved");
@@ -271,7 +271,7 @@ fn set_of_parameters_is_saved_edited_compared_and_loaded() {
     write("top-speed = 8\nbattery-low = 20.0\n");
     let (_, err) = param(2, "load", &[]);
     assert!(
-        err.contains("good.toml:2: ") && err.contains("10.0 to 13.0 V"),
+        err.contains("good.toml:2: ") && err.contains("4.0 to 13.0 V"),
         "{err}"
     );
     write("top-speed = 8\ncliff-guard = 0\n");

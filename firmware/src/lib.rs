@@ -20,10 +20,10 @@ pub mod arm;
 pub mod behaviours;
 pub mod board;
 pub mod cliff;
-
 pub mod drive;
 pub mod failsafe;
 pub mod infrared;
+pub mod memory;
 pub mod odometry;
 pub mod parameters;
 pub mod pid;

@@ -74,11 +74,11 @@ parameters! {
     /// Pulse width per count a second by which the commanded speed changes in a tick.
     PidD: "pid-d", "1/256", 0..=2000, 680;
     /// Diameter of the left wheel.
-    WheelLeft: "wheel-left", "in/1000", 4500..=5500, 5000;
+    WheelLeft: "wheel-left", "in/1000", 2500..=7500, 5000;
     /// Diameter of the right wheel.
-    WheelRight: "wheel-right", "in/1000", 4500..=5500, 5000;
+    WheelRight: "wheel-right", "in/1000", 2500..=7500, 5000;
     /// Distance between the wheels.
-    Track: "track", "in/1000", 9000..=11000, 10000;
+    Track: "track", "in/1000", 4000..=14000, 10000;
     /// Whether repeated bumps make the robot spin to escape.
     Escapes: "escapes", "0 or 1", 0..=1, 1;
     /// Minimum number of infrared samples in a row that make a detection.
@@ -89,6 +89,8 @@ parameters! {
     SonarDeadzone: "sonar-deadzone", "%", 0..=100, 15;
     /// Sonar range below which, on both sides, the robot does not drive ahead.
     SonarClose: "sonar-close", "in", 6..=120, 30;
+    /// Range of the farthest echo that the sonar hears: 157 for an HC-SR04.
+    SonarReach: "sonar-reach", "in", 60..=420, 420;
     /// Whether the robot turns away from light instead of toward it.
     PhotoAvoid: "photo-avoid", "0 or 1", 0..=1, 0;
     /// Difference of the photocells below which they count as equal.
@@ -110,7 +112,7 @@ parameters! {
     /// Whether the robot goes to its dock when the battery is low.
     Forage: "forage", "0 or 1", 0..=1, 0;
     /// Voltage below which the battery is low.
-    LowBattery: "battery-low", "V/10", 100..=130, 116;
+    LowBattery: "battery-low", "V/10", 40..=130, 116;
     /// Voltage below which the battery is damaged: the robot stops and calls, except on the way to its dock. 0 disables.
     CriticalBattery: "battery-critical", "V/10", 0..=130, 112;
 }

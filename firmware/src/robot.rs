@@ -18,7 +18,7 @@ use crate::drive::{Counts, DriveTrain, Motion};
 use crate::failsafe::Guard;
 use crate::infrared::Infrared;
 use crate::odometry::Odometer;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameter, Parameters};
 use crate::pid::Gains;
 use crate::rng::Rng;
 use crate::sensors::{Battery, Ranges, Senses, ping_at};
@@ -164,7 +164,7 @@ impl Robot {
             bumps: 0,
             ticks_late: 0,
             odometer_resets: 0,
-            schedule: Schedule::default(),
+            schedule: Schedule::new(identity.restart.text()),
             transmitter: Transmitter::new(identity.duplex),
         }
     }
@@ -178,10 +178,11 @@ impl Robot {
 
         // Sensors.
         self.battery.read(inputs);
-        if !self.allowed.contains(Layer::Sonar) {
+        let has_sonar = self.allowed().contains(Layer::Sonar);
+        if !has_sonar {
             self.ranges = Ranges::default();
         } else if let Some(echo) = inputs.sonar {
-            self.ranges.update(echo);
+            self.ranges.update(echo, self.reach_in());
         }
         let infrared = self
             .infrared
@@ -277,7 +278,7 @@ impl Robot {
         Outputs {
             pwm_left,
             pwm_right,
-            ping: ping_at(self.now_ticks).filter(|_| self.allowed.contains(Layer::Sonar)),
+            ping: ping_at(self.now_ticks).filter(|_| has_sonar),
             note_hz: self.song_player.tick(),
             arm_up: self.arm.is_up(),
             keep_parameters: core::mem::take(&mut self.must_keep),
@@ -313,9 +314,14 @@ impl Robot {
         self.infrared.sample(left, right)
     }
 
+    /// Maximum range of the sonars, inches.
+    fn reach_in(&self) -> u16 {
+        self.parameters.get(Parameter::SonarReach) as u16
+    }
+
     fn horizon_in(&self, target: Option<Waypoint>) -> u16 {
-        match target {
-            // Obstacles behind the target do not matter.
+        let horizon_in = match target {
+            // Obstacles behind the target are not in the way.
             Some(target) => {
                 ROUTE_HORIZON_IN.min(prowl::distance_in(&self.odometer.pose(), target) as u16)
             }
@@ -323,7 +329,8 @@ impl Robot {
             None if self.mode == Mode::Forage => 0,
             None if matches!(self.mode, Mode::Prowl | Mode::Wander) => PROWL_HORIZON_IN,
             None => REACTIVE_HORIZON_IN,
-        }
+        };
+        horizon_in.min(self.reach_in())
     }
 
     /// Enters the failsafe mode if the ground station has been silent for too long.

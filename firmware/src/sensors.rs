@@ -107,11 +107,12 @@ impl Ranges {
         }
     }
 
-    /// Stores the result of a ping.
-    pub const fn update(&mut self, echo: Echo) {
+    /// Stores the result of a ping. An echo beyond the sonar's reach is a false one.
+    pub fn update(&mut self, echo: Echo, reach_in: u16) {
+        let range_in = echo.range_in.filter(|&range_in| range_in <= reach_in);
         match echo.side {
-            Side::Left => self.left_in = echo.range_in,
-            Side::Right => self.right_in = echo.range_in,
+            Side::Left => self.left_in = range_in,
+            Side::Right => self.right_in = range_in,
         }
     }
 }
@@ -210,6 +211,26 @@ mod tests {
                 left: false,
                 right: true
             }
+        );
+    }
+
+    #[test]
+    fn an_echo_beyond_the_reach_is_none() {
+        let mut ranges = Ranges::default();
+        let mut update = |range_in| {
+            let side = Side::Right;
+            ranges.update(
+                Echo {
+                    side,
+                    range_in: Some(range_in),
+                },
+                157,
+            );
+            ranges.right_in
+        };
+        assert_eq!(
+            [156, 157, 158].map(&mut update),
+            [Some(156), Some(157), None]
         );
     }
 

@@ -29,12 +29,7 @@ const LEFT_MOVES: Option<Sides> = Some(Sides {
 
 /// The bench's robot with other parameters.
 fn robot(parameters: Parameters) -> Robot {
-    let identity = Identity {
-        robot_id: ROBOT_ID,
-        boots: BOOTS,
-        rng_seed: 1,
-        duplex: Duplex::Full,
-    };
+    let identity = Identity::new(ROBOT_ID, BOOTS, 1, Duplex::Full);
     Robot::restored(identity, parameters)
 }
 

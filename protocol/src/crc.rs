@@ -24,8 +24,8 @@ const fn step(mut remainder: u32, bits: u32) -> u32 {
     remainder & 0xFF_FFFF
 }
 
-/// Implementation with a table of 16 nibbles: 64 bytes of the microcontroller's RAM.
-#[cfg(target_arch = "avr")]
+/// Implementation with a table of 16 nibbles: 64 bytes of a microcontroller's RAM.
+#[cfg(target_os = "none")]
 mod engine {
     use super::step;
 
@@ -51,7 +51,7 @@ mod engine {
 }
 
 /// Implementation with eight tables, which takes eight bytes per step, because the speed of decoding long captures depends on it.
-#[cfg(not(target_arch = "avr"))]
+#[cfg(not(target_os = "none"))]
 mod engine {
     use super::step;
 

@@ -7,10 +7,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{avr, capture, cargo, debian, nightly, root, run};
+use crate::{avr, capture, cargo, debian, mega, nightly, root, run};
 
 /// Number of seeds of each run in a night.
 const NIGHT_SEEDS: &str = "20";
+
+/// Seeds of the board's checks in a night, and seconds of each drive in the house.
+const BOARD_SEEDS: &str = "5";
+const BOARD_S: &str = "3600";
 
 /// Repeats recorded runs on an `ATmega2560`.
 pub(crate) fn emulator() -> Result<(), String> {
@@ -22,12 +26,43 @@ pub(crate) fn microbit() -> Result<(), String> {
     micro(&[])
 }
 
-/// Repeats runs with the seeds of today on both chips.
+/// Repeats runs with the seeds of today on both chips, and drives the board for hours.
 pub(crate) fn night() -> Result<(), String> {
     let first = nightly::first_seed().to_string();
     let options = ["--seed", &first, "--seeds", NIGHT_SEEDS];
     mega(&options)?;
-    micro(&options)
+    micro(&options)?;
+    board_with(&[
+        "--seed",
+        &first,
+        "--seeds",
+        BOARD_SEEDS,
+        "--seconds",
+        BOARD_S,
+    ])
+}
+
+/// Runs the Mega's whole board in a simulated house.
+pub(crate) fn board() -> Result<(), String> {
+    board_with(&[])
+}
+
+fn board_with(options: &[&str]) -> Result<(), String> {
+    let full = mega::build("full", &[])?;
+    let bare = mega::build("bare", &["--no-default-features"])?;
+    let half = mega::build("half", &["--features", "lcd,half-duplex"])?;
+    let emulator = compile("board")?;
+    let groundwave = root().join("target/debug/groundwave");
+    cargo(&[&["build", "--bin", "groundwave"], &super::EVERYTHING[..]].concat())?;
+    run(bench()?
+        .arg("board")
+        .args(["--panic-at", &mega::panic_address(&full)?])
+        .args([Path::new("--emulator"), &emulator])
+        .args([Path::new("--bare"), &bare])
+        .args([Path::new("--half"), &half])
+        .args([Path::new("--groundwave"), &groundwave])
+        .args(options)
+        .arg(full))
 }
 
 fn mega(options: &[&str]) -> Result<(), String> {
@@ -42,6 +77,18 @@ fn mega(options: &[&str]) -> Result<(), String> {
         .arg(emulator)
         .args(options)
         .arg(program))
+}
+
+/// Builds the board of a Raspberry Pi Pico.
+pub(crate) fn pico() -> Result<(), String> {
+    let board = root().join("firmware/boards/pico");
+    debian::build(&board)?;
+    let program = board.join("target/thumbv6m-none-eabi/release/pico");
+    print!(
+        "{}",
+        capture(Command::new("arm-none-eabi-size").arg(program))?
+    );
+    Ok(())
 }
 
 fn micro(options: &[&str]) -> Result<(), String> {

@@ -37,12 +37,16 @@ pub(crate) fn cargo() -> Command {
 
 /// Builds a board's program, which is a separate workspace.
 pub(crate) fn build(board: &Path) -> Result<(), String> {
+    build_with(board, &[], "target")
+}
+
+/// Likewise, with further options, in this folder of the board's.
+pub(crate) fn build_with(board: &Path, options: &[&str], target: &str) -> Result<(), String> {
     // Cargo reads the configuration of the folder where it runs.
-    crate::run(cargo().current_dir(board).args([
-        "build",
-        "--release",
-        "--locked",
-        "--target-dir",
-        "target",
-    ]))
+    crate::run(
+        cargo()
+            .current_dir(board)
+            .args(["build", "--release", "--locked", "--target-dir", target])
+            .args(options),
+    )
 }

@@ -7,9 +7,11 @@ mod cross;
 mod debian;
 mod dist;
 mod licences;
+mod mega;
 mod mutants;
 mod nightly;
 mod publish;
+mod wiring;
 
 use std::env;
 use std::fmt::Write as _;
@@ -35,7 +37,9 @@ const CHECK: &[Step] = &[
 const OUTSIDE: &[Step] = &[
     ("avr", avr::check),
     ("emulator", chips::emulator),
+    ("board", chips::board),
     ("microbit", chips::microbit),
+    ("pico", chips::pico),
     ("c", || {
         run(Command::new("python3").arg("protocol/c/test/check.py"))
     }),
@@ -52,6 +56,7 @@ const NIGHTLY: &[Step] = &[
     ("mutants", mutants::check),
     ("trials", nightly::trials),
     ("chips", chips::night),
+    ("hex", mega::hex),
     ("linux", cross::linux),
     ("windows", cross::windows),
     ("macos", cross::macos),
@@ -63,6 +68,8 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let all = [CHECK, OUTSIDE, NIGHTLY].concat();
     let steps: Vec<Step> = match arguments.first().map(String::as_str) {
+        Some("flash") => return ended(mega::flash(&arguments[1..]), "flash"),
+        Some("wiring") => return ended(wiring::write(), "wiring"),
         Some("dist") => return ended(dist::make(), "dist"),
         Some("acceptance") => return ended(acceptance(&arguments[1..]), "acceptance"),
         Some("check") => CHECK.to_vec(),
@@ -77,7 +84,7 @@ fn main() -> ExitCode {
     if steps.is_empty() {
         let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
         eprintln!(
-            "usage: cargo xtask check | ci | nightly | acceptance [OPTIONS] | dist | {}",
+            "usage: cargo xtask check | ci | nightly | acceptance [OPTIONS] | dist | flash mega2560 PORT | wiring | {}",
             names.join(" | ")
         );
         return ExitCode::from(2);

@@ -12,7 +12,7 @@ use groundwave_protocol::telemetry::{Ack, Outcome};
 pub(crate) const ROBOT_ID: u8 = 4;
 
 /// Owner of the operator's sessions.
-const OWNER: u16 = 7;
+pub(crate) const OWNER: u16 = 7;
 
 /// Time between two attempts, milliseconds.
 const REPEAT_MS: u64 = 600;
@@ -59,6 +59,11 @@ pub(crate) struct Operator {
 impl Operator {
     pub(crate) fn queue(&mut self, task: Task) {
         self.tasks.push_back(task);
+    }
+
+    /// Whether every task is done.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.tasks.is_empty()
     }
 
     pub(crate) fn drive(&mut self, speeds: Option<(i8, i8)>) {

@@ -58,6 +58,11 @@ impl Scenario {
         Self { period_ms, ..self }
     }
 
+    /// The scenario with a name; `None` if there is none.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Self::all().into_iter().find(|run| run.name == name)
+    }
+
     /// All scenarios.
     pub(crate) fn all() -> Vec<Self> {
         let patience_bytes = PATIENCE_BYTES;
@@ -126,12 +131,7 @@ impl Scenario {
         };
         let mut plant = Plant::new(&world, &conditions, seed);
         let mut radio = Radio::new(&channel, seed);
-        let mut identity = Identity {
-            robot_id: ROBOT_ID,
-            boots: 1,
-            rng_seed: seed as u32,
-            duplex: self.duplex,
-        };
+        let mut identity = Identity::new(ROBOT_ID, 1, seed as u32, self.duplex);
         let mut kept = Parameters::DEFAULT;
         let mut recorder = Recorder::new(identity, &kept);
         let mut operator = Operator::default();
@@ -179,7 +179,8 @@ impl Scenario {
         Ok(recorder.recording)
     }
 
-    fn act(&self, now_ms: u64, operator: &mut Operator) {
+    /// Gives the operator its tasks of this moment.
+    pub(crate) fn act(&self, now_ms: u64, operator: &mut Operator) {
         for (at_ms, event) in &self.script {
             if now_ms % self.period_ms == *at_ms {
                 match event {
@@ -275,8 +276,8 @@ mod tests {
     #[test]
     fn the_capture_of_the_emulated_mega_equals_the_run_on_the_host() {
         let capture = include_bytes!("../../../captures/mega-tour.txt");
-        let tour = Scenario::all().into_iter().find(|run| run.name == "tour");
-        let recording = tour.unwrap().record(1, 120_000).unwrap();
+        let tour = Scenario::named("tour").unwrap();
+        let recording = tour.record(1, 120_000).unwrap();
         assert!(
             recording.downlink == capture,
             "captures/README.md shows how to make the capture again"

@@ -4,11 +4,15 @@
 
 use core::mem::MaybeUninit;
 
-use sr04_firmware::board::{Duplex, Echo, Edges, Identity, Inputs, Outputs, Side, Sides, Switches};
+use groundwave_protocol::status_codes::LayerMask;
+use sr04_firmware::board::{
+    Duplex, Echo, Edges, Identity, Inputs, Outputs, Restart, Side, Sides, Switches,
+};
 use sr04_firmware::parameters::{Parameter, Parameters};
 use sr04_firmware::robot::Robot;
 
-const BOOT: u8 = b'B';
+/// First byte of [`Call::Boot`].
+pub const BOOT: u8 = b'B';
 /// First byte of [`Call::Tick`].
 pub const TICK: u8 = b'T';
 const INFRARED: u8 = b'I';
@@ -54,6 +58,8 @@ impl Call<'_> {
                     Duplex::Full => 0,
                     Duplex::Half { patience_bytes } => patience_bytes,
                 });
+                port.write(identity.fitted.bits());
+                port.write(identity.restart as u8);
                 write_parameters(port, parameters);
             }
             Self::Tick(inputs) => {
@@ -83,9 +89,9 @@ pub fn repeat(place: &mut MaybeUninit<Robot>, port: &mut impl Port) -> ! {
     }
 }
 
-/// Creates the robot in its place. A separate function keeps a second robot off the caller's stack.
+/// Reads the bytes of a boot after the first and creates the robot in its place. A separate function keeps a second robot off the caller's stack.
 #[inline(never)]
-fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a mut Robot {
+pub fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a mut Robot {
     let identity = Identity {
         robot_id: port.read(),
         boots: read_pair(port),
@@ -93,6 +99,13 @@ fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a mut 
         duplex: match port.read() {
             0 => Duplex::Full,
             patience_bytes => Duplex::Half { patience_bytes },
+        },
+        fitted: LayerMask::from_bits(port.read()),
+        restart: match port.read() {
+            0 => Restart::PowerOn,
+            1 => Restart::BrownOut,
+            2 => Restart::Watchdog,
+            _ => Restart::Panic,
         },
     };
     let mut parameters = Parameters::DEFAULT;
@@ -103,7 +116,7 @@ fn boot<'a>(place: &'a mut MaybeUninit<Robot>, port: &mut impl Port) -> &'a mut 
 }
 
 /// Repeats one call and writes its result; returns `false` if the call is a boot.
-fn perform(robot: &mut Robot, port: &mut impl Port) -> bool {
+pub fn perform(robot: &mut Robot, port: &mut impl Port) -> bool {
     match port.read() {
         BOOT => return false,
         TICK => tick(robot, port),
@@ -148,8 +161,9 @@ pub fn write_leds(port: &mut impl Port, leds_on: bool) {
     port.write(u8::from(leds_on));
 }
 
-/// Writes the result of [`Call::Downlink`]: nothing for an idle line.
+/// Writes the result of [`Call::Downlink`]: the number of bytes, 0 for an idle line, and the byte.
 pub fn write_downlink(port: &mut impl Port, byte: Option<u8>) {
+    port.write(u8::from(byte.is_some()));
     if let Some(byte) = byte {
         port.write(byte);
     }
@@ -271,6 +285,7 @@ fn read_pair(port: &mut impl Port) -> u16 {
 mod tests {
     extern crate std;
     use super::*;
+    use groundwave_protocol::status_codes::Layer;
     use std::collections::VecDeque;
 
     impl Port for VecDeque<u8> {
@@ -340,6 +355,8 @@ mod tests {
             boots: 0x1234,
             rng_seed: 0x8765_4321,
             duplex: Duplex::Half { patience_bytes: 16 },
+            fitted: LayerMask::ALL.without(Layer::Infrared),
+            restart: Restart::Panic,
         };
         let mut parameters = Parameters::DEFAULT;
         assert!(parameters.set(Parameter::Square, -300));

@@ -168,13 +168,13 @@ impl Plant {
     /// The robot's sensor inputs for a tick. Call it once per tick: it takes the encoder edges and advances a pending
     /// echo.
     pub fn inputs(&mut self) -> Inputs {
-        let (edges_left, edges_right) = self.body.take_edges();
+        let (counts_left, counts_right) = self.edges();
         let (photo_left, photo_right) =
             self.light
                 .read(&self.scene, self.view(), &mut self.photocell_rng);
         Inputs {
-            counts_left: self.faulty.edges(Side::Left, edges_left),
-            counts_right: self.faulty.edges(Side::Right, edges_right),
+            counts_left,
+            counts_right,
             bumper: self.switches(),
             sonar: self.finished_echo(),
             photo_left: Some(photo_left),
@@ -187,6 +187,15 @@ impl Plant {
             is_docked: self.body.is_charging(),
             is_late: false,
         }
+    }
+
+    /// Left and right encoder edges since the previous call of this function or of [`Self::inputs`].
+    pub fn edges(&mut self) -> (u16, u16) {
+        let (left, right) = self.body.take_edges();
+        (
+            self.faulty.edges(Side::Left, left),
+            self.faulty.edges(Side::Right, right),
+        )
     }
 
     fn switches(&mut self) -> Switches {
@@ -219,12 +228,16 @@ impl Plant {
     pub fn apply(&mut self, outputs: Outputs) {
         self.outputs = outputs;
         if let Some(side) = outputs.ping {
-            let view = self.view();
-            let range_in =
-                self.sonars
-                    .ping(&self.scene, view, side, self.now_ms, &mut self.sonar_rng);
+            let range_in = self.ping(side);
             self.echo = Some((ECHO_TICKS, Echo { side, range_in }));
         }
+    }
+
+    /// Range of the first echo of a ping, in inches; `None` without an echo.
+    pub fn ping(&mut self, side: Side) -> Option<u16> {
+        let view = self.view();
+        self.sonars
+            .ping(&self.scene, view, side, self.now_ms, &mut self.sonar_rng)
     }
 
     /// Readings of the left and right infrared detectors while the LEDs are on or off.

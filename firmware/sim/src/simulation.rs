@@ -69,12 +69,12 @@ impl Simulation {
     #[must_use]
     pub fn new(config: &SimulationConfig) -> Self {
         let mut robot_rng = Rng::new(config.seed, Stream::Robot);
-        let identity = Identity {
-            robot_id: config.robot_id,
-            boots: config.boots,
-            rng_seed: robot_rng.next_u32(),
-            duplex: config.duplex,
-        };
+        let identity = Identity::new(
+            config.robot_id,
+            config.boots,
+            robot_rng.next_u32(),
+            config.duplex,
+        );
         Self {
             now_ms: 0,
             plant: Plant::new(&config.world, &config.conditions, config.seed),

@@ -19,7 +19,7 @@ const CALIBRATING: LayerMask = LayerMask::NONE.with(Layer::User).with(Layer::Dea
 impl Robot {
     /// Layers that the program has and the board has sensors for.
     pub(super) fn fitted(&self) -> LayerMask {
-        let mut fitted = FITTED;
+        let mut fitted = FITTED.and(self.identity.fitted);
         if self.latest.photo_left.is_none() || self.latest.photo_right.is_none() {
             fitted = fitted.without(Layer::Photo);
         }
@@ -76,6 +76,6 @@ impl Robot {
     /// Whether the infrared detectors are on. A scan uses them even if they may not turn the robot.
     pub(super) fn needs_infrared(&self, running: LayerMask) -> bool {
         running.contains(Layer::Infrared)
-            || self.layers.rotation.is_scanning() && self.allowed.contains(Layer::Infrared)
+            || self.layers.rotation.is_scanning() && self.allowed().contains(Layer::Infrared)
     }
 }

@@ -7,7 +7,9 @@ use crate::parameters::Parameter;
 use crate::song::Note;
 use crate::telemetry::{Events, Kind};
 use crate::units::in_s;
-use groundwave_protocol::status_codes::{Arm, Layer, LayerMask, LayerState, Mode, Power};
+use groundwave_protocol::status_codes::{
+    Arm, Bump, Infrared, Layer, LayerMask, LayerState, Mode, Power,
+};
 use groundwave_protocol::telemetry::{
     self, AbilitiesLine, Body, CountersLine, FirmwareVersion, LayerStates, ListPlace,
     ParameterLine, ParameterName, Printable, SongLine, StateLine, StatusLine, TextLine,
@@ -42,9 +44,7 @@ impl Robot {
             Kind::Text(text) => Body::Text(TextLine::new(text)),
             Kind::Findings => {
                 let text = self.layers.rotation.panorama().findings().text();
-                Body::Text(TextLine::new(
-                    core::str::from_utf8(&text).unwrap_or_default(),
-                ))
+                Body::Text(TextLine::from_bytes(&text))
             }
             Kind::Parameter(parameter) => Body::Parameter(self.parameter_line(parameter)),
             Kind::Song(song) => Body::Song(song_line(song.notes())),
@@ -58,6 +58,17 @@ impl Robot {
         let percent = |reading: u8| (u16::from(reading) * 100 / 256) as u8;
         let is_out_of_range =
             x_tenths_in.unsigned_abs().max(y_tenths_in.unsigned_abs()) > POSITION_MAX_TENTHS_IN;
+        let fitted = self.fitted();
+        let bump = if fitted.contains(Layer::Bumpers) {
+            events.bump()
+        } else {
+            Bump::NotFitted
+        };
+        let infrared = if fitted.contains(Layer::Infrared) {
+            events.infrared_letter(self.infrared.is_jammed())
+        } else {
+            Infrared::NotFitted
+        };
         StateLine {
             x_tenths_in,
             y_tenths_in,
@@ -70,8 +81,8 @@ impl Robot {
             sonar_right_in: self.ranges.right_in,
             photo_left_pct: self.latest.photo_left.map(percent),
             photo_right_pct: self.latest.photo_right.map(percent),
-            bump: events.bump(),
-            infrared: events.infrared_letter(self.infrared.is_jammed()),
+            bump,
+            infrared,
             cliff: events.cliff_letter(),
             arm: self.arm_letter(events),
             drive: events.drive_letter(is_out_of_range),

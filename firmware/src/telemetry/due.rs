@@ -5,10 +5,13 @@ use crate::parameters::Parameter;
 const BYTES: usize = Parameter::ALL.len().div_ceil(8);
 
 /// A set of parameters, one bit each.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Due([u8; BYTES]);
 
 impl Due {
+    /// No parameters.
+    pub const NONE: Self = Self([0; BYTES]);
+
     /// Adds a parameter.
     pub fn add(&mut self, parameter: Parameter) {
         let place = parameter as usize;
@@ -33,7 +36,7 @@ mod tests {
 
     #[test]
     fn added_parameters_are_taken_once_in_table_order() {
-        let mut due = Due::default();
+        let mut due = Due::NONE;
         assert_eq!(due.take(), None);
         for &parameter in Parameter::ALL.iter().rev() {
             due.add(parameter);

@@ -59,6 +59,14 @@ pub struct Schedule {
 
 impl Default for Schedule {
     fn default() -> Self {
+        Self::new(None)
+    }
+}
+
+impl Schedule {
+    /// A schedule at boot, perhaps with a text.
+    #[must_use]
+    pub const fn new(text: Option<&'static str>) -> Self {
         Self {
             begun: 0,
             states: 0,
@@ -67,16 +75,14 @@ impl Default for Schedule {
             status_due: false,
             since_status: RATION,
             since_text: RATION,
-            texts: [None; TEXTS],
+            texts: [text, None, None, None],
             findings_due: false,
             song: None,
             abilities_due: false,
-            parameters: Due::default(),
+            parameters: Due::NONE,
         }
     }
-}
 
-impl Schedule {
     /// Requests a line B because its contents have changed.
     pub const fn queue_status(&mut self) {
         self.status_due = true;

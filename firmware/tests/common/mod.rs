@@ -87,12 +87,10 @@ impl Bench {
     }
 
     pub fn with_duplex(duplex: Duplex) -> Self {
-        let identity = Identity {
-            robot_id: ROBOT_ID,
-            boots: BOOTS,
-            rng_seed: 1,
-            duplex,
-        };
+        Self::with_identity(Identity::new(ROBOT_ID, BOOTS, 1, duplex))
+    }
+
+    pub fn with_identity(identity: Identity) -> Self {
         Self {
             robot: Robot::new(identity),
             inputs: Inputs {

@@ -52,9 +52,7 @@ impl ParameterName {
                 b'-'
             };
         }
-        Self(Printable::new(
-            core::str::from_utf8(&bytes).unwrap_or_default(),
-        ))
+        Self(Printable::from_bytes(&bytes))
     }
 
     /// The name.

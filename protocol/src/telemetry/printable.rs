@@ -13,8 +13,14 @@ impl<const N: usize> Printable<N> {
     /// Makes a text from `text`, cut after `N` bytes, with `?` for each byte that is not printable ASCII.
     #[must_use]
     pub fn new(text: &str) -> Self {
+        Self::from_bytes(text.as_bytes())
+    }
+
+    /// Likewise, from bytes in place of a string.
+    #[must_use]
+    pub fn from_bytes(text: &[u8]) -> Self {
         let mut bytes = [b' '; N];
-        for (to, from) in bytes.iter_mut().zip(text.bytes()) {
+        for (to, &from) in bytes.iter_mut().zip(text) {
             *to = if matches!(from, b' '..=b'~') {
                 from
             } else {

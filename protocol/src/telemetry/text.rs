@@ -23,6 +23,12 @@ impl TextLine {
         Self(Printable::new(text))
     }
 
+    /// Likewise, from bytes in place of a string.
+    #[must_use]
+    pub fn from_bytes(text: &[u8]) -> Self {
+        Self(Printable::from_bytes(text))
+    }
+
     /// The text without its padding.
     #[must_use]
     pub fn as_str(&self) -> &str {

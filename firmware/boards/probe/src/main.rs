@@ -99,15 +99,12 @@ pub extern "C" fn main() -> ! {
 /// Creates the robot in its static. A separate function keeps a second robot off the main loop's stack.
 #[inline(never)]
 fn switch_on(place: &mut MaybeUninit<Robot>) -> &mut Robot {
-    place.write(Robot::new(Identity {
-        robot_id: read(),
-        boots: read_pair(),
-        rng_seed: u32::from(read_pair()),
-        duplex: match read() {
-            0 => Duplex::Full,
-            patience_bytes => Duplex::Half { patience_bytes },
-        },
-    }))
+    let duplex = match read() {
+        0 => Duplex::Full,
+        patience_bytes => Duplex::Half { patience_bytes },
+    };
+    let seed = u32::from(read_pair());
+    place.write(Robot::new(Identity::new(read(), read_pair(), seed, duplex)))
 }
 
 fn inputs() -> Inputs {

@@ -24,12 +24,14 @@ use groundwave_protocol::BYTES_PER_S;
 
 pub use error::ServeError;
 pub use options::{Endpoint, ServeOptions};
+pub use port::Port;
+#[cfg(unix)]
+pub use pty::Pty;
 
 use crate::plant::Truth;
 use crate::simulation::{Simulation, SimulationConfig};
 use crate::world::Outline;
 use eeprom::Eeprom;
-use port::Port;
 use recordings::Recordings;
 
 /// Minimum time factor; the wait for the next byte, during which the simulation cannot be stopped, grows with its inverse.
@@ -124,7 +126,7 @@ fn open(endpoint: &Endpoint) -> Result<(Box<dyn Port>, String), ServeError> {
     match endpoint {
         #[cfg(unix)]
         Endpoint::Pty { link, copy_only } => {
-            let (port, path) = pty::Pty::open(link.as_deref(), *copy_only)?;
+            let (port, path) = Pty::open(link.as_deref(), *copy_only)?;
             Ok((Box::new(port), path))
         }
         #[cfg(not(unix))]

@@ -22,7 +22,8 @@ const BAUD: u32 = 2400;
 const READ_MAX: usize = 256;
 
 /// The master side. The slave side is kept open so that it stays raw and never hangs up.
-pub(super) struct Pty {
+#[derive(Debug)]
+pub struct Pty {
     master: OwnedFd,
     slave: OwnedFd,
     copy_only: bool,
@@ -34,7 +35,11 @@ pub(super) struct Pty {
 
 impl Pty {
     /// Opens a pseudo-terminal; returns it with its path.
-    pub(super) fn open(link: Option<&Path>, copy_only: bool) -> Result<(Self, String), ServeError> {
+    ///
+    /// # Errors
+    ///
+    /// When the system has no pseudo-terminal left, or the link cannot be made.
+    pub fn open(link: Option<&Path>, copy_only: bool) -> Result<(Self, String), ServeError> {
         let (master, slave, path) = open_pair().map_err(|errno| ServeError::Pty(errno.into()))?;
         let link = link
             .map(|link| LinkFile::make(link, Path::new(&path)))

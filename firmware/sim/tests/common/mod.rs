@@ -49,12 +49,7 @@ impl Rig {
     }
 
     pub fn with(world: &World, seed: u64, parameters: Parameters, conditions: &Conditions) -> Self {
-        let identity = Identity {
-            robot_id: ROBOT_ID,
-            boots: 1,
-            rng_seed: seed as u32,
-            duplex: Duplex::Full,
-        };
+        let identity = Identity::new(ROBOT_ID, 1, seed as u32, Duplex::Full);
         let mut rig = Self {
             plant: Plant::new(world, conditions, seed),
             robot: Robot::restored(identity, parameters),

@@ -1,0 +1,90 @@
+//! The program of an Arduino Mega 2560: built, written as a hex file, flashed.
+//!
+//! Needs what the checks of `avr` need, and avrdude to flash.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::{avr, capture, debian, root, run};
+
+/// Builds the board's program with options, checks it and keeps it under a name.
+pub(crate) fn build(name: &str, options: &[&str]) -> Result<PathBuf, String> {
+    let board = root().join("firmware/boards/mega2560");
+    debian::build_with(&board, options, "target")?;
+    keep(&board.join("target"), name)
+}
+
+fn keep(target: &Path, name: &str) -> Result<PathBuf, String> {
+    let built = target.join("avr-none/release/mega2560.elf");
+    avr::check_program(&built)?;
+    let kept = folder()?.join(format!("{name}.elf"));
+    fs::copy(&built, &kept).map_err(|error| format!("{}: {error}", kept.display()))?;
+    Ok(kept)
+}
+
+fn folder() -> Result<PathBuf, String> {
+    let folder = root().join("target/mega2560");
+    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    Ok(folder)
+}
+
+/// Address of the function that a panic calls, in hexadecimal.
+pub(crate) fn panic_address(elf: &Path) -> Result<String, String> {
+    let symbols = capture(Command::new("avr-nm").arg(elf))?;
+    symbols
+        .lines()
+        .find(|line| line.ends_with("rust_begin_unwind"))
+        .and_then(|line| line.split(' ').next())
+        .map(str::to_owned)
+        .ok_or_else(|| format!("{} has no panic handler", elf.display()))
+}
+
+fn write_hex(elf: &Path, name: &str) -> Result<PathBuf, String> {
+    let hex = folder()?.join(format!("{name}.hex"));
+    run(Command::new("avr-objcopy")
+        .args(["-O", "ihex", "-R", ".eeprom"])
+        .args([elf, &hex]))?;
+    Ok(hex)
+}
+
+/// Builds the hex file twice from nothing and compares the two.
+pub(crate) fn hex() -> Result<(), String> {
+    let board = root().join("firmware/boards/mega2560");
+    let mut files = Vec::new();
+    for name in ["robot", "again"] {
+        let target = board.join("target-hex");
+        // The first time there is none.
+        let _ = fs::remove_dir_all(&target);
+        debian::build_with(&board, &[], "target-hex")?;
+        let hex = write_hex(&keep(&target, name)?, name)?;
+        files.push(fs::read(&hex).map_err(|error| format!("{}: {error}", hex.display()))?);
+    }
+    println!("{}", folder()?.join("robot.hex").display());
+    if files.first() == files.last() {
+        Ok(())
+    } else {
+        Err("two builds gave different hex files".to_owned())
+    }
+}
+
+/// Builds the program and writes it to a board: `mega2560 PORT [FEATURES]`.
+pub(crate) fn flash(arguments: &[String]) -> Result<(), String> {
+    let usage = "usage: cargo xtask flash mega2560 PORT [FEATURE,FEATURE,...]";
+    let (port, features) = match arguments {
+        [board, port] if board == "mega2560" => (port, None),
+        [board, port, features] if board == "mega2560" => (port, Some(features.as_str())),
+        _ => return Err(usage.to_owned()),
+    };
+    let options = features.map(|features| ["--no-default-features", "--features", features]);
+    let elf = build(
+        "robot",
+        options.as_ref().map_or(&[], |options| &options[..]),
+    )?;
+    let hex = write_hex(&elf, "robot")?;
+    run(Command::new("avrdude")
+        .args([
+            "-p", "m2560", "-c", "wiring", "-b", "115200", "-D", "-P", port, "-U",
+        ])
+        .arg(format!("flash:w:{}:i", hex.display())))
+}
