@@ -149,14 +149,12 @@ fn picture() -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {}\" font-family=\"sans-serif\" font-size=\"13\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n\
          <rect x=\"{}\" y=\"{TOP}\" width=\"{}\" height=\"{}\" rx=\"8\" fill=\"#d9ecef\" stroke=\"#1f6f7a\"/>\n\
-         <text x=\"450\" y=\"{}\" text-anchor=\"middle\" font-weight=\"bold\">Arduino</text>\n\
-         <text x=\"450\" y=\"{}\" text-anchor=\"middle\" font-weight=\"bold\">Mega 2560</text>\n",
+         <text transform=\"translate(454 {}) rotate(-90)\" text-anchor=\"middle\" font-weight=\"bold\">Arduino Mega 2560</text>\n",
         bottom + 50,
         BOARD[0],
         BOARD[1] - BOARD[0],
         bottom - TOP,
         bottom / 2,
-        bottom / 2 + 18,
     );
     draw(&mut svg, LEFT, false);
     draw(&mut svg, RIGHT, true);
