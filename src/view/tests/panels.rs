@@ -548,3 +548,15 @@ fn local_time_stands_beside_utc_on_request() {
     let ahead = screen(&scene(Some(7200)), 120, 40);
     assert!(ahead.contains(" 23:00Z, 01:00 local  "), "{ahead}");
 }
+
+/// Mode and holder agree as soon as the robot confirms STOP, before its next line A.
+#[test]
+fn a_confirmed_stop_is_also_in_the_headline() {
+    let mut scene = flight(demo());
+    row(&screen(&scene, 120, 40), "BUMPERS hold the motors");
+    scene.command(9, Request::Stop, CommandStatus::Confirmed { digest: None });
+    let stopped = screen(&scene, 120, 40);
+    row(&stopped, "holds the motors: stopped");
+    row(&stopped, "  STOP  ");
+    assert!(!stopped.contains("HOLDS"), "{stopped}");
+}
