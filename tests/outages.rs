@@ -258,7 +258,7 @@ fn an_outage_until_the_end_of_a_recording_is_listed() {
         let lines = eventful()
             .into_iter()
             .filter_map(|(at, what)| Some((at, what.ok()?)));
-        for (now, line) in lines.take_while(|(at, _)| *at < Duration::from_secs(60)) {
+        for (now, line) in lines.take_while(|(at, _)| *at < Duration::from_mins(1)) {
             recorder.handle_rx(now, wall(now), &line);
         }
         let now = Duration::from_secs(at_s);
