@@ -560,3 +560,15 @@ fn a_confirmed_stop_is_also_in_the_headline() {
     row(&stopped, "  STOP  ");
     assert!(!stopped.contains("HOLDS"), "{stopped}");
 }
+
+/// On a large screen, the map takes the rows that the commands leave empty.
+#[test]
+fn few_commands_leave_their_rows_to_the_map() {
+    let scene = flight(demo());
+    let large = screen(&scene, 200, 60);
+    let row_of = |words: &str| large.lines().position(|row| row.contains(words));
+    let (commands, raw) = (row_of("F5 commands"), row_of("raw: the newest line"));
+    let rows = raw.zip(commands).map(|(raw, commands)| raw - commands);
+    assert_eq!(rows, Some(7), "{large}");
+    assert!(row_of("F6 log") < commands, "{large}");
+}
