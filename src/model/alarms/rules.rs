@@ -378,10 +378,8 @@ fn state_is(inputs: &Inputs<'_>, bad: fn(&StateLine) -> bool) -> Sight {
 }
 
 fn silence(inputs: &Inputs<'_>) -> Sight {
-    match (&inputs.link.connection, inputs.link.newest_age(inputs.now)) {
-        (Connection::Open, Some(age)) => Sight::Is(age.as_secs_f64()),
-        _ => Sight::Unknown,
-    }
+    let silence = inputs.link.silence(inputs.now);
+    silence.map_or(Sight::Unknown, |time| Sight::Is(time.as_secs_f64()))
 }
 
 impl Bounds {
