@@ -315,6 +315,7 @@ fn configured_robot_name_is_a_link() {
 fn shell_completes_existing_names() {
     let folder = scratch("completions");
     fs::write(folder.join("square.csv"), "1,2\n").unwrap();
+    fs::create_dir(folder.join("inner")).unwrap();
     for name in [
         "flat.toml",
         "run.mcap",
@@ -378,6 +379,11 @@ fn shell_completes_existing_names() {
         assert!(offered.lines().all(is_capture), "{offered}");
     }
     assert!(!offered(&["demo", "--world", "run"]).contains("run."));
+    for words in [&["replay", ""][..], &["demo", "--world", ""]] {
+        let offered = offered(words);
+        assert!(offered.lines().all(|line| line != "."), "{offered}");
+        assert!(offered.lines().any(|line| line == "inner/"), "{offered}");
+    }
     assert!(!offered(&["send", "sim", "param", "set", "track", ""]).contains("track"));
     assert!(!offered(&["param", "sim", "set", "track", ""]).contains("track"));
 }

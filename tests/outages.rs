@@ -11,7 +11,7 @@ use crate::pty::OnTerminal;
 use crate::recordings::{START_S, messages, session, wall};
 use groundwave::capture::messages::OutageMessage;
 use groundwave::capture::{Existing, Recorder};
-use groundwave::event::{Event, LinkEvent, NoticeCode};
+use groundwave::event::{Event, Level, LinkEvent, Notice, NoticeCode};
 use groundwave::recorded::to_recorded;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
@@ -239,6 +239,42 @@ fn record_eventful(path: &Path) -> [Value; 2] {
         serde_json::to_value(live).unwrap(),
         serde_json::to_value(statistics).unwrap(),
     ]
+}
+
+/// A robot that falls silent, or whose link is lost, until the end of the recording: the outage lasts in every verb.
+#[test]
+fn an_outage_until_the_end_of_a_recording_is_listed() {
+    let folder = scratch("silent-until-the-end");
+    let lost = Event::Link(LinkEvent::Lost {
+        reason: "unplugged".to_owned(),
+    });
+    let notice = Notice::new(NoticeCode::NotPrinted, Level::Warning, "late".to_owned());
+    for (code, event, at_s) in [
+        ("silent", Event::Notice(notice), 80),
+        ("unplugged", lost, 62),
+    ] {
+        let path = folder.join(format!("{code}.mcap"));
+        let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+        let lines = eventful()
+            .into_iter()
+            .filter_map(|(at, what)| Some((at, what.ok()?)));
+        for (now, line) in lines.take_while(|(at, _)| *at < Duration::from_mins(1)) {
+            recorder.handle_rx(now, wall(now), &line);
+        }
+        let now = Duration::from_secs(at_s);
+        recorder.handle_event(now, wall(now), &to_recorded(&event).unwrap());
+        recorder.finish().unwrap();
+        for verb in ["info", "verify"] {
+            let figures = object(
+                &expect(0, &[verb, path.to_str().unwrap(), "--json"]).0,
+                "lines_lost",
+            );
+            let outages = figures["outages"].as_array().unwrap();
+            assert_eq!(outages.len(), 1, "{verb}: {outages:?}");
+            assert_eq!(outages[0]["code"], code, "{verb}");
+            assert!(outages[0]["end_s"].is_null(), "{verb}: {outages:?}");
+        }
+    }
 }
 
 /// One recording with every kind of outage: the same loss and the same outages wherever they are reported.

@@ -416,6 +416,12 @@ impl OutageList {
         self.collect();
     }
 
+    /// Takes the loss of the link.
+    pub(crate) fn handle_unplugged(&mut self, now: Moment) {
+        self.outages.handle_unplugged(now);
+        self.collect();
+    }
+
     /// Takes the gap before a chunk.
     pub fn handle_chunk(&mut self, chunk: &Chunk<'_>) {
         if chunk.is_after_missing {

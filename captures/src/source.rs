@@ -17,6 +17,7 @@ use super::name::utc;
 use super::pieces::{Piece, Pieces, has_received};
 use super::text::TextReader;
 use super::topics::RAW_RX;
+use crate::outages::{Outage, OutageList};
 use crate::statistics::Uplink;
 
 /// Form of a capture.
@@ -103,6 +104,10 @@ pub struct Capture {
     path: PathBuf,
     reader: Reader,
     end: Duration,
+    /// Time of the latest message of any kind, since the capture began.
+    latest: Duration,
+    /// Time of a loss of the link after the latest received bytes.
+    unplugged_at: Option<Duration>,
     missing_bytes: u64,
     uplink: Uplink,
     damages: Damages,
@@ -151,6 +156,8 @@ impl Capture {
             path,
             reader,
             end: Duration::ZERO,
+            latest: Duration::ZERO,
+            unplugged_at: None,
             missing_bytes: 0,
             uplink: Uplink::default(),
             damages: Damages::default(),
@@ -231,6 +238,15 @@ impl Capture {
         self.end
     }
 
+    /// The outages of a capture that has been read to its end, with one that lasts until the latest message of any kind.
+    #[must_use]
+    pub(crate) fn outages(&self, mut list: OutageList) -> Vec<Outage> {
+        if let Some(at) = self.unplugged_at {
+            list.handle_unplugged(at);
+        }
+        list.into_outages(self.latest.max(self.end))
+    }
+
     /// The next piece and its time since the capture began; `None` at the end.
     ///
     /// # Errors
@@ -259,6 +275,7 @@ impl Capture {
                 (Duration::from_nanos(since_first_ns), piece)
             }
         };
+        self.latest = at;
         match &piece {
             Piece::Sent(bytes) => self.uplink.take(at, bytes),
             Piece::Missing(bytes) => {
@@ -306,7 +323,10 @@ impl Capture {
         let (mut unplugged_at, mut suspended_at) = (None, None);
         let at = loop {
             match self.next_piece()? {
-                None => return Ok(None),
+                None => {
+                    self.unplugged_at = unplugged_at;
+                    return Ok(None);
+                }
                 Some((at, Piece::Received(received))) => {
                     bytes.clear();
                     bytes.extend_from_slice(received);

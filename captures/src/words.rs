@@ -19,6 +19,13 @@ pub const fn outcome_words(outcome: Outcome) -> &'static str {
     }
 }
 
+/// A number with its noun, whose plural ends in s: `1 gap`, `2 gaps`.
+#[must_use]
+pub fn counted(number: u64, noun: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {noun}{plural}")
+}
+
 /// A number of lost lines as text: `165`, or `165 to 265`.
 #[must_use]
 pub fn lost_words(Lost { min, max }: Lost) -> String {

@@ -55,9 +55,8 @@ pub(super) fn run(options: &Completions) -> Result<(), Fault> {
 
 /// Completes captures, as `runs` lists them, and folders.
 pub(super) fn captures(current: &OsStr) -> Candidates {
-    let is_capture =
-        |path: &Path| path.is_dir() || has_extension(path, &["mcap", "txt", "raw", "log"]);
-    PathCompleter::any().filter(is_capture).complete(current)
+    let is_capture = |path: &Path| has_extension(path, &["mcap", "txt", "raw", "log"]);
+    files(is_capture, current)
 }
 
 /// Completes captures and links.
@@ -71,11 +70,17 @@ pub(super) fn checked(current: &OsStr) -> Candidates {
 pub(super) fn worlds(current: &OsStr) -> Candidates {
     let names = simulated::world_names().chain(["generated:"]);
     let mut found = starting_with(current, names);
-    let is_label = |path: &Path| path.to_string_lossy().ends_with(".run.toml");
-    let is_world =
-        move |path: &Path| path.is_dir() || has_extension(path, &["toml"]) && !is_label(path);
-    found.extend(PathCompleter::any().filter(is_world).complete(current));
+    let is_world = |path: &Path| {
+        has_extension(path, &["toml"]) && !path.to_string_lossy().ends_with(".run.toml")
+    };
+    found.extend(files(is_world, current));
     found
+}
+
+/// Completes files that are wanted, then the folders that may hold them. The current folder is not offered.
+fn files(is_wanted: fn(&Path) -> bool, current: &OsStr) -> Candidates {
+    let is_file = move |path: &Path| !path.is_dir() && is_wanted(path);
+    PathCompleter::any().filter(is_file).complete(current)
 }
 
 /// Completes robots and links of the configuration, ports and other links; also command words if LINK may be omitted.

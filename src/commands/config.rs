@@ -59,6 +59,8 @@ pub struct Config {
     pub path: Option<PathBuf>,
     /// Text of the file; recordings include it.
     pub text: String,
+    /// Entries that are right for some robots only.
+    pub notes: Vec<Mistake>,
 }
 
 /// Settings of a link: `[link]` and `[link.NAME]`.

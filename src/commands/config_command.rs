@@ -59,6 +59,9 @@ fn check(file: Option<&Path>) -> Result<(), Fault> {
         ));
     }
     let read = config::load(Some(&path))?;
+    for note in &read.notes {
+        show_line(format_args!("{}:{note}", path.display()))?;
+    }
     show_line(format_args!("{}: {}", path.display(), summary(&read)))
 }
 

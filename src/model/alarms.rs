@@ -20,8 +20,8 @@ pub use own::{AlarmSetting, Operand, Severity};
 pub(crate) use rules::DISK_IS_SILENT;
 pub(super) use rules::Inputs;
 pub use rules::Limits;
+pub(crate) use rules::{LINK_LOST, PRESSED_S, Rule, Source, rules};
 use rules::{Look, Sight};
-pub(crate) use rules::{PRESSED_S, Rule, Source, rules};
 
 /// A raised alarm that is active or not acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,6 +6,7 @@ use super::draft::Edit;
 use super::keys::RouteAction;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, TextEntry, Ui};
+use crate::capture::words::counted;
 use crate::event::{Effect, Level, SaveProblem};
 use crate::route;
 
@@ -169,8 +170,8 @@ impl Ui {
         match saved {
             Ok(()) => {
                 let text = format!(
-                    "{path}: {} waypoints saved",
-                    self.map.draft.waypoints().len()
+                    "{path}: {} saved",
+                    counted(self.map.draft.waypoints().len() as u64, "waypoint")
                 );
                 self.note(Level::Info, text);
                 self.end_waiting(None);

@@ -16,7 +16,7 @@ use super::fields::Fields;
 use super::ledger::Ledger;
 use super::link::{Connection, Link};
 use super::log::{Log, Subject};
-use super::motors::Motors;
+use super::motors::{Holder, Motors};
 use super::panel::Panel;
 use super::plots::Plots;
 use super::reported_parameters::Parameters;
@@ -400,17 +400,37 @@ impl Facts {
         if self
             .motors
             .take_state(now, state, self.robot.is_unguarded())
-            && let Some(holder) = self.motors.holder()
         {
-            let (robot, holder) = (&self.robot, holder.value);
-            if held.is_some_and(|held| !(held.is_routine() && holder.is_routine())) {
-                self.counted.tally.behaviours += 1;
-            }
-            self.log.add_holder(now, holder.is_routine(), || {
-                let why = why::why(holder, state, robot, now);
-                format!("{}: {why}", words::holder(holder).to_uppercase())
-            });
+            self.note_holder(now, held, state);
         }
+    }
+
+    /// Shows the holder in the mode that the robot confirmed, before its next line A.
+    fn take_confirmed_mode(&mut self, now: Moment, mode: Mode) {
+        self.robot.take_confirmed_mode(mode);
+        let held = self.motors.holder().map(|held| held.value);
+        if let Some(state) = self.robot.state_in_mode()
+            && self
+                .motors
+                .take_holder(now, &state.value, self.robot.is_unguarded())
+        {
+            self.note_holder(now, held, &state.value);
+        }
+    }
+
+    /// Counts and logs a change of the holder.
+    fn note_holder(&mut self, now: Moment, held: Option<Holder>, state: &StateLine) {
+        let (robot, Some(holder)) = (&self.robot, self.motors.holder()) else {
+            return;
+        };
+        let holder = holder.value;
+        if held.is_some_and(|held| !(held.is_routine() && holder.is_routine())) {
+            self.counted.tally.behaviours += 1;
+        }
+        self.log.add_holder(now, holder.is_routine(), || {
+            let why = why::why(holder, state, robot, now);
+            format!("{}: {why}", words::holder(holder).to_uppercase())
+        });
     }
 
     /// Keeps the robot, the rest of its route and its target in the picture.
@@ -470,9 +490,7 @@ impl Facts {
         {
             self.parameters.take_saved();
         }
-        if let (CommandStatus::Confirmed { .. }, Some(mode)) = (status, asked.mode()) {
-            self.robot.take_confirmed_mode(mode);
-        }
+        let mode = asked.mode();
         let (level, text) = match status {
             CommandStatus::Queued
             | CommandStatus::Sent { .. }
@@ -498,6 +516,9 @@ impl Facts {
             CommandStatus::Failed(failure) => (Level::Warning, format!("{asked}: {failure}")),
         };
         self.log.add(now, level, Subject::Command, text);
+        if let (CommandStatus::Confirmed { .. }, Some(mode)) = (status, mode) {
+            self.take_confirmed_mode(now, mode);
+        }
     }
 
     fn take_recording(&mut self, now: Moment, recording: &Recording) -> bool {

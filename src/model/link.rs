@@ -85,6 +85,8 @@ pub(crate) struct Link {
     /// Time at which the session ended.
     frozen_at: Option<Moment>,
     newest_line_at: Option<Moment>,
+    /// Time at which the link was opened last.
+    opened_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
     /// The newest line of each traced kind.
     traced: [Option<Reading<[u8; LINE_BYTES]>>; TRACED.len()],
@@ -107,6 +109,7 @@ impl Link {
                 self.name.clone_from(name);
                 self.can_send = *can_send;
                 self.connection = Connection::Open;
+                self.opened_at = Some(now);
             }
             LinkEvent::Lost { reason } => {
                 let since = match self.connection {
@@ -263,6 +266,13 @@ impl Link {
         Some(self.clock(now).saturating_sub(at))
     }
 
+    /// Time without a line on the open link; `None` before the first line or while the link is not open.
+    pub(crate) fn silence(&self, now: Moment) -> Option<Moment> {
+        let age = self.newest_age(now)?;
+        let open = self.opened_at.map(|at| self.clock(now).saturating_sub(at));
+        (self.connection == Connection::Open).then(|| open.map_or(age, |open| age.min(open)))
+    }
+
     /// 80-byte lines and lines of the robot's own a second over the window.
     pub(crate) fn lines_per_s(&self, now: Moment) -> f64 {
         let wire = self.rate(now, |counters| counters.lines - counters.other_lines);
@@ -353,10 +363,14 @@ impl Link {
             Connection::Lost { since, .. } => Some(since),
             _ => None,
         };
+        let heard_at = self.newest_line_at;
+        let silent_since = self
+            .opened_at
+            .filter(|at| heard_at.is_some_and(|it| it < *at));
         let instead = self
             .instead_of_lines(now)
             .map(|(_, age)| now.saturating_sub(age));
-        [self.newest_line_at, lost, instead]
+        [self.newest_line_at, silent_since, lost, instead]
             .into_iter()
             .flatten()
             .map(|since| age::next_change(since, now))

@@ -51,6 +51,14 @@ impl Holder {
         }
     }
 
+    /// The holder by one line A.
+    fn guarded(state: &StateLine, is_unguarded: bool) -> Self {
+        match Self::of(state) {
+            Self::CliffGuard if is_unguarded => Self::unguarded(state),
+            holder => holder,
+        }
+    }
+
     /// The holder by one line A, with the cliff guard off.
     fn unguarded(state: &StateLine) -> Self {
         match (state.layers.holder(), state.mode) {
@@ -129,17 +137,24 @@ impl Motors {
         state: &StateLine,
         is_unguarded: bool,
     ) -> bool {
-        let holder = match Holder::of(state) {
-            Holder::CliffGuard if is_unguarded => Holder::unguarded(state),
-            holder => holder,
-        };
-        self.take_rungs(now, holder, state);
         let mut won = [0; HOLDERS];
-        if let Some(place) = holder.place() {
+        if let Some(place) = Holder::guarded(state, is_unguarded).place() {
             won[place] = 1;
         }
         // Lines without a holder also advance the window.
         self.samples.add(now, &won);
+        self.take_holder(now, state, is_unguarded)
+    }
+
+    /// Takes the robot's state without counting a line A for the shares; returns whether the holder changed.
+    pub(super) fn take_holder(
+        &mut self,
+        now: Moment,
+        state: &StateLine,
+        is_unguarded: bool,
+    ) -> bool {
+        let holder = Holder::guarded(state, is_unguarded);
+        self.take_rungs(now, holder, state);
         if self.holder.is_some_and(|held| held.value == holder) {
             return false;
         }

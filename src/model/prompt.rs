@@ -5,6 +5,7 @@ use groundwave_protocol::status_codes::Mode;
 
 use super::keys::Action;
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
+use crate::capture::words::counted;
 use crate::event::{Effect, Level, Moment, remark_from_words, unquoted};
 use crate::request::Request;
 
@@ -103,7 +104,10 @@ impl Ui {
             }
         };
         let goes = matches!(&self.overlay, Overlay::Text(entry) if entry.waits && entry.goes());
-        let mut text = format!("{path}: {} waypoints drafted", waypoints.len());
+        let mut text = format!(
+            "{path}: {} drafted",
+            counted(waypoints.len() as u64, "waypoint")
+        );
         if !goes {
             text += &self.with_keys("; <send-draft> sends them");
         }

@@ -2,7 +2,8 @@
 
 use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{
-    AbilitiesLine, Body, CountersLine, Detail, Line, Reading as Measured, StateLine, StatusLine,
+    AbilitiesLine, Body, CountersLine, Detail, LayerStates, Line, Reading as Measured, StateLine,
+    StatusLine,
 };
 
 use super::history::History;
@@ -69,6 +70,18 @@ impl Robot {
     pub(crate) fn mode(&self) -> Option<Mode> {
         let reported = self.state.map(|state| state.value.mode);
         self.confirmed_mode.or(reported)
+    }
+
+    /// Returns the newest line A's state in the mode that the robot has confirmed since.
+    pub(crate) fn state_in_mode(&self) -> Option<Reading<StateLine>> {
+        let mut state = self.state?;
+        if let Some(mode) = self.confirmed_mode {
+            state.value.mode = mode;
+            if mode == Mode::Stop {
+                state.value.layers = LayerStates::OFF;
+            }
+        }
+        Some(state)
     }
 
     /// The robot confirmed that it entered a mode.

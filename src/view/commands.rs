@@ -17,15 +17,29 @@ use crate::model::words;
 
 const TITLE: &str = "commands: commanded | reported";
 
+/// Minimum height where the map takes the other rows.
+const ROWS_MIN: u16 = 7;
+
 const ASKED_COLUMNS_MIN: usize = 22;
 
 impl Screen<'_> {
-    pub(super) fn commands(&self, buffer: &mut Buffer, area: Rect) {
-        let mut lines = self.command_lines(usize::from(area.width));
+    /// Height of the panel at a width: its title, and its lines, but at least [`ROWS_MIN`].
+    pub(super) fn commands_height(&self, width: u16) -> u16 {
+        let lines = self.lines_of_commands(usize::from(width)).len();
+        u16::try_from(1 + lines).unwrap_or(u16::MAX).max(ROWS_MIN)
+    }
+
+    fn lines_of_commands(&self, width: usize) -> Vec<Line<'static>> {
+        let mut lines = self.command_lines(width);
         if lines.is_empty() {
             lines.push(Line::styled("No commands sent yet", self.theme.dim));
         }
-        lines.extend(self.list_lines(usize::from(area.width)));
+        lines.extend(self.list_lines(width));
+        lines
+    }
+
+    pub(super) fn commands(&self, buffer: &mut Buffer, area: Rect) {
+        let lines = self.lines_of_commands(usize::from(area.width));
         self.pages(
             buffer,
             area,

@@ -96,7 +96,8 @@ impl Screen<'_> {
 
     /// Draws the holder and the reason; a mark at the end shows that the text was cut.
     fn put_sentence(&self, buffer: &mut Buffer, area: Rect) {
-        let (Some(state), Some(holder)) = (self.facts.robot.state, self.facts.motors.holder())
+        let (Some(state), Some(holder)) =
+            (self.facts.robot.state_in_mode(), self.facts.motors.holder())
         else {
             let nothing = Line::styled("no data from the robot yet", self.theme.dim);
             put(buffer, area, 0, &nothing);
@@ -151,7 +152,7 @@ impl Screen<'_> {
         let holds = held_by == Some(holder);
         let state = facts
             .robot
-            .state
+            .state_in_mode()
             .map_or(LayerState::Off, |state| state.value.layers.get(layer));
         let forbidden = facts
             .robot
@@ -159,7 +160,7 @@ impl Screen<'_> {
             .is_some_and(|allowed| !allowed.contains(layer));
         let suppressed = facts
             .robot
-            .state
+            .state_in_mode()
             .zip(held_by)
             .is_some_and(|(state, by)| motors::suppressed(by, &state.value).contains(&holder));
         let (glyph, says, style) = if facts.robot.lacks(layer) {
@@ -213,7 +214,7 @@ impl Screen<'_> {
         let theme = &self.theme;
         let facts = self.facts;
         let holder = facts.motors.holder().map(|held| held.value);
-        let mode = facts.robot.state.map(|state| state.value.mode);
+        let mode = facts.robot.mode();
         let holds = holder == Some(Holder::Prowl);
         let (glyph, says, style) = match mode {
             _ if holds => (theme.glyphs.holds, "HOLDS", theme.holder),

@@ -50,11 +50,29 @@ impl Screen<'_> {
         let (upper, lower) = split_bottom(area, band_rows);
         let right_columns = (area.width * 2 / 5).clamp(46, 72);
         let (map, right) = split_right(upper, right_columns);
-        self.map(buffer, map);
         // If the right side is high enough, the link is there, with plots.
         let is_link_above = is_wide
             && self.ui.editor.is_none()
             && right.height >= ladder::ROWS + sensors::ROWS + link::ROWS_PLOTS;
+        let (commands, log) = if is_link_above {
+            // The map takes the rows that commands do not need.
+            let left = Rect {
+                width: map.width,
+                ..area
+            };
+            let rows = self.commands_height(left.width).min(band_rows);
+            let (map, commands) = split_bottom(left, rows);
+            self.map(buffer, map);
+            let log = Rect {
+                x: right.x,
+                width: right.width,
+                ..lower
+            };
+            (commands, log)
+        } else {
+            self.map(buffer, map);
+            split_right(lower, area.width / 2)
+        };
         if let Some(editor) = &self.ui.editor {
             self.route(buffer, right, editor);
         } else {
@@ -73,7 +91,6 @@ impl Screen<'_> {
                 _ => self.draw_panel(buffer, sensors, Panel::Sensors),
             }
         }
-        let (commands, log) = split_right(lower, area.width / 2);
         self.draw_panel(buffer, commands, Panel::Commands);
         let link_rows = self.link_height(log.width);
         let link_rows_min = link_rows.min(link::ROWS_MIN);

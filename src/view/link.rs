@@ -10,6 +10,7 @@ use ratatui::text::{Line, Span};
 use super::plots::OF_LINK;
 use super::text::First;
 use super::{Screen, split_top};
+use crate::capture::words::counted;
 use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
 use crate::statistics::{Confirmation, Resync, Statistics};
@@ -149,8 +150,9 @@ impl Screen<'_> {
 
     fn sent_row(&self, statistics: &Statistics) -> (&'static str, String, Style) {
         let frames = format!(
-            "{} frames, {} repeated",
-            statistics.frames, statistics.frames_again
+            "{}, {} repeated",
+            counted(statistics.frames, "frame"),
+            statistics.frames_again
         );
         match statistics.not_taken_bytes {
             0 => ("sent", frames, self.theme.plain),

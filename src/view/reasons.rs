@@ -25,7 +25,7 @@ const MINUTE_COLUMNS: u16 = 10;
 impl Screen<'_> {
     /// Draws the readings and the last minute beside the rungs, and the latest changes below. `taken` contains the widths of the rungs.
     pub(super) fn reasons(&self, buffer: &mut Buffer, area: Rect, taken: &[usize]) {
-        let Some(state) = self.facts.robot.state else {
+        let Some(state) = self.facts.robot.state_in_mode() else {
             return;
         };
         let layers = Layer::ALL.map(Some).into_iter().chain([None]);

@@ -18,7 +18,7 @@ use crate::safe_text::SafeWriter;
 const MARK_COLUMNS: usize = 2;
 
 /// Preferred size of the window, columns and rows.
-const SIZE: (u16, u16) = (110, 44);
+const SIZE: (u16, u16) = (160, 44);
 
 /// Ink and dot spacing of the two runs; the spacing distinguishes them without colours.
 const INKS: [(Ink, usize); 2] = [(Ink::Left, 1), (Ink::Right, 3)];
@@ -92,13 +92,19 @@ impl Screen<'_> {
                 }
             })
             .collect();
-        let widest = runs.iter().map(|run| columns(&run.to_string())).max();
-        let is_narrow = widest.unwrap_or_default() + MARK_COLUMNS > width;
-        // Below a narrow list, the chosen run as a whole.
-        let about = runs.get(chosen).filter(|_| is_narrow).map(|run| {
-            let names = run.names();
-            wrap(&format!("{names}: {}", run.details()), width, width)
-        });
+        // The heading ends with the column of the captures, in which remarks may be cut.
+        let widest = runs.iter().map(|run| columns(&run.capture)).max();
+        let before_capture = columns(HEADING) - columns("capture");
+        let is_narrow = MARK_COLUMNS + before_capture + widest.unwrap_or_default() > width;
+        // Below the list, the chosen run as a whole if its row is not.
+        let is_cut = |run: &Figures| MARK_COLUMNS + columns(&run.to_string()) > width;
+        let chosen_run = runs.get(chosen);
+        let about = chosen_run
+            .filter(|run| is_narrow || is_cut(run))
+            .map(|run| {
+                let names = run.names();
+                wrap(&format!("{names}: {}", run.details()), width, width)
+            });
         let about = about.unwrap_or_default();
         let (rest, under) = split_bottom(rest, about.len() as u16);
         self.rows(buffer, under, &about);

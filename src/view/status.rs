@@ -11,6 +11,7 @@ use ratatui::text::{Line, Span};
 use super::layout::WIDTH_FULL;
 use super::{Screen, columns, put, put_right, width_of};
 use crate::model::age;
+use crate::model::alarms::LINK_LOST;
 use crate::model::link::{Connection, Health, Shares};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::words;
@@ -129,7 +130,8 @@ impl Screen<'_> {
             words.to_owned() + &fit.collect::<String>()
         };
         let with_reason = |words: String, reason: Option<&str>| {
-            let reason = reason.map(|reason| format!(": {reason}"));
+            let gap = if words.is_empty() { "  " } else { ": " };
+            let reason = reason.map(|reason| format!("{gap}{reason}"));
             let room = room.saturating_sub(2 + columns(&shortened_name) + columns(&words));
             let reason = reason.filter(|reason| columns(reason) <= room);
             words + &reason.unwrap_or_default()
@@ -179,11 +181,19 @@ impl Screen<'_> {
         Some(words::reception(reception, &age::words(age)))
     }
 
-    /// That the link is lost, and why.
+    /// That the link is lost, unless the alarm strip says it, and why.
     fn lost(&self) -> (String, Option<&str>) {
         let Connection::Lost { reason, since } = &self.facts.link.connection else {
             return (String::new(), None);
         };
+        let calling = self.calling();
+        if self.ui.playback.is_none()
+            && calling
+                .first()
+                .is_some_and(|(rule, _)| rule.code == LINK_LOST)
+        {
+            return (String::new(), Some(reason.as_str()));
+        }
         let since = age::words(self.now.saturating_sub(*since));
         (format!("  LINK LOST {since}"), Some(reason.as_str()))
     }

@@ -52,7 +52,7 @@ impl Screen<'_> {
 
     fn why_facts(&self) -> Vec<(&'static str, String, Style)> {
         let theme = &self.theme;
-        let Some(state) = self.facts.robot.state else {
+        let Some(state) = self.facts.robot.state_in_mode() else {
             return vec![("", "no data from the robot yet".to_owned(), theme.dim)];
         };
         let heard = age::words(state.age(self.now));

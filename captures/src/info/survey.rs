@@ -210,7 +210,7 @@ impl Survey {
                 self.diagnosis.findings()
             },
             other: OtherRobot::of(seen),
-            outages: self.outages.into_outages(capture.end()),
+            outages: capture.outages(self.outages),
             resync: self.noise.resync(),
             airtime_down_pct,
             sent: capture.uplink().map(|uplink| Sent {

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use super::{Info, LineCounts};
 use crate::diagnosis;
 use crate::outages::Outage;
+use crate::words::counted;
 
 /// Maximum number of outages that the text lists; JSON contains all.
 const OUTAGES_SHOWN: usize = 10;
@@ -98,10 +99,10 @@ impl Info {
         )?;
         writeln!(
             output,
-            "loss       {} lines, {}, {} gaps",
+            "loss       {} lines, {}, {}",
             self.loss.lines(),
             self.loss.share(),
-            self.gaps
+            counted(self.gaps, "gap")
         )?;
         self.write_damaged(output)
     }
@@ -175,8 +176,10 @@ impl Info {
         if let Some(sent) = self.sent.filter(|sent| sent.bytes > 0) {
             writeln!(
                 output,
-                "sent       {} bytes, {} frames, {} of them again",
-                sent.bytes, sent.frames, sent.frames_again
+                "sent       {} bytes, {}, {} of them again",
+                sent.bytes,
+                counted(sent.frames, "frame"),
+                sent.frames_again
             )?;
         }
         if let Some(robot) = &self.robot {

@@ -8,6 +8,7 @@ use super::{Picture, TOLERANCE, date_words, feet_words, time_words};
 use crate::CaptureError;
 use crate::event::Truth;
 use crate::track::{Event, Holder, Place, Stretch, Track, simplify};
+use crate::words::counted;
 
 /// The letters of marks; later marks are only counted.
 const LETTERS: std::ops::RangeInclusive<char> = 'A'..='Z';
@@ -287,6 +288,5 @@ fn legend(track: &Track, stretches: &[Stretch]) -> Vec<Vec<Row>> {
 
 /// Number of gaps as text, counted as in the summary.
 pub(super) fn gap_words(track: &Track) -> String {
-    let plural = if track.gaps == 1 { "" } else { "s" };
-    format!("not received ({} gap{plural})", track.gaps)
+    format!("not received ({})", counted(track.gaps, "gap"))
 }

@@ -25,6 +25,7 @@ use crate::gaps::Gaps;
 use crate::messages::StationEvent;
 use crate::outages::{Outage, OutageList};
 use crate::statistics::{Damaged, Loss, OtherRobot};
+use crate::words::counted;
 pub use raw_file::RawCopy;
 pub use recording::verify_mcap;
 
@@ -135,12 +136,16 @@ impl Verdict {
             self.damaged.lines(),
             self.loss.lines()
         )?;
+        if self.gaps > 0 {
+            write!(output, " in {}", counted(self.gaps, "gap"))?;
+        }
         match self.worst_gap {
             None => writeln!(output)?,
             Some(gap) => writeln!(
                 output,
-                " in {} gaps; the longest, {} lines, until {:.1} s",
-                self.gaps, gap.lines, gap.until_s
+                "; the longest, {}, until {:.1} s",
+                counted(gap.lines, "line"),
+                gap.until_s
             )?,
         }
         self.other.write_row(output)?;
@@ -218,6 +223,7 @@ impl Lines {
 
     /// Takes an event of the station.
     fn take_event(&mut self, event: &StationEvent, at: Duration) {
+        self.end = self.end.max(at);
         if event.is_loss_of_link() {
             self.decoder.interrupt();
             self.diagnosis.skip();

@@ -65,7 +65,9 @@ pub fn parse(text: &str) -> Result<Config, Vec<Mistake>> {
 pub(super) fn parse_lenient(text: &str) -> (Config, Vec<Mistake>) {
     let mut mistakes = Mistakes::new(text);
     let (document, errors) = DeTable::parse_recoverable(text);
-    let config = read(document.into_inner(), &mut mistakes);
+    let mut notes = Mistakes::new(text);
+    let mut config = read(document.into_inner(), &mut mistakes, &mut notes);
+    config.notes = notes.into_sorted();
     if !errors.is_empty() {
         // Mistakes in the syntax may cause other mistakes.
         mistakes = Mistakes::new(text);
@@ -76,7 +78,11 @@ pub(super) fn parse_lenient(text: &str) -> (Config, Vec<Mistake>) {
     (config, mistakes.into_sorted())
 }
 
-fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
+fn read(
+    mut document: DeTable<'_>,
+    mistakes: &mut Mistakes<'_>,
+    notes: &mut Mistakes<'_>,
+) -> Config {
     let spans = Spans(document.clone());
     let mut profiles = DeTable::new();
     if let Some(link) = section(&mut document, "link") {
@@ -96,7 +102,7 @@ fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
         }
     }
     inherit_limits(&mut document);
-    let alarms = alarms(&mut document, mistakes);
+    let alarms = alarms(&mut document, mistakes, notes);
     let mut sections: Sections = deserialize(document, &[], mistakes);
     let mut links: BTreeMap<String, Link> = deserialize(profiles, &["link"], mistakes);
     check_link(&sections.link, &["link"], &spans, mistakes);
@@ -133,6 +139,7 @@ fn read(mut document: DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Config {
         links,
         robots,
         own: OwnRobot::default(),
+        notes: Vec::new(),
         recording: sections.recording,
         path: None,
         text: String::new(),
@@ -162,7 +169,11 @@ fn split_tables<'t>(section: &mut DeTable<'t>) -> DeTable<'t> {
 }
 
 /// Takes the tables of `[[alarm]]` out of the document; alarms with a mistake are left out.
-fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmSetting> {
+fn alarms(
+    document: &mut DeTable<'_>,
+    mistakes: &mut Mistakes<'_>,
+    notes: &mut Mistakes<'_>,
+) -> Vec<AlarmSetting> {
     let Some((_, value)) = document.remove_entry("alarm") else {
         return Vec::new();
     };
@@ -183,6 +194,7 @@ fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmS
             continue;
         };
         let before = mistakes.count();
+        let field_at = table.get("field").map_or_else(|| at.clone(), Spanned::span);
         let alarm: AlarmSetting = deserialize(table, &["alarm"], mistakes);
         if mistakes.count() > before {
             continue;
@@ -194,6 +206,9 @@ fn alarms(document: &mut DeTable<'_>, mistakes: &mut Mistakes<'_>) -> Vec<AlarmS
             }
             Ok(()) => {
                 codes.insert(code);
+                if let Some(note) = alarm.note() {
+                    notes.add(&field_at, note);
+                }
                 alarms.push(alarm);
             }
             Err(error) => mistakes.add(&at, error),

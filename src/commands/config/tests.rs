@@ -170,6 +170,24 @@ fn mistakes_in_alarms_are_named() {
     ]);
 }
 
+/// Only a robot's own lines show which fields they have.
+#[test]
+fn an_alarm_on_an_unknown_field_is_noted() {
+    let text = "[[alarm]]\nname = \"warm\"\nfield = \"motor_temp\"\nabove = 60\n\
+                [[alarm]]\nname = \"far\"\nfield = \"x\"\nabove = 60\n";
+    let config = parse(text).expect("it is right");
+    let [note] = &config.notes[..] else {
+        panic!("{:?}", config.notes);
+    };
+    let note = note.to_string();
+    assert!(
+        note.starts_with(
+            "3:9: alarm `warm`: only a robot with its own lines can have the field `motor_temp`"
+        ),
+        "{note}"
+    );
+}
+
 #[test]
 fn all_mistakes_are_reported_in_the_order_of_the_text() {
     let text = "[keys]\nstop = \"y\"\nquit = 9\n[link]\nradoi = \"half\"\nbaud = \"x\"\n\

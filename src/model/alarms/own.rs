@@ -158,6 +158,18 @@ impl AlarmSetting {
         }
     }
 
+    /// A note on a field that only a robot's own lines can have.
+    #[must_use]
+    pub fn note(&self) -> Option<String> {
+        let field = self.field.as_ref()?;
+        field_named(field).is_none().then(|| {
+            format!(
+                "alarm `{}`: only a robot with its own lines can have the field `{field}`; `groundwave export --to jsonl` names the fields of the others, such as `battery_v`",
+                self.name
+            )
+        })
+    }
+
     fn check_field(&self, field: &str) -> Result<(), String> {
         if field_named(field).is_none() {
             let known = Telemetry::FIELDS.iter().map(|field| field.name);

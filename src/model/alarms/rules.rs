@@ -15,6 +15,9 @@ use crate::model::link::{Connection, Link};
 use crate::model::motors::Motors;
 use crate::model::robot::{Robot, is_held, touches};
 
+/// Code of the alarm of a lost link.
+pub(crate) const LINK_LOST: &str = "link_lost";
+
 /// Limits of the alarms.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -207,7 +210,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         bounds: |_| lasting(0),
     },
     BuiltIn {
-        code: "link_lost",
+        code: LINK_LOST,
         level: Level::Alarm,
         name: "link lost",
         hint: "check cable or network; reconnecting",
@@ -375,10 +378,8 @@ fn state_is(inputs: &Inputs<'_>, bad: fn(&StateLine) -> bool) -> Sight {
 }
 
 fn silence(inputs: &Inputs<'_>) -> Sight {
-    match (&inputs.link.connection, inputs.link.newest_age(inputs.now)) {
-        (Connection::Open, Some(age)) => Sight::Is(age.as_secs_f64()),
-        _ => Sight::Unknown,
-    }
+    let silence = inputs.link.silence(inputs.now);
+    silence.map_or(Sight::Unknown, |time| Sight::Is(time.as_secs_f64()))
 }
 
 impl Bounds {

@@ -134,6 +134,7 @@ pub(super) fn action_name(action: impl Debug) -> String {
                 "1" => toward(number, "more", "less"),
                 size => format!("{}-{size}", toward(number, "more", "less")),
             },
+            (_, "Forage") => "dock".to_owned(),
             (_, word) => kebab(word),
         };
         words.push(value);

@@ -136,6 +136,30 @@ fn each_rule_is_raised_by_its_own_cause() {
     }
 }
 
+/// While the link was lost, the robot could not be heard: its silence counts from the moment the link is open again.
+#[test]
+fn a_link_that_is_open_again_does_not_make_the_robot_silent() {
+    let mut scene = scene();
+    scene.event(Event::Link(LinkEvent::Lost {
+        reason: "gone".to_owned(),
+    }));
+    scene.wait_ms(20_000);
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: "sim".to_owned(),
+        can_send: true,
+    }));
+    scene.wait_ms(4_000);
+    scene.event(Event::Tick);
+    let silent = |scene: &Scene| {
+        let all = raised(scene);
+        all.iter().any(|(name, ..)| *name == "robot silent")
+    };
+    assert!(!silent(&scene), "{:?}", raised(&scene));
+    scene.wait_ms(1_500);
+    scene.event(Event::Tick);
+    assert!(silent(&scene), "{:?}", raised(&scene));
+}
+
 #[test]
 fn silence_and_thrashing_are_alarms_too() {
     let mut scene = scene();

@@ -247,7 +247,7 @@ fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
         .newest_first()
         .next()
         .expect("a log entry");
-    assert_eq!(newest.text, "tour.txt: 1 waypoints saved");
+    assert_eq!(newest.text, "tour.txt: 1 waypoint saved");
     assert!(scene.model.ui.editor.is_some(), "back in the editor");
 }
 

@@ -655,6 +655,27 @@ fn runs_are_told_apart_at_80_columns() {
     row(&screen, "│ bumps 2, loss 0.0 %");
 }
 
+/// The list of runs uses the width of the screen; a long remark leaves no columns out.
+#[test]
+fn the_list_of_runs_uses_its_width() {
+    let mut list = listed().as_ref().clone();
+    for (run, name) in list.runs.iter_mut().zip(["a", "b"]) {
+        run.capture = format!("runs/groundwave-20261124T10394{name}Z.mcap");
+    }
+    list.runs[1].void = Some("the cat sat on the mark until noon".to_owned());
+    let mut scene = flight(demo());
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    scene.event(Event::Runs(Ok(std::sync::Arc::new(list))));
+    let screen = screen(&scene, 120, 40);
+    row(&screen, "closing error  bumps   loss  capture");
+    row(&screen, "groundwave-20261124T10394aZ.mcap  new wheels");
+    row(
+        &screen,
+        "(void: the cat sat on the mark until noon): closing error 12.0 in",
+    );
+}
+
 #[test]
 fn completions_are_whole_words() {
     let mut scene = flight(demo());

@@ -548,3 +548,27 @@ fn local_time_stands_beside_utc_on_request() {
     let ahead = screen(&scene(Some(7200)), 120, 40);
     assert!(ahead.contains(" 23:00Z, 01:00 local  "), "{ahead}");
 }
+
+/// Mode and holder agree as soon as the robot confirms STOP, before its next line A.
+#[test]
+fn a_confirmed_stop_is_also_in_the_headline() {
+    let mut scene = flight(demo());
+    row(&screen(&scene, 120, 40), "BUMPERS hold the motors");
+    scene.command(9, Request::Stop, CommandStatus::Confirmed { digest: None });
+    let stopped = screen(&scene, 120, 40);
+    row(&stopped, "holds the motors: stopped");
+    row(&stopped, "  STOP  ");
+    assert!(!stopped.contains("HOLDS"), "{stopped}");
+}
+
+/// On a large screen, the map takes the rows that the commands leave empty.
+#[test]
+fn few_commands_leave_their_rows_to_the_map() {
+    let scene = flight(demo());
+    let large = screen(&scene, 200, 60);
+    let row_of = |words: &str| large.lines().position(|row| row.contains(words));
+    let (commands, raw) = (row_of("F5 commands"), row_of("raw: the newest line"));
+    let rows = raw.zip(commands).map(|(raw, commands)| raw - commands);
+    assert_eq!(rows, Some(7), "{large}");
+    assert!(row_of("F6 log") < commands, "{large}");
+}

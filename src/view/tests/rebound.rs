@@ -130,7 +130,7 @@ const MORE: &[(&str, Make, &str)] = &[
             scene.event(Event::RouteLoaded { path, route });
             scene
         },
-        "1 waypoints drafted; <send-draft> sends them",
+        "1 waypoint drafted; <send-draft> sends them",
     ),
     (
         "a file",
