@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Judges the Foxglove server with an independent client. GROUNDWAVE names a program built with
-# `--features foxglove`; `cargo xtask live` builds and names one.
+# Judges the Foxglove server with an independent client. GROUNDWAVE names the program; `cargo xtask live` builds and names one.
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 
