@@ -20,6 +20,8 @@ pub(crate) fn cargo() -> Command {
         "CARGO",
         "CARGO_BUILD_TARGET",
         "CARGO_ENCODED_RUSTFLAGS",
+        // LLVM's assembler refuses `movw` in an incremental build for AVR.
+        "CARGO_INCREMENTAL",
         "CARGO_TARGET_DIR",
         "RUSTC_WORKSPACE_WRAPPER",
         "RUSTC_WRAPPER",

@@ -1,6 +1,7 @@
-//! Makes the files of a release: archives and Debian packages with the program, its manual pages and completions, and their checksums.
+//! Makes the files of a release: archives and Debian packages with the program, its manual pages and completions, the
+//! Arduino Mega's program, and their checksums.
 //!
-//! Needs the tools of the steps `linux` and `windows`, and `zip`, `dpkg-deb`; the check also needs `debootstrap` and root. Times, order
+//! Needs the tools of the steps `avr`, `linux` and `windows`, and `zip`, `dpkg-deb`; the check also needs `debootstrap` and root. Times, order
 //! and owners are fixed and paths of this machine are removed, so that two runs of one commit give the same bytes.
 
 use std::env;
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::cross::{self, ARM, WINDOWS, X86};
-use crate::{capture, root, run};
+use crate::{capture, mega, root, run};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -164,10 +165,7 @@ fn stage_files(stage: &Path, target: &str) -> Result<(), String> {
         .arg(folder.join("protocol/c"))
         .arg(stage.join("c")))?;
     copy(&folder.join("protocol/SPEC.md"), &stage.join("c/SPEC.md"))?;
-    let hex = folder.join("firmware/boards/mega2560/target/mega2560.hex");
-    if hex.exists() {
-        copy(&hex, &stage.join("mega2560.hex"))?;
-    }
+    copy(&mega::build_hex(&[])?, &stage.join("mega2560.hex"))?;
     if target != WINDOWS {
         for name in ["60-groundwave.rules", "groundwave@.service"] {
             copy(&folder.join("xtask/dist").join(name), &stage.join(name))?;

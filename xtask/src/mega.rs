@@ -48,6 +48,11 @@ fn write_hex(elf: &Path, name: &str) -> Result<PathBuf, String> {
     Ok(hex)
 }
 
+/// Builds the program with options and writes its hex file.
+pub(crate) fn build_hex(options: &[&str]) -> Result<PathBuf, String> {
+    write_hex(&build("robot", options)?, "robot")
+}
+
 /// Builds the hex file twice from nothing and compares the two.
 pub(crate) fn hex() -> Result<(), String> {
     let board = root().join("firmware/boards/mega2560");
@@ -77,11 +82,7 @@ pub(crate) fn flash(arguments: &[String]) -> Result<(), String> {
         _ => return Err(usage.to_owned()),
     };
     let options = features.map(|features| ["--no-default-features", "--features", features]);
-    let elf = build(
-        "robot",
-        options.as_ref().map_or(&[], |options| &options[..]),
-    )?;
-    let hex = write_hex(&elf, "robot")?;
+    let hex = build_hex(options.as_ref().map_or(&[], |options| &options[..]))?;
     run(Command::new("avrdude")
         .args([
             "-p", "m2560", "-c", "wiring", "-b", "115200", "-D", "-P", port, "-U",
