@@ -32,6 +32,49 @@ fn capture_is_not_overwritten_by_its_own_result() {
 }
 
 #[test]
+fn configuration_is_not_overwritten_by_an_output() {
+    let folder = scratch("own-configuration");
+    let file = |name: &str| folder.join(name).display().to_string();
+    let config = file("c.toml");
+    let text = "[dashboard]\nbell = true\n";
+    fs::write(&config, text).unwrap();
+    fs::create_dir(folder.join("in")).unwrap();
+    let roundabout = file("in/../c.toml");
+    for target in [&config, &roundabout] {
+        for verb in [
+            &["export", "--to", "csv", "--force", CLEAN, "-o"][..],
+            &["cut", "--from", "1s", "--force", CLEAN, "-o"],
+            &["compare", CLEAN, CLEAN, "--force", "--svg"],
+            &["world", "flat", "--force", "--svg"],
+            &["record", "-", "--force", "-o"],
+            &["record", "-", "--append", "-o"],
+            &["sim", "--force", "--trace"],
+            &["sim", "--force", "--wav"],
+            &["sim", "--eeprom"],
+            &["watch", "-", "--headless", "--force", "--tee"],
+        ] {
+            let (_, err) = expect(2, &[verb, &[target, "--config", &config]].concat());
+            assert!(err.contains("choose another name"), "{verb:?}: {err}");
+        }
+    }
+    assert_eq!(fs::read_to_string(&config).unwrap(), text);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn configuration_in_a_named_pipe_gets_advice_that_holds_for_it() {
+    let folder = scratch("piped-configuration");
+    let pipe = folder.join("c.pipe").display().to_string();
+    let made = Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    let (_, err) = expect(2, &["info", CLEAN, "--config", &pipe]);
+    assert!(err.contains(&format!("cat {pipe} > FILE")), "{err}");
+    assert!(!err.contains("- <"), "{err}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn raw_bytes_are_not_appended_to_a_recording() {
     let folder = scratch("append-to-mcap");
     let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/demo-commands.mcap");

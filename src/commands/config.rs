@@ -16,6 +16,7 @@ use etcetera::BaseStrategy as _;
 use groundwave_lines::{OwnCommand, Profile, Recognizer};
 use serde::Deserialize;
 
+use super::output::protect_configuration;
 use super::{Exit, Fault};
 use crate::capture::{Rotation, Session, files, text_file};
 use crate::hint;
@@ -252,6 +253,7 @@ pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     };
     match files::open(&path).and_then(text_file::read_to_end) {
         Ok(text) => {
+            protect_configuration(&path);
             let (config, mistakes) = parse_lenient(&text);
             let fault = (!mistakes.is_empty()).then(|| blame(&path, &mistakes));
             let path = Some(path);
@@ -271,6 +273,10 @@ pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
             let why = match error.kind() {
                 ErrorKind::NotFound => format!(
                     "file not found; `groundwave config > {}` makes a file to start from",
+                    hint::shell_word(&path)
+                ),
+                _ if files::is_named_pipe(&path) => format!(
+                    "it is a named pipe; copy it to a file first: cat {} > FILE",
                     hint::shell_word(&path)
                 ),
                 _ => hint::of_reading(&error),

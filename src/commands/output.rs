@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, Once, PoisonError};
+use std::sync::{Mutex, MutexGuard, Once, OnceLock, PoisonError};
 
 use super::{Exit, Fault, cli};
 use crate::capture::files;
@@ -111,19 +111,28 @@ pub(super) fn check_form(target: &Target, form: Form, hint: &str) -> Result<(), 
     ))
 }
 
-/// Refuses an output that is the same file as an input, directly or by links.
+/// The configuration that the command has read, an input of every command.
+static CONFIGURATION: OnceLock<PathBuf> = OnceLock::new();
+
+/// Protects the configuration from every output that is checked later.
+pub(super) fn protect_configuration(path: &Path) {
+    CONFIGURATION.get_or_init(|| path.to_owned());
+}
+
+/// Refuses an output that is the same file as an input or the configuration, directly or by links.
 pub(super) fn check_inputs(
     output: &Path,
     inputs: impl IntoIterator<Item = impl AsRef<Path>>,
 ) -> Result<(), Fault> {
-    let is_input = |input: &_| files::is_same(AsRef::as_ref(input), output);
-    let Some(input) = inputs.into_iter().find(is_input) else {
+    let is_input = |input: &PathBuf| files::is_same(input, output);
+    let inputs = inputs.into_iter().map(|input| input.as_ref().to_owned());
+    let Some(input) = inputs.chain(CONFIGURATION.get().cloned()).find(is_input) else {
         return Ok(());
     };
     let message = format!(
         "{} would be overwritten by its own result{}; choose another name",
-        input.as_ref().display(),
-        if input.as_ref() == output {
+        input.display(),
+        if input == output {
             String::new()
         } else {
             format!(" {}", output.display())

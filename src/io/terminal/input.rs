@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use crossterm::event::Event;
 #[cfg(unix)]
-use crossterm::event::MouseEventKind;
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseEventKind};
 #[cfg(unix)]
 use crossterm::terminal;
 #[cfg(unix)]
@@ -28,9 +28,13 @@ use super::escape::Reader;
 #[cfg(unix)]
 const WAITING_MAX: usize = 16 << 10;
 
-/// Keys that a flood of others must not hide: Ctrl-C, and STOP as Ctrl-S and Space.
+/// Keys that a flood of others must not hide, with their bytes: Ctrl-C, and STOP as Ctrl-S and Space.
 #[cfg(unix)]
-const FLOOD_KEYS: [u8; 3] = [0x03, 0x13, b' '];
+const FLOOD_KEYS: [(u8, char, KeyModifiers); 3] = [
+    (0x03, 'c', KeyModifiers::CONTROL),
+    (0x13, 's', KeyModifiers::CONTROL),
+    (b' ', ' ', KeyModifiers::NONE),
+];
 
 /// Receiver of keys, clicks, pastes and sizes; must be called within the runtime.
 ///
@@ -56,6 +60,7 @@ pub fn events() -> io::Result<tokio::sync::mpsc::Receiver<Event>> {
         let chunks = Chunks {
             sending,
             waiting: Arc::clone(&waiting),
+            reader: Reader::new(Instant::now()),
         };
         if taker().replace(chunks).is_none() {
             let input = open()?;
@@ -100,15 +105,22 @@ struct Chunks {
     sending: Sender<Vec<u8>>,
     /// Number of bytes that wait.
     waiting: Arc<AtomicUsize>,
+    /// Reads all bytes, to find the sequences of the kitty keyboard protocol for [`FLOOD_KEYS`] in a flood.
+    reader: Reader,
 }
 
 #[cfg(unix)]
 impl Chunks {
-    fn take(&self, bytes: &[u8]) {
+    fn take(&mut self, now: Instant, bytes: &[u8]) {
+        let events = self.reader.handle_bytes(now, bytes);
         let is_flooded = self.waiting.load(Ordering::Relaxed) >= WAITING_MAX;
         let chunk: Vec<u8> = if is_flooded {
             let keys = FLOOD_KEYS.into_iter();
-            keys.filter(|key| bytes.contains(key)).collect()
+            let is_pressed = |&(byte, c, modifiers): &(u8, char, KeyModifiers)| {
+                let key = KeyEvent::new(KeyCode::Char(c), modifiers);
+                bytes.contains(&byte) || events.contains(&Event::Key(key))
+            };
+            keys.filter(is_pressed).map(|(byte, ..)| byte).collect()
         } else {
             bytes.to_vec()
         };
@@ -129,8 +141,8 @@ fn read_chunks(mut input: impl Read) {
         match input.read(&mut buffer) {
             Ok(count @ 1..) => {
                 // Keys between two dashboards are dropped.
-                if let Some(taker) = &*taker() {
-                    taker.take(buffer.get(..count).unwrap_or_default());
+                if let Some(taker) = &mut *taker() {
+                    taker.take(Instant::now(), buffer.get(..count).unwrap_or_default());
                 }
             }
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
@@ -188,8 +200,6 @@ mod tests {
     use super::*;
     use std::time::Duration;
 
-    use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-
     /// Timeout of a test that hangs.
     const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -197,20 +207,40 @@ mod tests {
     fn stop_is_taken_in_a_flood_of_keys_that_nobody_handles() {
         let (sending, bytes) = channel();
         let waiting = Arc::default();
-        let chunks = Chunks { sending, waiting };
+        let now = Instant::now();
+        let reader = Reader::new(now);
+        let mut chunks = Chunks {
+            sending,
+            waiting,
+            reader,
+        };
         for _ in 0..1000 {
-            chunks.take(&[b'+'; 1024]);
+            chunks.take(now, &[b'+'; 1024]);
         }
         let waiting: usize = bytes.try_iter().map(|chunk| chunk.len()).sum();
         assert!(waiting <= WAITING_MAX + 1024, "{waiting} bytes");
         for stop in [b' ', 0x13] {
-            chunks.take(&[b'+', stop, b'-']);
+            chunks.take(now, &[b'+', stop, b'-']);
             let last = bytes.try_iter().last().unwrap_or_default();
             assert_eq!(last, [stop], "STOP is taken, other keys are not");
-            chunks.take(&[stop; 1024]);
+            chunks.take(now, &[stop; 1024]);
             let count: usize = bytes.try_iter().map(|chunk| chunk.len()).sum();
             assert_eq!(count, 1, "once for each read");
         }
+        for (parts, stop) in [
+            (&["+\x1b[115;5u+"][..], 0x13),
+            (&["+\x1b[115:83;197:1u"], 0x13),
+            (&["+\x1b[11", "5;5u+"], 0x13),
+            (&["+\x1b[32u"], b' '),
+        ] {
+            for part in parts {
+                chunks.take(now, part.as_bytes());
+            }
+            let taken: Vec<u8> = bytes.try_iter().flatten().collect();
+            assert_eq!(taken, [stop], "{parts:?}");
+        }
+        chunks.take(now, b"\x1b[115;5:3u");
+        assert_eq!(bytes.try_iter().count(), 0, "a release is not STOP");
     }
 
     #[test]
