@@ -34,6 +34,9 @@ const LAST_LINES_MS: u64 = 3000;
 /// Lines among which `watch` must print the wanted one.
 const WATCHED_LINES: usize = 100;
 
+/// Pseudo-terminals that are open while the board's is opened.
+const LOW_NUMBERS: usize = 64;
+
 /// Points of the route.
 const POINTS: i32 = 20;
 
@@ -47,7 +50,14 @@ struct Served {
 
 impl Served {
     fn start(programs: &Programs, program: &Path, world: &str, seed: u64) -> Result<Self, String> {
-        let (pty, path) = Pty::open(None, false).map_err(|error| error.to_string())?;
+        // Numbers are reused from the lowest, and a foreign station whose pseudo-terminal has gone opens its number again:
+        // it would take the board's between two commands.
+        let open = || Pty::open(None, false).map_err(|error| error.to_string());
+        let low = (0..LOW_NUMBERS)
+            .map(|_| open())
+            .collect::<Result<Vec<_>, _>>()?;
+        let (pty, path) = open()?;
+        drop(low);
         let house = House::new(world, seed, &programs.emulator, program)?;
         let (power, lost) = channel();
         let thread = std::thread::spawn(move || serve(house, pty, &lost));
