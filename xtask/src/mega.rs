@@ -81,11 +81,47 @@ pub(crate) fn flash(arguments: &[String]) -> Result<(), String> {
         [board, port, features] if board == "mega2560" => (port, Some(features.as_str())),
         _ => return Err(usage.to_owned()),
     };
+    check_port(port)?;
+    // Without a device, avrdude only tells its options.
+    Command::new("avrdude").output().map_err(|error| {
+        format!(
+            "cannot start avrdude: {error}. Install it (`apt install avrdude`, `brew install avrdude`; on Windows add its folder in the Arduino IDE to PATH), then try again"
+        )
+    })?;
     let options = features.map(|features| ["--no-default-features", "--features", features]);
     let hex = build_hex(options.as_ref().map_or(&[], |options| &options[..]))?;
-    run(Command::new("avrdude")
+    let programmed = run(Command::new("avrdude")
         .args([
             "-p", "m2560", "-c", "wiring", "-b", "115200", "-D", "-P", port, "-U",
         ])
-        .arg(format!("flash:w:{}:i", hex.display())))
+        .arg(format!("flash:w:{}:i", hex.display())));
+    programmed.map_err(|error| {
+        format!("{error}. Check that {port} is the Mega's USB port, and close other programs that hold it")
+    })
+}
+
+/// Outside Unix, ports are not files: there avrdude finds out.
+fn check_port(port: &str) -> Result<(), String> {
+    if cfg!(unix) && !Path::new(port).exists() {
+        return Err(format!(
+            "cannot flash {port}: there is no such port. Plug the Mega's USB in; `groundwave ports` lists the ports"
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn flashing_a_missing_board_says_what_to_do() {
+        let arguments = ["mega2560", "/dev/no-such-port"].map(str::to_owned);
+        let error = flash(&arguments).unwrap_err();
+        assert!(
+            error.contains("/dev/no-such-port") && error.contains("Plug"),
+            "{error}"
+        );
+    }
 }
