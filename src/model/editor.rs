@@ -6,9 +6,9 @@ use super::draft::Edit;
 use super::keys::RouteAction;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, TextEntry, Ui};
-use crate::capture::words::counted;
 use crate::event::{Effect, Level, SaveProblem};
 use crate::route;
+use groundwave_captures::words::counted;
 
 /// Step of an arrow key, inches; the fine step with Shift.
 const STEP_IN: f64 = 6.0;

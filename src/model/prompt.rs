@@ -5,9 +5,9 @@ use groundwave_protocol::status_codes::Mode;
 
 use super::keys::Action;
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
-use crate::capture::words::counted;
 use crate::event::{Effect, Level, Moment, remark_from_words, unquoted};
 use crate::request::Request;
+use groundwave_captures::words::counted;
 
 /// Page of the help with the commands: the last.
 const HELP_OF_COMMANDS: i32 = -1;

@@ -10,10 +10,10 @@ use ratatui::text::{Line, Span};
 use super::plots::OF_LINK;
 use super::text::First;
 use super::{Screen, split_top};
-use crate::capture::words::counted;
 use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
 use crate::statistics::{Confirmation, Resync, Statistics};
+use groundwave_captures::words::counted;
 
 /// Minimum height of the panel beside others, rows.
 pub(super) const ROWS_MIN: u16 = 5;
