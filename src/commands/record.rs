@@ -32,7 +32,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         .output
         .clone()
         .unwrap_or_else(recording::automatic_name);
-    recording::check_name(&output, config)?;
+    recording::check_name(&output)?;
     let is_mcap = output
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));

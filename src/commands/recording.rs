@@ -30,7 +30,7 @@ pub(super) fn open(
         .as_ref()
         .map(|file| file.clone().unwrap_or_else(automatic_name));
     for path in [&options.tee, &mcap].into_iter().flatten() {
-        check_name(path, config)?;
+        check_name(path)?;
     }
     let keep = KeepOptions {
         tee: options.tee.clone(),
@@ -72,11 +72,10 @@ pub(super) async fn finish(keeper: &Keeper) -> Result<u64, Fault> {
     }
 }
 
-/// Refuses `-`, which means standard output elsewhere, and the files that the session reads.
-pub(super) fn check_name(path: &Path, config: &Config) -> Result<(), Fault> {
+/// Refuses `-`, which means standard output elsewhere, and the configuration.
+pub(super) fn check_name(path: &Path) -> Result<(), Fault> {
     if path != Path::new("-") {
-        let standard_input = PathBuf::from("-");
-        return check_inputs(path, config.path.iter().chain([&standard_input]));
+        return check_inputs(path, ["-"]);
     }
     Err(Fault::new(
         Exit::Usage,

@@ -1,5 +1,6 @@
 //! The route editor: keys that change the draft on the map and in its list.
 
+use groundwave_captures::words::counted;
 use groundwave_protocol::Waypoint;
 
 use super::draft::Edit;
@@ -8,7 +9,6 @@ use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Level, SaveProblem};
 use crate::route;
-use groundwave_captures::words::counted;
 
 /// Step of an arrow key, inches; the fine step with Shift.
 const STEP_IN: f64 = 6.0;

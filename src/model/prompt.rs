@@ -1,5 +1,6 @@
 //! The prompt: commands, file names and times.
 
+use groundwave_captures::words::counted;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::Mode;
 
@@ -7,7 +8,6 @@ use super::keys::Action;
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
 use crate::event::{Effect, Level, Moment, remark_from_words, unquoted};
 use crate::request::Request;
-use groundwave_captures::words::counted;
 
 /// Page of the help with the commands: the last.
 const HELP_OF_COMMANDS: i32 = -1;

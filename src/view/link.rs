@@ -1,5 +1,6 @@
 //! The link in figures, and the robot's behaviour without it.
 
+use groundwave_captures::words::counted;
 use groundwave_protocol::status_codes::Link;
 use groundwave_protocol::telemetry::AbilitiesLine;
 use ratatui::buffer::Buffer;
@@ -13,7 +14,6 @@ use super::{Screen, split_top};
 use crate::model::link::SILENT_AFTER;
 use crate::model::{Panel, failsafe};
 use crate::statistics::{Confirmation, Resync, Statistics};
-use groundwave_captures::words::counted;
 
 /// Minimum height of the panel beside others, rows.
 pub(super) const ROWS_MIN: u16 = 5;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::thread;
 
 use sr04_replay::{DOWNLINK, TICK};
@@ -58,21 +58,30 @@ impl Ticks {
     }
 }
 
-/// Repeats a recording on an emulated `ATmega2560` and compares every result.
-pub(crate) fn mega(
+/// Starts an emulator with a chip's program; the pipes lead to its standard input and output.
+pub(crate) fn start(
     emulator: &Path,
     program: &Path,
-    recording: &Recording,
-) -> Result<Figures, String> {
+) -> Result<(Child, ChildStdin, ChildStdout), String> {
     let mut process = Command::new(emulator)
         .arg(program)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
         .map_err(|error| format!("cannot start {}: {error}", emulator.display()))?;
-    let (Some(calls), Some(results)) = (process.stdin.take(), process.stdout.take()) else {
-        return Err("the emulator has no pipes".to_owned());
-    };
+    match (process.stdin.take(), process.stdout.take()) {
+        (Some(to), Some(from)) => Ok((process, to, from)),
+        _ => Err("the emulator has no pipes".to_owned()),
+    }
+}
+
+/// Repeats a recording on an emulated `ATmega2560` and compares every result.
+pub(crate) fn mega(
+    emulator: &Path,
+    program: &Path,
+    recording: &Recording,
+) -> Result<Figures, String> {
+    let (mut process, calls, results) = start(emulator, program)?;
     let figures = thread::scope(|scope| {
         // A broken pipe appears as missing results.
         scope.spawn(|| write_calls(BufWriter::new(calls), &recording.calls));

@@ -56,13 +56,14 @@ struct Watched {
 }
 
 impl Watched {
-    fn new(house: House) -> Self {
-        Self {
-            house,
+    /// The whole program in a world.
+    fn start(programs: &Programs, world: &str, seed: u64) -> Result<Self, String> {
+        Ok(Self {
+            house: House::new(world, seed, &programs.emulator, &programs.full)?,
             operator: Operator::default(),
             queue: VecDeque::new(),
             busy_to_ms: 0,
-        }
+        })
     }
 
     fn step(&mut self) -> Result<(), String> {
@@ -136,12 +137,7 @@ impl Watched {
 /// The board drives through its pins, with the operator's tour, and a host's robot gets what it gets.
 pub(crate) fn lockstep(programs: &Programs, seed: u64, seconds: u64) -> Result<Figures, String> {
     let tour = Scenario::named("tour").ok_or("no run is named tour")?;
-    let mut watched = Watched::new(House::new(
-        "house",
-        seed,
-        &programs.emulator,
-        &programs.full,
-    )?);
+    let mut watched = Watched::start(programs, "house", seed)?;
     for now_ms in 1..=seconds * 1000 {
         watched.step()?;
         tour.act(now_ms, &mut watched.operator);
@@ -236,12 +232,7 @@ fn waypoints(ack: Ack) -> Vec<u8> {
 
 /// Watchdog, panic, brown-out and power: the motors stop, the board boots and tells the reason.
 pub(crate) fn resets(programs: &Programs, seed: u64) -> Result<Figures, String> {
-    let mut watched = Watched::new(House::new(
-        "open-room",
-        seed,
-        &programs.emulator,
-        &programs.full,
-    )?);
+    let mut watched = Watched::start(programs, "open-room", seed)?;
     watched.run_ms(FIRST_LINES_MS)?;
     // The watchdog's two times, 16 ms and some to boot.
     let limits_ms = [
@@ -302,12 +293,7 @@ pub(crate) fn resets(programs: &Programs, seed: u64) -> Result<Figures, String> 
 /// Power is lost while parameters and boot counter are written: the old or the new ones are there afterwards.
 pub(crate) fn power_lost(programs: &Programs, seed: u64) -> Result<Figures, String> {
     const NAME: &str = "top-speed";
-    let mut watched = Watched::new(House::new(
-        "open-room",
-        seed,
-        &programs.emulator,
-        &programs.full,
-    )?);
+    let mut watched = Watched::start(programs, "open-room", seed)?;
     watched.run_ms(FIRST_LINES_MS)?;
     let (mut kept, mut changes) = (12, 0);
     for (round, wait_ms) in [0, 4, 60, 63, 130, 260, 390, 440, 455, 470, 500, 900]

@@ -2,7 +2,9 @@
 
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout};
+
+use crate::chip;
 
 /// Traced bytes before a reset in a step without one.
 const NO_RESET: u16 = u16::MAX;
@@ -57,15 +59,7 @@ pub(crate) struct Emulator {
 
 impl Emulator {
     pub(crate) fn start(emulator: &Path, program: &Path) -> Result<Self, String> {
-        let mut process = Command::new(emulator)
-            .arg(program)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|error| format!("cannot start {}: {error}", emulator.display()))?;
-        let (Some(to), Some(from)) = (process.stdin.take(), process.stdout.take()) else {
-            return Err("the emulator has no pipes".to_owned());
-        };
+        let (process, to, from) = chip::start(emulator, program)?;
         Ok(Self {
             process,
             to: BufWriter::new(to),
