@@ -175,6 +175,8 @@ fn stage_files(stage: &Path, target: &str) -> Result<(), String> {
         "LICENSE-MIT",
         "LICENSE-APACHE",
         "captures/src/picture/font/LICENSE.txt",
+        // The Mega's program is linked with it.
+        "/usr/share/doc/avr-libc/copyright",
     ]
     .map(|name| read(&folder.join(name)))
     .into_iter()
