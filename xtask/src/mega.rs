@@ -6,7 +6,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::mutants::copy_all;
 use crate::{avr, capture, debian, root, run};
+
+/// What the board's program is built from.
+const SOURCES: [&str; 11] = [
+    "Cargo.toml",
+    "protocol/Cargo.toml",
+    "protocol/src",
+    "firmware/Cargo.toml",
+    "firmware/src",
+    "firmware/replay",
+    "firmware/boards/probe/src",
+    "firmware/boards/mega2560/src",
+    "firmware/boards/mega2560/.cargo",
+    "firmware/boards/mega2560/Cargo.toml",
+    "firmware/boards/mega2560/Cargo.lock",
+];
 
 /// Builds the board's program with options, checks it and keeps it under a name.
 pub(crate) fn build(name: &str, options: &[&str]) -> Result<PathBuf, String> {
@@ -53,23 +69,33 @@ pub(crate) fn build_hex(options: &[&str]) -> Result<PathBuf, String> {
     write_hex(&build("robot", options)?, "robot")
 }
 
-/// Builds the hex file twice from nothing and compares the two.
+/// Writes the hex file of a program that is built twice from nothing, in a copy in another folder and here: both must
+/// be equal, with the names of their symbols, since an order may follow from those.
 pub(crate) fn hex() -> Result<(), String> {
-    let board = root().join("firmware/boards/mega2560");
-    let mut files = Vec::new();
-    for name in ["robot", "again"] {
-        let target = board.join("target-hex");
-        // The first time there is none.
-        let _ = fs::remove_dir_all(&target);
-        debian::build_with(&board, &[], "target-hex")?;
-        let hex = write_hex(&keep(&target, name)?, name)?;
-        files.push(fs::read(&hex).map_err(|error| format!("{}: {error}", hex.display()))?);
+    let elsewhere = root().join("target/mega2560/elsewhere");
+    // The first time there is none.
+    let _ = fs::remove_dir_all(&elsewhere);
+    for source in SOURCES {
+        copy_all(&root().join(source), &elsewhere.join(source))?;
     }
-    println!("{}", folder()?.join("robot.hex").display());
-    if files.first() == files.last() {
+    let build = |folder: &Path, name| {
+        let board = folder.join("firmware/boards/mega2560");
+        let _ = fs::remove_dir_all(board.join("target-hex"));
+        debian::build_with(&board, &[], "target-hex")?;
+        keep(&board.join("target-hex"), name)
+    };
+    let copied = build(&elsewhere, "elsewhere")?;
+    let robot = build(&root(), "robot")?;
+    println!("{}", write_hex(&robot, "robot")?.display());
+    let read = |elf: &Path| fs::read(elf).map_err(|error| format!("{}: {error}", elf.display()));
+    if read(&copied)? == read(&robot)? {
         Ok(())
     } else {
-        Err("two builds gave different hex files".to_owned())
+        Err(format!(
+            "the program depends on the folder where it is built: {} and {} differ",
+            copied.display(),
+            robot.display()
+        ))
     }
 }
 
