@@ -9,6 +9,7 @@ use groundwave_protocol::command::{Key, Message, Open, Order, Slots};
 use groundwave_protocol::parameter::key;
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Mode};
 use groundwave_protocol::telemetry::{Ack, Body, StateLine};
+use sr04_firmware::memory::BOOTS_BYTES;
 
 use super::house::House;
 use crate::chip::Figures;
@@ -29,6 +30,12 @@ const FIRST_LINES_MS: u64 = 5000;
 
 /// Time in which the operator's tasks are done.
 const TASKS_MS: u64 = 30_000;
+
+/// Time in which the robot has written its parameters, 3.4 ms a byte.
+const WRITES_MS: u64 = 600;
+
+/// Parameter that is kept.
+const KEPT: &str = "top-speed";
 
 /// Programs that the checks run.
 #[derive(Debug)]
@@ -119,18 +126,88 @@ impl Watched {
         self.queue.clear();
     }
 
+    /// Does the queued tasks; returns whether power is lost meanwhile, in a write of the EEPROM, the next one counted
+    /// as 1.
+    fn is_lost_in(&mut self, write: u16) -> Result<bool, String> {
+        let boots = self.house.sent.len();
+        self.house.emulator.lose_power_in(write)?;
+        let end_ms = self.house.now_ms + TASKS_MS;
+        let mut rest_ms = WRITES_MS;
+        while rest_ms > 0 {
+            self.step()?;
+            if self.house.sent.len() > boots {
+                self.forget();
+                return Ok(true);
+            }
+            if self.operator.is_idle() {
+                rest_ms -= 1;
+            } else if self.house.now_ms > end_ms {
+                return Err("the robot does not confirm its orders".to_owned());
+            }
+        }
+        self.house.emulator.lose_power_in(0)?;
+        Ok(false)
+    }
+
+    /// Keeps another value of a parameter again and again. Power is lost in a write, each time `later` ones later, up to
+    /// the time that has fewer writes.
+    fn keep(&mut self, kept: &mut i32, mut write: u16, later: u16) -> Result<(), String> {
+        loop {
+            let value = if *kept == 5 { 9 } else { 5 };
+            let set = Order::SetParameter {
+                key: key(KEPT),
+                value,
+            };
+            for order in [set, Order::KeepParameters] {
+                self.operator.queue(Task::Order(order));
+            }
+            let is_lost = self.is_lost_in(write)?;
+            if !is_lost {
+                self.lose_power()?;
+            }
+            while self.house.ack.is_none() {
+                self.step()?;
+            }
+            let found = self.parameter(KEPT)?;
+            if found != value && (found != *kept || !is_lost) {
+                return Err(format!(
+                    "power lost in write {write}: {found}, not {kept} or {value}"
+                ));
+            }
+            *kept = found;
+            if !is_lost {
+                return Ok(());
+            }
+            write += later;
+        }
+    }
+
+    fn newest_boots(&self) -> Result<u16, String> {
+        let told = self.house.bodies(|body| match body {
+            Body::Status(status) => Some(status.boots),
+            _ => None,
+        });
+        told.last().copied().ok_or("no line B".to_owned())
+    }
+
     /// Value of a parameter that the robot tells.
     fn parameter(&mut self, name: &str) -> Result<i32, String> {
         let from = self.house.lines.len();
         self.order([Order::ReadParameter { key: key(name) }])?;
-        self.run_ms(2000)?;
-        let lines = self.house.lines.iter().skip(from);
-        let mut told = lines.filter_map(|(_, line)| match &line.body {
-            Body::Parameter(parameter) if parameter.name.as_str() == name => Some(parameter.value),
-            _ => None,
-        });
-        told.next_back()
-            .ok_or_else(|| format!("no line P about {name}"))
+        for _ in 0..FIRST_LINES_MS {
+            let told = self.house.lines.iter().skip(from);
+            let mut values = told.filter_map(|(_, line)| match &line.body {
+                Body::Parameter(parameter) if parameter.name.as_str() == name => {
+                    Some(parameter.value)
+                }
+                _ => None,
+            });
+            if let Some(value) = values.next_back() {
+                return Ok(value);
+            }
+            self.step()?;
+        }
+        Err(format!("no line P about {name}"))
     }
 }
 
@@ -290,63 +367,32 @@ pub(crate) fn resets(programs: &Programs, seed: u64) -> Result<Figures, String> 
     watched.house.finish()
 }
 
-/// Power is lost while parameters and boot counter are written: the old or the new ones are there afterwards.
+/// Power is lost in the middle of writes of parameters and boot counter: the old or the new ones are there afterwards.
 pub(crate) fn power_lost(programs: &Programs, seed: u64) -> Result<Figures, String> {
-    const NAME: &str = "top-speed";
     let mut watched = Watched::start(programs, "open-room", seed)?;
     watched.run_ms(FIRST_LINES_MS)?;
-    let (mut kept, mut changes) = (12, 0);
-    for (round, wait_ms) in [0, 4, 60, 63, 130, 260, 390, 440, 455, 470, 500, 900]
-        .into_iter()
-        .enumerate()
-    {
-        let value = [5, 9][round % 2];
-        watched.order([
-            Order::SetParameter {
-                key: key(NAME),
-                value,
-            },
-            Order::KeepParameters,
-        ])?;
-        watched.run_ms(wait_ms)?;
+    let mut kept = 12;
+    // Both copies of a blank memory have many writes, later ones only those of bytes that differ.
+    for (write, later) in [(7, 0), (7, 0), (1, 1), (1, 1)] {
+        watched.keep(&mut kept, write, later)?;
+    }
+    // Both copies of the boot counter.
+    for write in (1..=BOOTS_BYTES as u16).flat_map(|write| [write; 2]) {
+        let boots = watched.newest_boots()?;
         watched.lose_power()?;
-        watched.run_ms(FIRST_LINES_MS)?;
-        let found = watched.parameter(NAME)?;
-        if found != kept && found != value {
-            return Err(format!(
-                "power lost {wait_ms} ms after: {found}, not {kept} or {value}"
-            ));
+        if !watched.is_lost_in(write)? {
+            return Err(format!("a boot has no write {write}"));
         }
-        changes += usize::from(found == value && found != kept);
-        kept = found;
-    }
-    if changes == 0 {
-        return Err("no parameter was ever kept".to_owned());
-    }
-    let mut boots = newest_boots(&watched)?;
-    for wait_ms in 0..24 {
-        watched.lose_power()?;
-        watched.run_ms(wait_ms)?;
-        watched.lose_power()?;
         watched.run_ms(FIRST_LINES_MS)?;
-        let next = newest_boots(&watched)?;
+        let next = watched.newest_boots()?;
         if next != boots + 1 && next != boots + 2 {
             return Err(format!("boot {boots} and two more are boot {next}"));
         }
-        boots = next;
     }
-    if watched.parameter(NAME)? != kept {
+    if watched.parameter(KEPT)? != kept {
         return Err("a boot changed a parameter".to_owned());
     }
     watched.house.finish()
-}
-
-fn newest_boots(watched: &Watched) -> Result<u16, String> {
-    let told = watched.house.bodies(|body| match body {
-        Body::Status(status) => Some(status.boots),
-        _ => None,
-    });
-    told.last().copied().ok_or("no line B".to_owned())
 }
 
 /// A board without sensors says so.
