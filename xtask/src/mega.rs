@@ -108,6 +108,15 @@ pub(crate) fn flash(arguments: &[String]) -> Result<(), String> {
         _ => return Err(usage.to_owned()),
     };
     check_port(port)?;
+    let known = known_features()?;
+    for feature in features.into_iter().flat_map(|list| list.split(',')) {
+        if !known.iter().any(|name| name == feature) {
+            return Err(format!(
+                "the Mega has no feature {feature:?}, only {}",
+                known.join(", ")
+            ));
+        }
+    }
     // Without a device, avrdude only tells its options.
     Command::new("avrdude").output().map_err(|error| {
         format!(
@@ -126,6 +135,22 @@ pub(crate) fn flash(arguments: &[String]) -> Result<(), String> {
     })
 }
 
+/// Names in the board's `[features]`.
+fn known_features() -> Result<Vec<String>, String> {
+    let path = root().join("firmware/boards/mega2560/Cargo.toml");
+    let manifest =
+        fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let names = manifest
+        .lines()
+        .skip_while(|line| *line != "[features]")
+        .skip(1)
+        .take_while(|line| !line.starts_with('['))
+        .filter_map(|line| line.split_once(" = "))
+        .map(|(name, _)| name.to_owned())
+        .filter(|name| name != "default");
+    Ok(names.collect())
+}
+
 /// Outside Unix, ports are not files: there avrdude finds out.
 fn check_port(port: &str) -> Result<(), String> {
     if cfg!(unix) && !Path::new(port).exists() {
@@ -139,6 +164,18 @@ fn check_port(port: &str) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn flashing_an_unknown_part_names_those_that_there_are() {
+        let arguments = ["mega2560", "/dev/null", "sonar,wheels"].map(str::to_owned);
+        let error = flash(&arguments).unwrap_err();
+        assert_eq!(
+            error,
+            "the Mega has no feature \"wheels\", only bumpers, infrared, sonar, photocells, edges, motion, beacon, lcd, \
+             half-duplex"
+        );
+    }
 
     #[test]
     #[cfg(unix)]
