@@ -7,11 +7,12 @@ use groundwave_protocol::BYTES_PER_S;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Key, Message, Open, Order, Slots};
 use groundwave_protocol::parameter::key;
-use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Mode};
+use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Mode, Power};
 use groundwave_protocol::telemetry::{Ack, Body, StateLine};
+use sr04_firmware::board::{Edges, Inputs, Sides};
 use sr04_firmware::memory::BOOTS_BYTES;
 
-use super::house::House;
+use super::house::{Hand, House};
 use crate::chip::Figures;
 use crate::operator::{OWNER, Operator, ROBOT_ID, Task};
 use crate::scenario::Scenario;
@@ -124,6 +125,26 @@ impl Watched {
         self.operator = Operator::default();
         self.house.forget();
         self.queue.clear();
+    }
+
+    /// Touches the robot; an error unless a line tells.
+    fn feel(&mut self, (what, hand, shows): Touch) -> Result<(), String> {
+        self.house.hand = hand;
+        let from = self.house.lines.len();
+        self.run_ms(TOUCH_MS)?;
+        self.house.hand = Hand::OFF;
+        let told: Vec<StateLine> = (self.house.lines.iter().skip(from))
+            .filter_map(|(_, line)| match &line.body {
+                Body::State(state) => Some(*state),
+                _ => None,
+            })
+            .collect();
+        self.run_ms(TOUCH_MS)?;
+        if told.iter().any(shows) {
+            Ok(())
+        } else {
+            Err(format!("{what}: the robot tells {:?}", told.last()))
+        }
     }
 
     /// Does the queued tasks; returns whether power is lost meanwhile, in a write of the EEPROM, the next one counted
@@ -391,6 +412,81 @@ pub(crate) fn power_lost(programs: &Programs, seed: u64) -> Result<Figures, Stri
     }
     if watched.parameter(KEPT)? != kept {
         return Err("a boot changed a parameter".to_owned());
+    }
+    watched.house.finish()
+}
+
+/// A touch and the state that the robot then tells.
+type Touch = (&'static str, Hand, fn(&StateLine) -> bool);
+
+const fn touch(on_sensors: fn(&mut Inputs)) -> Hand {
+    Hand {
+        on_sensors,
+        ..Hand::OFF
+    }
+}
+
+const LEFT: Sides = Sides {
+    left: true,
+    right: false,
+};
+const RIGHT: Sides = Sides {
+    left: false,
+    right: true,
+};
+
+/// Touches that the robot tells of in mode STOP.
+#[rustfmt::skip]
+const STANDING: [Touch; 13] = [
+    ("left bumper", touch(|inputs| inputs.bumper.left = true), |state| state.bump == Bump::Left),
+    ("centre bumper", touch(|inputs| inputs.bumper.center = true), |state| state.bump == Bump::Center),
+    ("right bumper", touch(|inputs| inputs.bumper.right = true), |state| state.bump == Bump::Right),
+    ("no floor ahead", touch(|inputs| inputs.cliff = Some(Edges::AHEAD)), |state| state.cliff == Cliff::Center),
+    ("no floor on the left", touch(|inputs| inputs.cliff = Some(Edges::AHEAD_LEFT)), |state| state.cliff == Cliff::Left),
+    ("no floor on the right", touch(|inputs| inputs.cliff = Some(Edges::AHEAD_RIGHT)), |state| state.cliff == Cliff::Right),
+    ("left photocell", touch(|inputs| inputs.photo_left = Some(250)), |state| state.photo_left_pct > Some(90)),
+    ("right photocell", touch(|inputs| inputs.photo_right = Some(250)), |state| state.photo_right_pct > Some(90)),
+    ("charger", touch(|inputs| inputs.is_docked = true), |state| matches!(state.power, Power::Charging | Power::Docked)),
+    ("left wheel", Hand { turns: LEFT, ..Hand::OFF }, |state| state.wheel_left_in_s > 0 && state.wheel_right_in_s == 0),
+    ("right wheel", Hand { turns: RIGHT, ..Hand::OFF }, |state| state.wheel_right_in_s > 0 && state.wheel_left_in_s == 0),
+    ("left sonar", Hand::OFF, |state| state.sonar_left_in.is_some()),
+    ("right sonar", Hand::OFF, |state| state.sonar_right_in.is_some()),
+];
+
+/// Touches that it tells of in mode prowl, and in mode passive when the detectors have settled.
+#[rustfmt::skip]
+const PROWLING: [Touch; 2] = [
+    ("hand on the left", Hand { before: LEFT, ..Hand::OFF }, |state| state.infrared == Infrared::Left),
+    ("hand on the right", Hand { before: RIGHT, ..Hand::OFF }, |state| state.infrared == Infrared::Right),
+];
+#[rustfmt::skip]
+const ARMED: [Touch; 3] = [
+    ("motion on the left", touch(|inputs| inputs.motion = Some(LEFT)), |state| state.arm == Arm::MotionLeft),
+    ("motion on the right", touch(|inputs| inputs.motion = Some(RIGHT)), |state| state.arm == Arm::MotionRight),
+    ("top hat", touch(|inputs| inputs.top_hat = true), |state| state.arm == Arm::TopHat),
+];
+
+/// Time after which a touch is told, and after which the detectors have settled.
+const TOUCH_MS: u64 = 1500;
+const SETTLED_MS: u64 = 40_000;
+
+/// A hand at each sensor, as docs/mega.md tells: each is at its pin.
+pub(crate) fn by_hand(programs: &Programs, seed: u64) -> Result<Figures, String> {
+    let mut watched = Watched::start(programs, "open-room", seed)?;
+    watched.run_ms(FIRST_LINES_MS)?;
+    watched.operator.queue(Task::Stop);
+    watched.run_ms(FIRST_LINES_MS)?;
+    for touch in STANDING {
+        watched.feel(touch)?;
+    }
+    watched.order([Order::Mode(Mode::Prowl)])?;
+    for touch in PROWLING {
+        watched.feel(touch)?;
+    }
+    for touch in ARMED {
+        watched.order([Order::Mode(Mode::Passive)])?;
+        watched.run_ms(SETTLED_MS)?;
+        watched.feel(touch)?;
     }
     watched.house.finish()
 }
