@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-pub use groundwave_protocol::arq::{CommandStatus, Failure};
+pub use groundwave_protocol::arq::{CommandStatus, Failure, Shortfall};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 

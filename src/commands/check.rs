@@ -162,6 +162,7 @@ async fn hear(
             input = heard.recv() => match input {
                 Some(LinkInput::Bytes(_, bytes)) => {
                     diagnosis.take(&bytes);
+                    diagnosis.take_time(start.elapsed());
                     if let Some(trials) = &mut trials {
                         trials.handle_bytes(start.elapsed(), &bytes);
                     }
