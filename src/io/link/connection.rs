@@ -26,7 +26,7 @@ const RECONNECT_TIMEOUT: Duration = Duration::from_millis(1200);
 /// Time for a shared link to announce itself.
 const ANNOUNCEMENT_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Pause before another attempt at a shared link that made room for others.
+/// First pause before another attempt at a shared link that made room for others; it doubles.
 const SHARE_RETRY_PAUSE: Duration = Duration::from_millis(50);
 
 /// Pause between two attempts to open a link that does not exist yet.
@@ -64,7 +64,20 @@ impl Connection {
     /// # Errors
     /// If the link cannot be opened now.
     pub fn open(spec: &LinkSpec, baud: u32) -> Result<Self, OpenError> {
-        Self::open_within(spec, baud, CONNECT_TIMEOUT)
+        let deadline = Instant::now() + CONNECT_TIMEOUT;
+        let mut pause = SHARE_RETRY_PAUSE;
+        loop {
+            match Self::open_once(spec, baud, CONNECT_TIMEOUT, deadline) {
+                // A station with too many clients closes some.
+                Err(OpenError::Share(ShareClientError::NoStation(_)))
+                    if Instant::now() + pause < deadline =>
+                {
+                    thread::sleep(pause);
+                    pause *= 2;
+                }
+                opened => return opened,
+            }
+        }
     }
 
     /// Opens a link that may not exist yet; waits for it, forever if there is no limit. Calls `on_absence` once.
@@ -103,21 +116,6 @@ impl Connection {
     #[must_use]
     pub const fn is_shared(&self) -> bool {
         self.share.is_some()
-    }
-
-    fn open_within(spec: &LinkSpec, baud: u32, timeout: Duration) -> Result<Self, OpenError> {
-        let deadline = Instant::now() + timeout;
-        loop {
-            match Self::open_once(spec, baud, timeout, deadline) {
-                // A station with too many clients closes some.
-                Err(OpenError::Share(ShareClientError::NoStation(_)))
-                    if Instant::now() < deadline =>
-                {
-                    thread::sleep(SHARE_RETRY_PAUSE);
-                }
-                opened => return opened,
-            }
-        }
     }
 
     fn open_once(
@@ -295,7 +293,8 @@ impl Reopener {
 
     pub(super) fn open(&mut self) -> Result<Connection, OpenError> {
         let (LinkSpec::Serial(path), Some(usb)) = (&self.spec, &self.usb) else {
-            return Connection::open_within(&self.spec, self.baud, RECONNECT_TIMEOUT);
+            let deadline = Instant::now() + RECONNECT_TIMEOUT;
+            return Connection::open_once(&self.spec, self.baud, RECONNECT_TIMEOUT, deadline);
         };
         let name = device_name(path);
         match usb::find(&name, usb, &ports::plugged()) {
@@ -436,6 +435,33 @@ mod tests {
         let spec = LinkSpec::Serial("/dev/groundwave-no-such-device".into());
         let error = Connection::open(&spec, BAUD).err().expect("opened");
         assert!(matches!(error, OpenError::Missing(_)), "{error}");
+    }
+
+    /// The reader paces the attempts, so that each attempt is a single connection.
+    #[test]
+    fn an_attempt_to_reopen_dials_once() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("its address").to_string();
+        let station = thread::spawn(move || {
+            let mut count = 0;
+            for peer in listener.incoming() {
+                let mut peer = peer.expect("a peer");
+                let mut first = [0];
+                let _ = peer.write_all(crate::share::ANNOUNCEMENT);
+                let _ = peer.read(&mut first);
+                if first == *b"!" {
+                    break;
+                }
+                count += 1;
+            }
+            count
+        });
+        let mut reopener = Reopener::new(LinkSpec::Tcp(address.clone()), BAUD);
+        let error = reopener.open().err().expect("opened");
+        assert!(matches!(error, OpenError::Share(_)), "{error}");
+        let mut last = TcpStream::connect(address).expect("a connection");
+        last.write_all(b"!").expect("sent");
+        assert_eq!(station.join().expect("a count"), 1);
     }
 
     /// The peer reads nothing, so its window closes; without a timeout, the write would block forever.
