@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::super::usb::{self, UsbIdentity, Whereabouts};
 use super::error::OpenError;
+use super::pseudo_terminal::PseudoTerminal;
 use super::spec::LinkSpec;
 use crate::io::ports;
 use crate::io::share::find_token;
@@ -260,22 +261,27 @@ pub(super) struct Reopener {
     spec: LinkSpec,
     baud: u32,
     usb: Option<UsbIdentity>,
+    pseudo_terminal: Option<PseudoTerminal>,
 }
 
 impl Reopener {
-    /// Prepares to reopen a link; looks up its adapter's USB identity while it is plugged in.
+    /// Prepares to reopen a link; looks up the identity of its device while it is there.
     pub(super) fn new(spec: LinkSpec, baud: u32) -> Self {
-        let usb = match &spec {
-            LinkSpec::Serial(path) => {
-                let name = device_name(path);
-                ports::plugged()
-                    .into_iter()
-                    .find(|port| port.name == name)
-                    .and_then(|port| port.usb)
-            }
-            _ => None,
-        };
-        Self { spec, baud, usb }
+        let (mut usb, mut pseudo_terminal) = (None, None);
+        if let LinkSpec::Serial(path) = &spec {
+            let name = device_name(path);
+            usb = ports::plugged()
+                .into_iter()
+                .find(|port| port.name == name)
+                .and_then(|port| port.usb);
+            pseudo_terminal = PseudoTerminal::find(path);
+        }
+        Self {
+            spec,
+            baud,
+            usb,
+            pseudo_terminal,
+        }
     }
 
     /// Whether the end of the link's bytes ends the session.
@@ -292,6 +298,14 @@ impl Reopener {
     }
 
     pub(super) fn open(&mut self) -> Result<Connection, OpenError> {
+        if let (LinkSpec::Serial(path), Some(known)) = (&self.spec, &self.pseudo_terminal)
+            && let Some(now) = PseudoTerminal::find(path)
+        {
+            if known.is_replaced_by(&now) {
+                return Err(OpenError::AnotherTerminal(path.display().to_string()));
+            }
+            self.pseudo_terminal = Some(now);
+        }
         let (LinkSpec::Serial(path), Some(usb)) = (&self.spec, &self.usb) else {
             let deadline = Instant::now() + RECONNECT_TIMEOUT;
             return Connection::open_once(&self.spec, self.baud, RECONNECT_TIMEOUT, deadline);
@@ -462,6 +476,42 @@ mod tests {
         let mut last = TcpStream::connect(address).expect("a connection");
         last.write_all(b"!").expect("sent");
         assert_eq!(station.join().expect("a count"), 1);
+    }
+
+    /// The number of a pseudo-terminal that has gone is soon another program's, such as a shell's.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn another_terminal_of_the_same_name_is_not_opened() {
+        use serialport::{SerialPort as _, TTYPort};
+        let folder = tempfile::tempdir().expect("a folder");
+        let link = folder.path().join("robot");
+        let outer = folder.path().join("outer");
+        std::os::unix::fs::symlink("robot", &outer).expect("a link");
+        let reopener = |path: &Path| Reopener::new(LinkSpec::Serial(path.to_owned()), BAUD);
+        let (master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+        let name = slave.name().expect("its name");
+        std::os::unix::fs::symlink(&name, &link).expect("a link");
+        drop(slave);
+        let mut reopeners = [name.as_ref(), &*link, &outer].map(reopener);
+        for reopener in &mut reopeners {
+            reopener.open().expect("the same terminal");
+        }
+        drop(master);
+        let mut others = Vec::new();
+        while !Path::new(&name).exists() {
+            others.push(TTYPort::pair().expect("a pseudo-terminal"));
+        }
+        for reopener in &mut reopeners {
+            let error = reopener.open().err().expect("opened");
+            assert!(matches!(error, OpenError::AnotherTerminal(_)), "{error}");
+        }
+        let (_master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+        fs::remove_file(&link).expect("a link");
+        std::os::unix::fs::symlink(slave.name().expect("its name"), &link).expect("a link");
+        drop(slave);
+        for reopener in &mut reopeners[1..] {
+            reopener.open().expect("the terminal of a new link");
+        }
     }
 
     /// The peer reads nothing, so its window closes; without a timeout, the write would block forever.

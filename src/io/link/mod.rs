@@ -6,6 +6,7 @@
 mod backoff;
 mod connection;
 mod error;
+mod pseudo_terminal;
 mod reader;
 mod spec;
 mod tx_queue;
