@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::super::usb::{self, UsbIdentity, Whereabouts};
 use super::error::OpenError;
+use super::pseudo_terminal::PseudoTerminal;
 use super::spec::LinkSpec;
 use crate::io::ports;
 use crate::io::share::find_token;
@@ -26,7 +27,7 @@ const RECONNECT_TIMEOUT: Duration = Duration::from_millis(1200);
 /// Time for a shared link to announce itself.
 const ANNOUNCEMENT_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Pause before another attempt at a shared link that made room for others.
+/// First pause before another attempt at a shared link that made room for others; it doubles.
 const SHARE_RETRY_PAUSE: Duration = Duration::from_millis(50);
 
 /// Pause between two attempts to open a link that does not exist yet.
@@ -64,7 +65,20 @@ impl Connection {
     /// # Errors
     /// If the link cannot be opened now.
     pub fn open(spec: &LinkSpec, baud: u32) -> Result<Self, OpenError> {
-        Self::open_within(spec, baud, CONNECT_TIMEOUT)
+        let deadline = Instant::now() + CONNECT_TIMEOUT;
+        let mut pause = SHARE_RETRY_PAUSE;
+        loop {
+            match Self::open_once(spec, baud, CONNECT_TIMEOUT, deadline) {
+                // A station with too many clients closes some.
+                Err(OpenError::Share(ShareClientError::NoStation(_)))
+                    if Instant::now() + pause < deadline =>
+                {
+                    thread::sleep(pause);
+                    pause *= 2;
+                }
+                opened => return opened,
+            }
+        }
     }
 
     /// Opens a link that may not exist yet; waits for it, forever if there is no limit. Calls `on_absence` once.
@@ -103,21 +117,6 @@ impl Connection {
     #[must_use]
     pub const fn is_shared(&self) -> bool {
         self.share.is_some()
-    }
-
-    fn open_within(spec: &LinkSpec, baud: u32, timeout: Duration) -> Result<Self, OpenError> {
-        let deadline = Instant::now() + timeout;
-        loop {
-            match Self::open_once(spec, baud, timeout, deadline) {
-                // A station with too many clients closes some.
-                Err(OpenError::Share(ShareClientError::NoStation(_)))
-                    if Instant::now() < deadline =>
-                {
-                    thread::sleep(SHARE_RETRY_PAUSE);
-                }
-                opened => return opened,
-            }
-        }
     }
 
     fn open_once(
@@ -262,22 +261,27 @@ pub(super) struct Reopener {
     spec: LinkSpec,
     baud: u32,
     usb: Option<UsbIdentity>,
+    pseudo_terminal: Option<PseudoTerminal>,
 }
 
 impl Reopener {
-    /// Prepares to reopen a link; looks up its adapter's USB identity while it is plugged in.
+    /// Prepares to reopen a link; looks up the identity of its device while it is there.
     pub(super) fn new(spec: LinkSpec, baud: u32) -> Self {
-        let usb = match &spec {
-            LinkSpec::Serial(path) => {
-                let name = device_name(path);
-                ports::plugged()
-                    .into_iter()
-                    .find(|port| port.name == name)
-                    .and_then(|port| port.usb)
-            }
-            _ => None,
-        };
-        Self { spec, baud, usb }
+        let (mut usb, mut pseudo_terminal) = (None, None);
+        if let LinkSpec::Serial(path) = &spec {
+            let name = device_name(path);
+            usb = ports::plugged()
+                .into_iter()
+                .find(|port| port.name == name)
+                .and_then(|port| port.usb);
+            pseudo_terminal = PseudoTerminal::find(path);
+        }
+        Self {
+            spec,
+            baud,
+            usb,
+            pseudo_terminal,
+        }
     }
 
     /// Whether the end of the link's bytes ends the session.
@@ -294,8 +298,17 @@ impl Reopener {
     }
 
     pub(super) fn open(&mut self) -> Result<Connection, OpenError> {
+        if let (LinkSpec::Serial(path), Some(known)) = (&self.spec, &self.pseudo_terminal)
+            && let Some(now) = PseudoTerminal::find(path)
+        {
+            if known.is_replaced_by(&now) {
+                return Err(OpenError::AnotherTerminal(path.display().to_string()));
+            }
+            self.pseudo_terminal = Some(now);
+        }
         let (LinkSpec::Serial(path), Some(usb)) = (&self.spec, &self.usb) else {
-            return Connection::open_within(&self.spec, self.baud, RECONNECT_TIMEOUT);
+            let deadline = Instant::now() + RECONNECT_TIMEOUT;
+            return Connection::open_once(&self.spec, self.baud, RECONNECT_TIMEOUT, deadline);
         };
         let name = device_name(path);
         match usb::find(&name, usb, &ports::plugged()) {
@@ -436,6 +449,69 @@ mod tests {
         let spec = LinkSpec::Serial("/dev/groundwave-no-such-device".into());
         let error = Connection::open(&spec, BAUD).err().expect("opened");
         assert!(matches!(error, OpenError::Missing(_)), "{error}");
+    }
+
+    /// The reader paces the attempts, so that each attempt is a single connection.
+    #[test]
+    fn an_attempt_to_reopen_dials_once() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("its address").to_string();
+        let station = thread::spawn(move || {
+            let mut count = 0;
+            for peer in listener.incoming() {
+                let mut peer = peer.expect("a peer");
+                let mut first = [0];
+                let _ = peer.write_all(crate::share::ANNOUNCEMENT);
+                let _ = peer.read(&mut first);
+                if first == *b"!" {
+                    break;
+                }
+                count += 1;
+            }
+            count
+        });
+        let mut reopener = Reopener::new(LinkSpec::Tcp(address.clone()), BAUD);
+        let error = reopener.open().err().expect("opened");
+        assert!(matches!(error, OpenError::Share(_)), "{error}");
+        let mut last = TcpStream::connect(address).expect("a connection");
+        last.write_all(b"!").expect("sent");
+        assert_eq!(station.join().expect("a count"), 1);
+    }
+
+    /// The number of a pseudo-terminal that has gone is soon another program's, such as a shell's.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn another_terminal_of_the_same_name_is_not_opened() {
+        use serialport::{SerialPort as _, TTYPort};
+        let folder = tempfile::tempdir().expect("a folder");
+        let link = folder.path().join("robot");
+        let outer = folder.path().join("outer");
+        std::os::unix::fs::symlink("robot", &outer).expect("a link");
+        let reopener = |path: &Path| Reopener::new(LinkSpec::Serial(path.to_owned()), BAUD);
+        let (master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+        let name = slave.name().expect("its name");
+        std::os::unix::fs::symlink(&name, &link).expect("a link");
+        drop(slave);
+        let mut reopeners = [name.as_ref(), &*link, &outer].map(reopener);
+        for reopener in &mut reopeners {
+            reopener.open().expect("the same terminal");
+        }
+        drop(master);
+        let mut others = Vec::new();
+        while !Path::new(&name).exists() {
+            others.push(TTYPort::pair().expect("a pseudo-terminal"));
+        }
+        for reopener in &mut reopeners {
+            let error = reopener.open().err().expect("opened");
+            assert!(matches!(error, OpenError::AnotherTerminal(_)), "{error}");
+        }
+        let (_master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+        fs::remove_file(&link).expect("a link");
+        std::os::unix::fs::symlink(slave.name().expect("its name"), &link).expect("a link");
+        drop(slave);
+        for reopener in &mut reopeners[1..] {
+            reopener.open().expect("the terminal of a new link");
+        }
     }
 
     /// The peer reads nothing, so its window closes; without a timeout, the write would block forever.

@@ -43,6 +43,11 @@ pub enum OpenError {
     /// Another device has the name of the unplugged one.
     #[error("{0} is another USB device now; waiting for the one that was unplugged")]
     Another(String),
+    /// Another terminal has the name of the one that has gone.
+    #[error(
+        "{0} is another terminal now, not the robot's; start again with the robot's terminal, or make the link to it anew"
+    )]
+    AnotherTerminal(String),
     /// Several devices look like the one that was unplugged.
     #[error(
         "{0} was unplugged and {1} look the same; plug it in at the same port, or start again with the right device"

@@ -6,6 +6,7 @@
 mod backoff;
 mod connection;
 mod error;
+mod pseudo_terminal;
 mod reader;
 mod spec;
 mod tx_queue;
@@ -39,7 +40,7 @@ pub enum LinkInput {
     Opened {
         /// The device's name, if it differs from the operator's.
         renamed: Option<String>,
-        /// Number of connections without a byte since the latest loss; they were not reported.
+        /// Number of connections without a byte, or without a welcome, since the latest loss; they were not reported.
         empty: u32,
         /// The welcome of the station at the other end, if it shares its link.
         share: Option<Welcome>,

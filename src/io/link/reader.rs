@@ -121,7 +121,7 @@ impl<R: Reopen> Reader<R> {
             empty += u32::from(is_doubtful);
             let brought_for = beginning.first_byte_at.map(|at| at.elapsed());
             self.reopener.rest(self.backoff.handle_end(brought_for));
-            let Some(again) = self.reopen() else {
+            let Some(again) = self.reopen(&mut empty) else {
                 return;
             };
             self.tx_queue.connect(again.writing);
@@ -141,13 +141,19 @@ impl<R: Reopen> Reader<R> {
             .map_or(Some(()), |opened| self.tell(opened))
     }
 
-    fn reopen(&mut self) -> Option<Connection> {
+    /// Opens the link again, and adds connections to a station that did not welcome this program to `empty`.
+    fn reopen(&mut self, empty: &mut u32) -> Option<Connection> {
         let (mut latest, mut reported) = (String::new(), String::new());
         while !self.inputs.is_closed() {
+            let mut pause = RETRY_EVERY;
             match self.reopener.open() {
                 Ok(connection) => return Some(connection),
                 Err(error) if error.is_absence() => {}
                 Err(error) => {
+                    if matches!(error, OpenError::Share(_)) {
+                        *empty += 1;
+                        pause = self.backoff.handle_end(None);
+                    }
                     // A device that exists but cannot be opened is reported once, at the second attempt: a device that
                     // has just come back has the wrong permissions for a moment.
                     let reason = error.to_string();
@@ -158,7 +164,7 @@ impl<R: Reopen> Reader<R> {
                     latest = reason;
                 }
             }
-            self.reopener.rest(RETRY_EVERY);
+            self.reopener.rest(pause);
         }
         None
     }

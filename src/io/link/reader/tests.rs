@@ -8,7 +8,8 @@ use tokio::sync::mpsc;
 
 use super::*;
 use crate::io::link::Link;
-use crate::share::{ANNOUNCEMENT, Welcome};
+use crate::io::share_client::ShareClientError;
+use crate::share::{ANNOUNCEMENT, Address, Welcome};
 
 /// Timeout after which a test counts as hanging.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -333,6 +334,29 @@ fn a_peer_without_bytes_is_reported_once_and_dialled_more_and_more_rarely() {
     assert!(pauses[9] >= Duration::from_millis(1500), "{pauses:?}");
     drop(feed);
     assert_eq!(bench.next(), "lost unplugged");
+}
+
+/// A shared link that announces itself and closes has brought no line of a robot.
+#[test]
+fn a_station_without_a_welcome_is_reported_once_and_dialled_more_and_more_rarely() {
+    let closed = || {
+        let address = Address::Tcp("robot:4000".to_owned());
+        Err(ShareClientError::NoStation(address).into())
+    };
+    let (feed, last) = fed();
+    let mut openings: Vec<_> = (0..9).map(|_| closed()).collect();
+    openings.push(Ok(last));
+    let mut bench = Bench::new(fed().1, openings);
+    feed.send(Ok(b"line\n".to_vec())).expect("a reader");
+    assert_eq!(bench.next(), "opened ");
+    assert_eq!(bench.next(), "lost unplugged");
+    assert!(bench.next().starts_with("lost the server at robot:4000"));
+    assert_eq!(bench.next(), "opened after 10");
+    assert_eq!(bench.next(), "bytes line\n");
+    let pauses: Vec<Duration> = bench.pauses.try_iter().collect();
+    assert_eq!(pauses.len(), 10, "{pauses:?}");
+    assert!(pauses[1] <= Duration::from_millis(100), "{pauses:?}");
+    assert!(pauses[9] >= Duration::from_millis(1500), "{pauses:?}");
 }
 
 /// An open connection to a robot that is switched off also delivers no byte.
