@@ -88,6 +88,8 @@ coded! {
         Foxglove = "foxglove",
         /// A recording began.
         RecordingBegun = "recording-begun",
+        /// A recording ended.
+        RecordingEnded = "recording-ended",
         /// A recording began, ended, failed or was recovered.
         Recording = "recording",
         /// The beginning of a recording is missing.
