@@ -231,7 +231,7 @@ pub const FAULTS: &[(&str, u8, Patch, &str)] = &[
     ("lines P of one parameter only", 5, ("for (uint8_t index = 0; index < gw->parameter_count; index++) {\n        queue_parameter(gw, index);", "for (uint8_t index = 0; index < 1; index++) {\n        queue_parameter(gw, index);"), "parameters"),
     ("keys of parameters from 0", 5, ("crc24(0xFFFFFF, parameter->name", "crc24(0, parameter->name"), "parameter-set"),
     ("an acknowledgement taken when the line begins", 4, ("if (gw->position == gw->head) {", "if (gw->position == 0) {"), "ack-fresh"),
-    ("an order K without effect", 5, ("keep_parameters(gw);\n        return GW_DONE;", "return GW_DONE;"), "parameters-kept"),
+    ("an order K without effect", 5, ("return keep_parameters(gw);", "return GW_DONE;"), "parameters-kept"),
     ("an order K that stores nothing and says so", 5, ("parameter->kept = parameter->value;", ""), "parameters-kept"),
     ("limits of parameters ignored", 5, ("message->value < parameter->least || message->value > parameter->most", "0"), "parameter-limits"),
     ("unknown parameters taken for done", 5, ("return GW_DONE;\n    }\n    return GW_UNKNOWN;", "return GW_DONE;\n    }\n    return GW_DONE;"), "parameter-unknown"),
@@ -269,6 +269,16 @@ fn planted_faults_are_named_by_the_rule_that_they_break() {
     });
     let wrong: Vec<String> = named.into_iter().filter_map(|(_, it)| it.err()).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A board without memory for parameters breaks no rule.
+#[cfg(unix)]
+#[test]
+fn a_robot_that_cannot_store_parameters_keeps_every_rule() {
+    let patch = ("return keep_parameters(gw);", "return GW_NOT_FITTED;");
+    let trials = tried(&mut InC::start(5, 0, &[patch]));
+    assert_eq!(broken(&trials), [""; 0], "{:?}", trials.verdicts());
+    assert_eq!(trials.level(), Some(5));
 }
 
 #[cfg(unix)]

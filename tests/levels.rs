@@ -55,7 +55,7 @@ impl Drop for Host {
 fn a_command_beyond_the_level_names_both_levels() {
     let robot = Host::start(2, 8);
     let (_, error) = expect(1, &["send", &robot.path, "param", "save"]);
-    let words = "the robot has level 2, the command needs level 5";
+    let words = "needs level 5, the robot has level 2";
     assert!(error.contains(words), "{error}");
     let (out, _) = expect(1, &["send", "--json", &robot.path, "scan"]);
     for part in ["\"code\":\"beyond-level\"", "\"has\":2,\"needs\":4"] {
@@ -70,7 +70,7 @@ fn a_list_beyond_the_capacity_names_both_counts() {
     let lines: String = (0..9).map(|n| format!("{n},10\n")).collect();
     fs::write(&route, lines).unwrap();
     let route = route.to_str().unwrap();
-    let words = "the list has 9 waypoints, the robot holds 8";
+    let words = "has 9 waypoints, the robot holds 8";
     let (_, error) = expect(1, &["send", &robot.path, "route", route]);
     assert!(error.contains(words), "{error}");
 

@@ -9,7 +9,7 @@ use groundwave_protocol::telemetry::Outcome;
 pub const fn outcome_words(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Done => "it did not refuse",
-        Outcome::NotFitted => "this robot has no such layer or mode",
+        Outcome::NotFitted => "this robot has no such layer, mode or ability",
         Outcome::BadValue => "a value is out of range",
         Outcome::ListIncomplete => "waypoints are missing",
         Outcome::DigestMismatch => "the list it holds is not the one that was announced",

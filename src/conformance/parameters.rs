@@ -140,7 +140,9 @@ async fn keep(session: &mut Session, line: &ParameterLine) {
     };
     let rejected = session.rejected();
     let outcome = store(session, line, other).await;
-    if outcome == Some(Outcome::Done) {
+    if outcome == Some(Outcome::NotFitted) {
+        session.not_tried(rule::PARAMETERS_KEPT, "the robot cannot store values");
+    } else if outcome == Some(Outcome::Done) {
         let is_kept = shows(session, line, |it| it.kept == other).await;
         session.judge(rule::PARAMETERS_KEPT, is_kept, || {
             format!("no line P shows {other} as the stored value")

@@ -601,7 +601,11 @@ static enum gw_outcome queue_parameters(struct gw *gw, uint16_t place) {
     return GW_DONE;
 }
 
-static void keep_parameters(struct gw *gw) {
+static enum gw_outcome keep_parameters(struct gw *gw) {
+    enum gw_outcome outcome = gw_keep_parameters();
+    if (outcome != GW_DONE) {
+        return outcome;
+    }
     for (uint8_t index = 0; index < gw->parameter_count; index++) {
         struct gw_parameter *parameter = &gw->parameters[index];
         if (parameter->kept != parameter->value) {
@@ -609,7 +613,7 @@ static void keep_parameters(struct gw *gw) {
             queue_parameter(gw, index);
         }
     }
-    gw_keep_parameters();
+    return GW_DONE;
 }
 
 #endif
@@ -660,8 +664,7 @@ static enum gw_outcome execute(struct gw *gw, const struct message *message) {
     case 'N':
         return queue_parameters(gw, message->place);
     case 'K':
-        keep_parameters(gw);
-        return GW_DONE;
+        return keep_parameters(gw);
 #endif
     default:
         return GW_UNKNOWN;

@@ -119,7 +119,8 @@ const TAG_LAST: u8 = 15;
 
 /// Lowest levels at which a robot keeps lists, and obeys hand drive (SPEC.md section 1).
 const LISTS_LEVEL: u8 = 3;
-const DRIVE_LEVEL: u8 = 4;
+/// Lowest level of robots that can be driven by hand.
+pub const DRIVE_LEVEL: u8 = 4;
 
 /// Number of digest mismatches after which a list fails.
 const MISMATCHES_MAX: u8 = 3;

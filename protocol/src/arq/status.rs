@@ -192,13 +192,10 @@ impl fmt::Display for Failure {
             }
             Self::CannotHear => "the robot reports that it cannot hear: it has no receiver",
             Self::BeyondLevel(Shortfall { has, needs }) => {
-                return write!(
-                    f,
-                    "the robot has level {has}, the command needs level {needs}"
-                );
+                return write!(f, "needs level {needs}, the robot has level {has}");
             }
             Self::BeyondCapacity(Shortfall { has, needs }) => {
-                return write!(f, "the list has {needs} waypoints, the robot holds {has}");
+                return write!(f, "has {needs} waypoints, the robot holds {has}");
             }
         })
     }
