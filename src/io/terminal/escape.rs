@@ -76,7 +76,7 @@ impl Reader {
             }
         };
         if hides_keys {
-            self.events.extend(spaces(now, bytes));
+            self.events.extend(keys_alone(now, bytes));
         }
         self.latest = now;
         for &byte in bytes {
@@ -178,16 +178,22 @@ impl Reader {
     }
 }
 
-/// The keys of these bytes if all are Space; otherwise none.
-fn spaces(now: Instant, bytes: &[u8]) -> Vec<Event> {
+/// The keys of these bytes if all are Space, Ctrl-C or Ctrl-S; otherwise none. [`KEYS_IN_TEXT`] count anyway.
+fn keys_alone(now: Instant, bytes: &[u8]) -> Vec<Event> {
     let mut reader = Reader::new(now);
-    for &byte in bytes {
+    let counted = |byte: &&u8| KEYS_IN_TEXT.contains(byte);
+    for &byte in bytes.iter().filter(|byte| !counted(byte)) {
         reader.take(byte);
     }
-    let is_space =
-        |event: &Event| matches!(event, Event::Key(key) if key.code == KeyCode::Char(' '));
-    let are_spaces = reader.held.is_empty() && reader.events.iter().all(is_space);
-    reader.events.retain(|_| are_spaces);
+    let is_one = |event: &Event| {
+        matches!(event, Event::Key(key) if match key.code {
+            KeyCode::Char(' ') => true,
+            KeyCode::Char('c' | 's') => key.modifiers.contains(KeyModifiers::CONTROL),
+            _ => false,
+        })
+    };
+    let are_alone = reader.held.is_empty() && reader.events.iter().all(is_one);
+    reader.events.retain(|_| are_alone);
     reader.events
 }
 

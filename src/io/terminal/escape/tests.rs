@@ -145,10 +145,32 @@ fn space_counts_however_it_is_sent() {
             assert_eq!(spaces, count, "{begun:?} {pressed:?}: {events:?}");
         }
     }
-    for text in [" 1", "1 ", "\x1b[32u1", " \x1b[3"] {
+    for text in [" 1", "1 ", "\x1b[32u1", " \x1b[3", "a\x1b[115;5u"] {
         let mut terminal = Terminal::new();
         terminal.after(MS, "\x1b[200~");
         assert_eq!(terminal.after(SEQUENCE_GAP, text), [], "{text:?}");
+    }
+}
+
+/// Each press also prolongs the paste, so a paste that swallows it would never end.
+#[test]
+fn ctrl_s_and_ctrl_c_count_within_a_paste_however_they_are_sent() {
+    for (c, pressed) in [
+        ('s', "\x13"),
+        ('s', "\x1b[115;5u"),
+        ('s', "\x1b[115;69:1u\x1b[115;5:3u"),
+        ('c', "\x03"),
+        ('c', "\x1b[99;5u"),
+        ('s', " \x13"),
+    ] {
+        let mut terminal = Terminal::new();
+        terminal.after(MS, "\x1b[200~");
+        for _ in 0..3 {
+            let events = terminal.after(SEQUENCE_GAP, pressed);
+            let is_pressed = |event: &&Event| matches!(event, Event::Key(key) if key.code == KeyCode::Char(c) && key.is_press());
+            let count = events.iter().filter(is_pressed).count();
+            assert_eq!(count, 1, "{pressed:?}: {events:?}");
+        }
     }
 }
 
