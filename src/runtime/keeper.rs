@@ -23,6 +23,7 @@ use crate::hint;
 use crate::io::link::Sink;
 use crate::recorded;
 use begin::{begin, begin_unnamed};
+use groundwave_captures::words::counted;
 use history::History;
 pub use options::{KeepOptions, REMEMBERED};
 
@@ -301,7 +302,7 @@ impl Keeper {
         let reported = inner.reported.take();
         match ended {
             Ok(bytes) => {
-                let text = format!("recorded {}: {bytes} bytes", path.display());
+                let text = format!("recorded {}: {}", path.display(), counted(bytes, "byte"));
                 inner.notices.push_back((Level::Info, text));
                 None
             }
