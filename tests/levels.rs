@@ -67,8 +67,7 @@ fn a_command_beyond_the_level_names_both_levels() {
 fn a_list_beyond_the_capacity_names_both_counts() {
     let robot = Host::start(3, 8);
     let route = scratch("host-route").join("long.txt");
-    let lines: String = (0..9).map(|n| format!("{n},10\n")).collect();
-    fs::write(&route, lines).unwrap();
+    fs::write(&route, "1,10\n".repeat(9)).unwrap();
     let route = route.to_str().unwrap();
     let words = "has 9 waypoints, the robot holds 8";
     let (_, error) = expect(1, &["send", &robot.path, "route", route]);

@@ -90,7 +90,8 @@ pub(super) struct Conduct {
     /// Lines, and those at the beginning of a count by the receiver's clock.
     lines: u64,
     timed: Option<(Duration, u64)>,
-    is_too_fast: bool,
+    /// Counts with too many lines that no line has reported yet.
+    overruns: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -109,7 +110,7 @@ impl Conduct {
         let mut found = Vec::new();
         let (letter, column) = place(received);
         self.lines += 1;
-        if std::mem::take(&mut self.is_too_fast) {
+        if std::mem::take(&mut self.overruns) > 0 {
             found.push((1, kind::LINE_RATE));
         }
         let ack = *received.ack();
@@ -175,7 +176,7 @@ impl Conduct {
         let passed = now.saturating_sub(since);
         let most = f64::from(LINES_PER_S_MAX) * passed.as_secs_f64() + BUFFERED_LINES;
         if passed >= RATE_TIME_MIN && (self.lines - before) as f64 > most {
-            self.is_too_fast = true;
+            self.overruns += 1;
             self.timed = None;
         }
     }
