@@ -234,7 +234,7 @@ fn home(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn dock(trial: &Trial) -> Vec<Option<Reading>> {
     const WANDER_S: f64 = 600.0;
-    let Some((place, world)) = from_dock(World::crowded(trial.seed.value())) else {
+    let Some((place, world)) = from_dock(&World::crowded(trial.seed.value())) else {
         return vec![None];
     };
     let start = world.start();
@@ -251,7 +251,7 @@ fn dock(trial: &Trial) -> Vec<Option<Reading>> {
 }
 
 /// The place before a world's dock, and the world with a robot there that faces away from it.
-fn from_dock(world: World) -> Option<(Pose, World)> {
+fn from_dock(world: &World) -> Option<(Pose, World)> {
     // The robot backs off the dock and turns before it leaves.
     let place = world.before_dock(7.0)?;
     let start = Pose {
@@ -266,7 +266,7 @@ fn day(trial: &Trial) -> Vec<Option<Reading>> {
     const HOURS: f64 = 24.0;
     let name = format!("generated:{}", trial.seed.value());
     let world = World::open(&name).unwrap_or_else(|error| panic!("{error}"));
-    let Some((place, world)) = from_dock(world) else {
+    let Some((place, world)) = from_dock(&world) else {
         return vec![None, None];
     };
     let start = world.start();
