@@ -57,8 +57,12 @@ pub enum Form {
 
 /// Reason why a profile cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct ProfileError(String);
+#[error("{message}")]
+pub struct ProfileError {
+    /// The setting with the mistake.
+    pub setting: &'static str,
+    message: String,
+}
 
 impl Profile {
     /// Checks the profile.
@@ -71,40 +75,51 @@ impl Profile {
 
     /// Checks the profile; returns its pattern.
     pub(crate) fn compile(&self) -> Result<Option<Regex>, ProfileError> {
-        let fault = |message: String| Err(ProfileError(message));
+        let fault = |setting, message: String| Err(ProfileError { setting, message });
         if self.fields.len() > FIELDS_MAX {
-            return fault(format!(
-                "{} fields are too many; {FIELDS_MAX} are allowed",
-                self.fields.len()
-            ));
+            return fault(
+                "fields",
+                format!(
+                    "{} fields are too many; {FIELDS_MAX} are allowed",
+                    self.fields.len()
+                ),
+            );
         }
         for (at, field) in self.fields.iter().enumerate() {
             if let Some(mistake) = field.mistake() {
-                return fault(mistake);
+                return fault("fields", mistake);
             }
             let others = &self.fields[..at];
             if others.iter().any(|other| other.name == field.name) {
-                return fault(format!("two fields are called {:?}", field.name));
+                return fault("fields", format!("two fields are called {:?}", field.name));
             }
             let same = others
                 .iter()
                 .find(|other| other.role.is_some() && other.role == field.role);
             if let Some(other) = same {
                 let (one, two) = (&other.name, &field.name);
-                return fault(format!("fields {one:?} and {two:?} have the same role"));
+                return fault(
+                    "fields",
+                    format!("fields {one:?} and {two:?} have the same role"),
+                );
             }
         }
         match (self.form, &self.pattern) {
             (Form::Regex, Some(pattern)) => self.compile_pattern(pattern).map(Some),
             (Form::Regex, None) => fault(
+                "form",
                 "form \"regex\" needs a pattern with named groups, such as pattern = '^T(?<temp>[0-9.]+)'".to_owned(),
             ),
-            (_, Some(_)) => fault("pattern goes with form = \"regex\" only".to_owned()),
+            (_, Some(_)) => fault("pattern", "pattern goes with form = \"regex\" only".to_owned()),
             (_, None) => Ok(None),
         }
     }
 
     fn compile_pattern(&self, pattern: &str) -> Result<Regex, ProfileError> {
+        let fault = |message| ProfileError {
+            setting: "pattern",
+            message,
+        };
         let built = RegexBuilder::new(pattern)
             .size_limit(PATTERN_BYTES_MAX)
             .dfa_size_limit(PATTERN_BYTES_MAX)
@@ -114,11 +129,11 @@ impl Profile {
             let text = error.to_string();
             let last = text.lines().last().unwrap_or_default();
             let why = last.strip_prefix("error: ").unwrap_or(last);
-            ProfileError(format!("pattern: {why}"))
+            fault(format!("pattern: {why}"))
         })?;
         let groups: Vec<&str> = regex.capture_names().flatten().collect();
         if groups.is_empty() {
-            return Err(ProfileError(
+            return Err(fault(
                 "pattern has no named group; write (?<temp>[0-9.]+) for a field temp".to_owned(),
             ));
         }
@@ -127,7 +142,7 @@ impl Profile {
                 "pattern has {} groups; {FIELDS_MAX} are allowed",
                 groups.len()
             );
-            return Err(ProfileError(message));
+            return Err(fault(message));
         }
         let lacks = |field: &&Field| !groups.contains(&field.name.as_str());
         if let Some(field) = self.fields.iter().find(lacks) {
@@ -135,7 +150,7 @@ impl Profile {
                 "pattern has no group for field {:?}: (?<{0}>...)",
                 field.name
             );
-            return Err(ProfileError(message));
+            return Err(fault(message));
         }
         Ok(regex)
     }

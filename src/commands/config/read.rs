@@ -366,8 +366,9 @@ fn check_robot(
 /// Checks `[robot.NAME.lines]` and `[robot.NAME.commands]`.
 fn check_own(name: &str, robot: &Robot, spans: &Spans<'_>, mistakes: &mut Mistakes<'_>) {
     if let Some(Err(error)) = robot.lines.as_ref().map(Profile::check) {
-        let path = ["robot", name, "lines"];
-        mistakes.add(&spans.of(&path), format!("[robot.{name}.lines]: {error}"));
+        let path = ["robot", name, "lines", error.setting];
+        let place = spans.find(&path).unwrap_or_else(|| spans.of(&path[..3]));
+        mistakes.add(&place, format!("[robot.{name}.lines]: {error}"));
     }
     for (command, own) in &robot.commands {
         let is_word = !command.is_empty() && !command.contains(char::is_whitespace);

@@ -277,8 +277,9 @@ fn lines_and_commands_of_a_robot_are_read_and_checked() {
     assert_eq!(config.own.commands["stop"].send, "S\n");
     assert_eq!(config.own.lines.expect("a profile").fields[0].name, "x");
     for (wrong, place, expected) in [
-        ("unit = \"cm\", ", "3:1", "field \"x\": role x needs a unit"),
+        ("unit = \"cm\", ", "6:10", "field \"x\": role x needs a unit"),
         ("role = \"x\"", "6:", "unknown variant `z`"),
+        ("form = \"csv\"", "5:11", "pattern: unclosed group"),
         (
             "\"OK\"",
             "8:8",
@@ -287,6 +288,7 @@ fn lines_and_commands_of_a_robot_are_read_and_checked() {
     ] {
         let with = match wrong {
             "role = \"x\"" => "role = \"z\"",
+            "form = \"csv\"" => "form = \"regex\"\npattern = '('",
             "\"OK\"" => "\"\"",
             _ => "",
         };
