@@ -12,7 +12,7 @@ use groundwave_protocol::telemetry::{AckLine, Line};
 
 pub use groundwave_captures::event::{
     AlarmEvent, AlarmStatus, CommandId, CommandStatus, Failure, Landmark, Level, LineRate,
-    LinkEvent, Mark, Moment, Notice, NoticeCode, OutageCause, Reception, Remark, Truth,
+    LinkEvent, Mark, Moment, Notice, NoticeCode, OutageCause, Reception, Remark, Shortfall, Truth,
 };
 
 use crate::figures::{Listed, Overlaid};

@@ -41,8 +41,11 @@ pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
         }
         StationEventKind::Notice(notice) => {
             let code = NoticeCode::from_code(&notice.code).unwrap_or(NoticeCode::Other);
-            // The recorder adds this notice itself.
-            (code != NoticeCode::RecordingBegun)
+            let is_of_recorder = matches!(
+                code,
+                NoticeCode::RecordingBegun | NoticeCode::RecordingEnded
+            );
+            (!is_of_recorder)
                 .then(|| Event::Notice(Notice::new(code, notice.level(), notice.text.as_str())))
         }
     }

@@ -237,12 +237,12 @@ impl Request {
         }
     }
 
-    /// Time within which the robot should confirm the command. Listing all parameters takes half a minute at 2400 baud, longer with
-    /// bit errors.
+    /// Time within which the robot should confirm the command. Listing all parameters takes half a minute at 2400 baud, two
+    /// with an HC-12 or with bit errors.
     #[must_use]
     pub const fn default_timeout(&self) -> Duration {
         match self {
-            Self::Parameter(Tuning::List) => Duration::from_mins(2),
+            Self::Parameter(Tuning::List) => Duration::from_mins(5),
             _ => Duration::from_secs(20),
         }
     }

@@ -321,6 +321,11 @@ const ROWS: &[Row] = &[
     Row("cannot hear, in lines A only", Plant::Draft(|it| if it.letter == b'A' {
         it.ack = Ack { boot: 4, session: 0, sequence: 0, outcome: Outcome::Done, detail: Detail::CannotHear { robot_id: 7 } };
     }), "B", 70, "hearing"),
+    Row("20 lines a second by the uptime, at 115200 baud", Plant::Draft(|it| match it.letter {
+        b'C' => it.put(8, format!("{:06}", 400 + it.n / 20).as_bytes()),
+        b'I' => it.put(29, b"11520"),
+        _ => {}
+    }), "C", 8, "line-rate"),
     Row("lines B, C and T in a row", Order(b"AAABCTAAA"), "C", 1, "no-state"),
     Row("one line B in 20", Order(b"CAAAAABAAAAAAAAAAAAAAAAAAAA"), "A", 1, "only-state"),
 ];
@@ -374,6 +379,26 @@ fn named(finding: &Finding) -> (String, usize, &'static str) {
 #[test]
 fn a_correct_robot_has_no_mistake() {
     assert_eq!(findings(&stream(None)), []);
+}
+
+/// The receiver's clock shows a rate that lines without an uptime do not show.
+#[test]
+fn more_than_12_lines_a_second_are_a_mistake() {
+    let listen = |lines_per_s: u32| {
+        let mut diagnosis = Diagnosis::default();
+        for (n, line) in stream(None)
+            .split_inclusive(|&byte| byte == b'\n')
+            .enumerate()
+        {
+            diagnosis.take(line);
+            diagnosis.take_time(Duration::from_secs(n as u64) / lines_per_s);
+        }
+        diagnosis.findings().iter().map(named).collect::<Vec<_>>()
+    };
+    assert_eq!(listen(12), []);
+    let found = listen(24);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!((found[0].1, found[0].2), (1, "line-rate"));
 }
 
 /// The sequence jumps where the radio lost lines without a trace; the jumps are not reported as mistakes of the robot.
@@ -438,6 +463,10 @@ fn page_with(table: &str) -> String {
 cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are stable; `--json` prints them. Damage by the radio is not reported as a mistake.
 The dashboard logs a mistake as soon as it is certain; `info`, `verify` and `export` to tables tell it in one line.
 `groundwave check LINK --send` also tries the rules for frames and names each that the robot breaks.
+
+Three mistakes show under conditions. More than 12 lines per second show by the uptime of line C, and on a link by the clock, too. An acknowledgement that is taken too
+early looks like a link with latency; only lines K tell the two apart, so the rule `ack-fresh` is tried at level 4 or more in full duplex, on links with less than 0.1 s of
+latency. Whether a stored parameter survives the loss of power is not tried.
 
 ## Codes
 

@@ -27,6 +27,7 @@ mod house;
 mod interrupted;
 mod kills;
 mod ledger;
+mod levels;
 mod link;
 mod outages;
 mod outputs;

@@ -10,8 +10,9 @@ use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
 use crate::pty::OnTerminal;
 use crate::recordings::{START_S, messages, session, wall};
 use groundwave::capture::messages::OutageMessage;
+use groundwave::capture::session::ending;
 use groundwave::capture::{Existing, Recorder};
-use groundwave::event::{Event, Level, LinkEvent, Notice, NoticeCode};
+use groundwave::event::{Event, Level, LinkEvent, Mark, Notice, NoticeCode};
 use groundwave::recorded::to_recorded;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
@@ -264,17 +265,52 @@ fn an_outage_until_the_end_of_a_recording_is_listed() {
         let now = Duration::from_secs(at_s);
         recorder.handle_event(now, wall(now), &to_recorded(&event).unwrap());
         recorder.finish().unwrap();
-        for verb in ["info", "verify"] {
-            let figures = object(
-                &expect(0, &[verb, path.to_str().unwrap(), "--json"]).0,
-                "lines_lost",
-            );
-            let outages = figures["outages"].as_array().unwrap();
-            assert_eq!(outages.len(), 1, "{verb}: {outages:?}");
-            assert_eq!(outages[0]["code"], code, "{verb}");
-            assert!(outages[0]["end_s"].is_null(), "{verb}: {outages:?}");
+        lasts_until_the_end(&path, code);
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// Nothing is recorded in the silence but the end of the recording.
+#[test]
+fn a_silence_until_a_recording_was_ended_is_listed() {
+    let folder = scratch("silent-when-ended");
+    let path = folder.join("a.mcap");
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    for (now, what) in eventful().into_iter().take(100) {
+        if let Ok(line) = what {
+            recorder.handle_rx(now, wall(now), &line);
         }
     }
+    let now = Duration::from_secs(36);
+    recorder.handle_event(now, wall(now), &ending());
+    recorder.finish().unwrap();
+    lasts_until_the_end(&path, "silent");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// Every verb lists the outage of a recording, which has not ended.
+fn lasts_until_the_end(path: &Path, code: &str) {
+    let path = path.to_str().unwrap();
+    for verb in ["info", "verify"] {
+        let figures = object(&expect(0, &[verb, path, "--json"]).0, "lines_lost");
+        let outages = figures["outages"].as_array().unwrap();
+        assert_eq!(outages.len(), 1, "{verb}: {outages:?}");
+        assert_eq!(outages[0]["code"], code, "{verb}");
+        assert!(outages[0]["end_s"].is_null(), "{verb}: {outages:?}");
+    }
+    let exported = |to: &str| expect(0, &["export", path, "--to", to, "-o", "-"]).0;
+    let (rows, csv) = (exported("jsonl"), exported("csv"));
+    let rows = rows
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let rows: Vec<_> = rows.filter(|row| row["event"] == "outage").collect();
+    assert_eq!(rows.len(), 1, "{rows:?}");
+    assert_eq!(
+        (&rows[0]["code"], &rows[0]["end_s"]),
+        (&code.into(), &Value::Null)
+    );
+    assert!(csv.contains(&format!(",{code},,")), "{csv}");
+    assert!(exported("svg").contains("outage (1)"), "the picture");
 }
 
 /// One recording with every kind of outage: the same loss and the same outages wherever they are reported.
@@ -377,6 +413,77 @@ fn are_exported(outages: &[Value], recording: &str) {
             [lost, lost_max]
         );
     }
+}
+
+/// Every third line B is damaged: none is lost, and each is a gap.
+#[test]
+fn damaged_lines_are_not_lost_and_are_gaps() {
+    let folder = scratch("damaged-b");
+    let path = folder.join("a.txt");
+    let mut lines = sample();
+    let of_b = lines.iter_mut().filter(|line| line[0] == b'B').step_by(3);
+    let mut damaged = 0;
+    for line in of_b {
+        line[20] = b'~';
+        damaged += 1;
+    }
+    fs::write(&path, lines.concat()).unwrap();
+    let path = path.to_str().unwrap();
+    let info = object(&expect(0, &["info", path, "--json"]).0, "lines_lost");
+    assert_eq!(
+        (&info["lines_lost"], &info["damaged"]["B"]),
+        (&0.into(), &damaged.into())
+    );
+    let verify = object(&expect(0, &["verify", path, "--json"]).0, "lines_lost");
+    assert_eq!(
+        (&info["gaps"], &verify["gaps"]),
+        (&damaged.into(), &damaged.into())
+    );
+    let picture = expect(0, &["export", path, "--to", "svg", "-o", "-"]).0;
+    assert!(picture.contains(&format!("not received ({damaged} gaps)")));
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// The operator's marks are in tables with the moments that they mark.
+#[test]
+fn marks_are_exported() {
+    let folder = scratch("marks-exported");
+    let path = folder.join("a.mcap");
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    for (now, what) in eventful().into_iter().take(60) {
+        if let Ok(line) = what {
+            recorder.handle_rx(now, wall(now), &line);
+        }
+    }
+    for (at_s, ago_s, is_set) in [(21, 5, true), (22, 0, false)] {
+        let now = Duration::from_secs(at_s);
+        let ago = Duration::from_secs(ago_s);
+        let mark = Event::Mark(Mark { ago, is_set });
+        recorder.handle_event(now, wall(now), &to_recorded(&mark).unwrap());
+    }
+    recorder.finish().unwrap();
+    let exported = |to: &str| {
+        let arguments = ["export", path.to_str().unwrap(), "--to", to, "-o", "-"];
+        expect(0, &arguments).0
+    };
+    let rows = exported("jsonl");
+    let rows = rows
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap())
+        .filter(|row| row["event"] == "mark");
+    let rows = rows.map(|row| (row["status"].clone(), row["begin_s"].as_f64().unwrap()));
+    assert_eq!(
+        rows.collect::<Vec<_>>(),
+        [("set".into(), 16.0), ("cleared".into(), 22.0)]
+    );
+    let csv = exported("csv");
+    let marks: Vec<_> = csv.lines().filter(|row| row.contains(",mark,")).collect();
+    assert_eq!(marks.len(), 2, "{csv}");
+    assert!(
+        marks[0].contains(",set,") && marks[0].contains(",16.0,"),
+        "{marks:?}"
+    );
+    fs::remove_dir_all(folder).unwrap();
 }
 
 /// Another robot is named within five seconds; its lines are counted separately and do not count as loss.

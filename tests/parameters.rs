@@ -2,11 +2,13 @@
 
 use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::programs;
+use crate::witness::Trial;
 use groundwave::event::{CommandStatus, Event};
 use groundwave::request::{Amount, Request, Tuning};
 use groundwave_protocol::status_codes::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
 use sr04_firmware::parameters::Parameter;
+use sr04_sim::Simulation;
 
 const SEEDS: u64 = 5;
 
@@ -132,6 +134,22 @@ fn parameter_list_is_complete() {
             .collect();
         all.sort_unstable();
         assert_eq!(names, all, "each once: {}", co.context());
+    });
+}
+
+/// HC-12 modules take 102 s for the list, half duplex with bit errors 150 s.
+#[test]
+fn parameter_list_takes_less_than_its_time_on_slow_radios() {
+    let radios = [("modem=hc-12", 160, 400), ("half-duplex,ber=1e-3", 16, 40)];
+    on_all_cores(seeds(SEEDS), |seed| {
+        let (channel, patience_bytes, latency_ms) = radios[seed as usize % radios.len()];
+        let mut co =
+            Trial::<Simulation>::taking_turns(seed, channel, patience_bytes, latency_ms).co;
+        let list = Request::Parameter(Tuning::List);
+        let limit_s = list.default_timeout().as_secs();
+        let id = co.request(list);
+        co.run_until("the list ends", limit_s, |co| co.fate(id).is_some());
+        assert_eq!(co.fate(id), Some(CONFIRMED), "{channel}: {}", co.context());
     });
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-pub use groundwave_protocol::arq::{CommandStatus, Failure};
+pub use groundwave_protocol::arq::{CommandStatus, Failure, Shortfall};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -88,6 +88,8 @@ coded! {
         Foxglove = "foxglove",
         /// A recording began.
         RecordingBegun = "recording-begun",
+        /// A recording ended.
+        RecordingEnded = "recording-ended",
         /// A recording began, ended, failed or was recovered.
         Recording = "recording",
         /// The beginning of a recording is missing.

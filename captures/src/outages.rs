@@ -12,7 +12,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use crate::chunk::Chunk;
 use crate::event::{Moment, OutageCause};
 use crate::messages::{OutageMessage, StationEvent};
-use crate::words::lost_words;
+use crate::words::{lost_words, plural};
 
 /// Minimum duration of an outage.
 pub const OUTAGE_AFTER: Moment = Moment::from_secs(2);
@@ -76,8 +76,7 @@ impl fmt::Display for Outage {
             let lasted_s = self.duration().as_secs_f64();
             write!(f, "{cause} {lasted_s:.1} s from {begin_s:.1} s")?;
         }
-        let plural = if self.lost.max == 1 { "" } else { "s" };
-        let lost = lost_words(self.lost);
+        let (lost, plural) = (lost_words(self.lost), plural(self.lost.max));
         match (self.cause, self.lost.max) {
             // How many lines the robot sent before is unknown.
             (OutageCause::Rebooted, 0) => Ok(()),

@@ -74,6 +74,12 @@ impl Session {
     }
 }
 
+/// The last message of a recording: a silence lasts until it.
+#[must_use]
+pub fn ending() -> StationEvent {
+    StationEvent::notice(NoticeCode::RecordingEnded, Level::Info, "recording ends")
+}
+
 /// Time since 1970, nanoseconds; an earlier time counts as 1970.
 #[must_use]
 pub fn since_1970_ns(wall: SystemTime) -> u64 {

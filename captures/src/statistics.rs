@@ -22,6 +22,7 @@ use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use crate::event::{CommandId, Moment};
+use crate::words::counted;
 use crate::words::{interval_pct, lost_words};
 use airtime::Airtime;
 pub use airtime::share_pct;
@@ -142,8 +143,8 @@ impl OtherRobot {
         let Some(id) = self.other_robot else {
             return Ok(());
         };
-        let lines = self.other_lines;
-        writeln!(output, "others     {lines} lines of robot {id}, kept apart")
+        let lines = counted(self.other_lines, "line");
+        writeln!(output, "others     {lines} of robot {id}, kept apart")
     }
 }
 

@@ -1,6 +1,6 @@
 //! Status of commands and the robot's acknowledgements, as a protobuf message.
 
-use groundwave_protocol::arq::{CommandStatus, Failure};
+use groundwave_protocol::arq::{CommandStatus, Failure, Shortfall};
 use groundwave_protocol::telemetry::Outcome;
 
 use crate::event::CommandId;
@@ -56,6 +56,12 @@ pub struct UplinkEvent {
     /// Value of the reported parameter.
     #[prost(sint32, optional, tag = 16)]
     pub parameter_value: Option<i32>,
+    /// Level or capacity that the robot reports, if the command was not sent because it needs more.
+    #[prost(uint32, optional, tag = 17)]
+    pub has: Option<u32>,
+    /// Level or capacity that the command needs.
+    #[prost(uint32, optional, tag = 18)]
+    pub needs: Option<u32>,
 }
 
 impl UplinkEvent {
@@ -82,10 +88,12 @@ impl UplinkEvent {
             ..Self::new(status.code())
         };
         match status {
-            CommandStatus::Queued
-            | CommandStatus::Echoed
-            | CommandStatus::Refused(_)
-            | CommandStatus::Failed(_) => {}
+            CommandStatus::Queued | CommandStatus::Echoed | CommandStatus::Refused(_) => {}
+            CommandStatus::Failed(failure) => {
+                let shortfall = failure.shortfall();
+                event.has = shortfall.map(|it| it.has.into());
+                event.needs = shortfall.map(|it| it.needs.into());
+            }
             CommandStatus::Sent { frames } => event.frames = Some(*frames),
             CommandStatus::Progress {
                 acknowledged,
@@ -122,8 +130,17 @@ impl UplinkEvent {
             },
             CommandStatus::ECHOED => CommandStatus::Echoed,
             CommandStatus::REFUSED => CommandStatus::Refused(Outcome::from_code(code?)?),
-            CommandStatus::FAILED => CommandStatus::Failed(Failure::from_code(code?)?),
+            CommandStatus::FAILED => {
+                CommandStatus::Failed(Failure::from_code(code?, self.shortfall())?)
+            }
             _ => return None,
+        })
+    }
+
+    fn shortfall(&self) -> Option<Shortfall> {
+        Some(Shortfall {
+            has: u16::try_from(self.has?).ok()?,
+            needs: u16::try_from(self.needs?).ok()?,
         })
     }
 }

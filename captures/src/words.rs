@@ -9,7 +9,7 @@ use groundwave_protocol::telemetry::Outcome;
 pub const fn outcome_words(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Done => "it did not refuse",
-        Outcome::NotFitted => "this robot has no such layer or mode",
+        Outcome::NotFitted => "this robot has no such layer, mode or ability",
         Outcome::BadValue => "a value is out of range",
         Outcome::ListIncomplete => "waypoints are missing",
         Outcome::DigestMismatch => "the list it holds is not the one that was announced",
@@ -22,8 +22,13 @@ pub const fn outcome_words(outcome: Outcome) -> &'static str {
 /// A number with its noun, whose plural ends in s: `1 gap`, `2 gaps`.
 #[must_use]
 pub fn counted(number: u64, noun: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{number} {noun}{plural}")
+    format!("{number} {noun}{}", plural(number))
+}
+
+/// The ending of a noun after a number: nothing after 1, `s` after any other.
+#[must_use]
+pub const fn plural(number: u64) -> &'static str {
+    if number == 1 { "" } else { "s" }
 }
 
 /// A number of lost lines as text: `165`, or `165 to 265`.
@@ -74,5 +79,16 @@ pub const fn mode_word(mode: Mode) -> &'static str {
         Mode::GoHome => "home",
         Mode::Forage => "dock",
         Mode::Calibrate => "calibrate",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_a_kind_is_in_the_singular() {
+        let texts = [0, 1, 2].map(|number| counted(number, "line"));
+        assert_eq!(texts, ["0 lines", "1 line", "2 lines"]);
     }
 }

@@ -10,7 +10,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use crate::world::{DONE, Rng, STOPPED, US_PER_BYTE, Uart, failed, replaced, route};
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::arq::{CommandStatus, Config, Failure, Fop, FopEvent, Task};
+use groundwave_protocol::arq::{CommandStatus, Config, Failure, Fop, FopEvent, Shortfall, Task};
 use groundwave_protocol::command::Order;
 use groundwave_protocol::decoder::Decoder;
 use groundwave_protocol::digest::digest;
@@ -319,21 +319,15 @@ fn a_list_beyond_the_capacity_is_refused_and_the_old_one_stays() {
     let old = route(1, 40);
     world.deliver(Task::List(&old));
     let long = route(2, 41);
+    let beyond = Failure::BeyondCapacity(Shortfall { has: 40, needs: 41 });
     // The line I after the session's opening has reported the robot's capacity: nothing is sent.
     world.uplink.clear();
-    assert_eq!(
-        world.deliver(Task::List(&long)),
-        failed(Failure::BeyondCapacity)
-    );
+    assert_eq!(world.deliver(Task::List(&long)), failed(beyond));
     assert!(world.uplink.is_empty());
     // A station that has received no line I sends the list, and the robot refuses it.
     world.fop = Fop::new(Config::new(0x111));
     let end = world.deliver(Task::List(&long));
-    let refused = FopEvent::Task(CommandStatus::Refused(Outcome::BadValue));
-    assert!(
-        end == refused || end == failed(Failure::BeyondCapacity),
-        "{end:?}"
-    );
+    assert_eq!(end, failed(beyond));
     assert_eq!(world.robot.state().active_digest, digest(old.iter()));
 }
 
@@ -455,12 +449,18 @@ fn orders_beyond_the_level_or_the_body_are_refused() {
         (4, Order::Scan, Outcome::NotFitted),
     ] {
         let mut world = World::new(level, 0);
-        // Line I may come before the order leaves, or after: the station refuses it, or the robot.
+        // The robot refuses an order that leaves before line I arrives.
         let event = world.deliver(Task::Order(order));
         let refused = FopEvent::Task(CommandStatus::Refused(outcome));
-        let is_beyond = event == failed(Failure::BeyondLevel) && order.level() > level;
+        let beyond = failed(Failure::BeyondLevel(Shortfall {
+            has: level.into(),
+            needs: order.level().into(),
+        }));
+        let is_beyond = order.level() > level && event == beyond;
+        // From level 4 on, lines K answer before line I.
+        let is_refused = (order.level() <= level || level >= 4) && event == refused;
         assert!(
-            event == refused || is_beyond,
+            is_beyond || is_refused,
             "level {level}, {order:?}: {event:?}"
         );
         world.run(5);
@@ -470,7 +470,7 @@ fn orders_beyond_the_level_or_the_body_are_refused() {
             world.fop.handle_timeout(world.now_us);
             assert_eq!(
                 world.fop.poll_event(),
-                Some(failed(Failure::BeyondLevel)),
+                Some(beyond),
                 "level {level}, {order:?}"
             );
             assert_eq!(world.uplink.len(), sent);

@@ -23,6 +23,7 @@ use crate::io::link::{Link, LinkInput, LinkSpec};
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::radio::{RadioKind, random_owner};
 use crate::safe_text;
+use groundwave_captures::words::counted;
 
 /// Number of bytes read at a time.
 const READ_BYTES: usize = 64 * 1024;
@@ -70,8 +71,7 @@ pub(super) fn run(options: &Check, config: &Config) -> Result<(), Fault> {
     let mistakes = match findings.len() + broken {
         0 if !is_over => "the trials were left before their end".to_owned(),
         0 => "no intact line, and no usual mistake explains the others".to_owned(),
-        1 => "1 mistake".to_owned(),
-        count => format!("{count} mistakes"),
+        count => counted(count as u64, "mistake"),
     };
     Err(Fault::new(Exit::Failed, format!("{name}: {mistakes}")))
 }
@@ -162,6 +162,7 @@ async fn hear(
             input = heard.recv() => match input {
                 Some(LinkInput::Bytes(_, bytes)) => {
                     diagnosis.take(&bytes);
+                    diagnosis.take_time(start.elapsed());
                     if let Some(trials) = &mut trials {
                         trials.handle_bytes(start.elapsed(), &bytes);
                     }
@@ -180,8 +181,9 @@ async fn hear(
             _ = report.tick() => if shows_progress && trials.is_none() {
                 let (counters, found) = (diagnosis.counters(), diagnosis.findings().len());
                 say_progress(format_args!(
-                    "{} lines, {found} mistakes; Ctrl-C ends",
-                    counters.lines + counters.ack_lines
+                    "{}, {}; Ctrl-C ends",
+                    counted(counters.lines + counters.ack_lines, "line"),
+                    counted(found as u64, "mistake")
                 ));
             },
         }
@@ -260,16 +262,16 @@ fn write(
     }
     let counters = diagnosis.counters();
     if diagnosis.level() == 0 && findings.is_empty() && diagnosis.own_lines() > 0 {
-        let (name, count) = (safe_text::line(name), diagnosis.own_lines());
-        writeln!(out, "{name}: {count} lines of the robot's own")?;
+        let (name, lines) = (safe_text::line(name), diagnosis.own_lines());
+        writeln!(out, "{name}: {} of the robot's own", counted(lines, "line"))?;
         writeln!(out, "Level 0 is reached. {}", level_words(0))?;
         return out.flush();
     }
     writeln!(
         out,
-        "{}: {} intact lines, {} damaged",
+        "{}: {}, {} damaged",
         safe_text::line(name),
-        counters.lines + counters.ack_lines,
+        counted(counters.lines + counters.ack_lines, "intact line"),
         counters.damaged.total()
     )?;
     let level = trials.and_then(Trials::level).unwrap_or(diagnosis.level());

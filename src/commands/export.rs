@@ -16,6 +16,7 @@ use crate::capture::diagnosis;
 use crate::capture::picture::Picture;
 use crate::capture::runs::Label;
 use crate::capture::track::Track;
+use groundwave_captures::words::counted;
 
 /// Result of the export of a capture.
 #[derive(Default)]
@@ -104,7 +105,7 @@ fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> R
     output.finish()?;
     let what = match lines {
         0 => "only the readable part".to_owned(),
-        lines => format!("{lines} lines"),
+        lines => counted(lines, "line"),
     };
     Ok(Made {
         what,

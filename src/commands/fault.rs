@@ -8,6 +8,7 @@ use crate::capture::diagnosis::{self, Diagnosis};
 use crate::capture::{Capture, CaptureError, content};
 use crate::hint;
 use crate::safe_text;
+use groundwave_captures::words::counted;
 
 /// Number of bytes examined in a file without a line.
 const CONTENT_BYTES: usize = 64 * 1024;
@@ -113,8 +114,9 @@ impl Fault {
         Self::new(
             Exit::Usage,
             format!(
-                "{}: no line found in {bytes} bytes; the file is not a capture{}",
+                "{}: no line found in {}; the file is not a capture{}",
                 path.display(),
+                counted(bytes, "byte"),
                 content_words(path).map_or_else(String::new, |words| format!(": {words}"))
             ),
         )

@@ -21,6 +21,7 @@ use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::model::{Config, Facts};
 use crate::runtime::{Driver, Keeper};
 use crate::share::StatusJson;
+use groundwave_captures::words::counted;
 
 /// Interval of the checks on the recording and the alarms.
 const CHECK_EVERY: Duration = Duration::from_secs(1);
@@ -190,7 +191,8 @@ impl Printer {
         if lost == 0 {
             return Ok(());
         }
-        let text = format!("{lost} lines were not printed, because standard output was not read");
+        let lost = counted(lost as u64, "line");
+        let text = format!("{lost} not printed, because standard output was not read");
         let notice = Notice::new(NoticeCode::NotPrinted, Level::Warning, text);
         self.print(at, &Event::Notice(notice))
     }
@@ -204,7 +206,8 @@ impl Printer {
             () = leave => {
                 let lost = self.taken - self.printed.load(Ordering::Relaxed);
                 say(format_args!(
-                    "groundwave: {lost} lines were not printed, because standard output is not read"
+                    "groundwave: {} not printed, because standard output is not read",
+                    counted(lost as u64, "line")
                 ));
                 Ok(())
             }

@@ -21,6 +21,7 @@ use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::model::Facts;
 use crate::radio::Radio;
 use crate::runtime::{Driver, KeepOptions, Keeper};
+use groundwave_captures::words::counted;
 
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
@@ -100,10 +101,10 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let counters = result?;
         if !options.quiet {
             say(format_args!(
-                "recorded {}: {} bytes received, {written} written, {} lines, {} lost",
+                "recorded {}: {} received, {written} written, {}, {} lost",
                 mcap.as_ref().unwrap_or(&output).display(),
-                counters.bytes,
-                counters.lines,
+                counted(counters.bytes, "byte"),
+                counted(counters.lines, "line"),
                 lost_words(counters.lost())
             ));
         }
@@ -152,9 +153,9 @@ async fn until_done(
                 if shows_progress {
                     let counters = driver.station().counters();
                     say_progress(format_args!(
-                        "{} bytes received, {} lines, {} lost",
-                        counters.bytes,
-                        counters.lines,
+                        "{} received, {}, {} lost",
+                        counted(counters.bytes, "byte"),
+                        counted(counters.lines, "line"),
                         lost_words(counters.lost())
                     ));
                 }

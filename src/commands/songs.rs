@@ -15,6 +15,7 @@ use crate::capture::files;
 use crate::capture::songs::{Notes, for_each_song, length};
 use crate::capture::{Capture, CaptureError};
 use crate::hint;
+use groundwave_captures::words::counted;
 
 /// Reason why the list ended early.
 enum End {
@@ -47,9 +48,9 @@ pub(super) fn run(options: &Songs) -> Result<(), Fault> {
         Ok(seen) => {
             if count == 0 {
                 say(format_args!(
-                    "{}: no song in {} lines",
+                    "{}: no song in {}",
                     options.file.display(),
-                    seen.lines + seen.ack_lines
+                    counted(seen.lines + seen.ack_lines, "line")
                 ));
             }
             Ok(())

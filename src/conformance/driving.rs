@@ -8,7 +8,7 @@ use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Link, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
-use super::probe::{LIMIT, RARE, Seen};
+use super::probe::{ANSWER_BYTES, LIMIT, RARE, Seen};
 use super::rule;
 use super::session::{Session, in_words};
 
@@ -17,6 +17,19 @@ const SPEED_IN_S: i8 = 4;
 
 /// Time between drive frames that must have no effect.
 const DRIVE_PERIOD: Duration = Duration::from_millis(250);
+
+/// Number of lines K after a long line.
+const QUICK_ACKS: u8 = 3;
+
+/// Maximum time from a frame to its acknowledgement, apart from the radio's losses.
+const ANSWER_MAX: Duration = Duration::from_secs(1);
+
+/// Byte times from a frame to its acknowledgement that leave time for one in a long line.
+const PROMPT_BYTES: u32 = 35;
+
+/// Maximum number of tries, and number of stale acknowledgements among them that are the robot's.
+const FRESHNESS_TRIES: usize = 10;
+const STALE_ALIKE: usize = 3;
 
 /// Number of drive frames after which the robot must drive.
 const DRIVE_FRAMES: usize = 8;
@@ -40,6 +53,7 @@ pub(super) async fn run(session: &mut Session) {
         .probe
         .see(|seen| seen.counters.map(|(_, line)| line.frames_heard));
     knock(session).await;
+    freshness(session).await;
     let outcome = session.order(Order::Mode(Mode::User)).await;
     pose(session).await;
     if outcome == Some(Outcome::Done) {
@@ -75,6 +89,78 @@ async fn knock(session: &Session) {
     session.judge(rule::KNOCK, answered, || {
         "no lines K after a line feed".to_owned()
     });
+}
+
+/// Tries whether a long line shows a frame that arrived while it was sent. Lines K show first that the link's latency is short enough.
+async fn freshness(session: &mut Session) {
+    if session.probe.see(|seen| seen.is_half_duplex) {
+        session.not_tried(rule::ACK_FRESH, "the radio is half duplex");
+        return;
+    }
+    let mut stale = 0;
+    for _ in 0..FRESHNESS_TRIES {
+        session.probe.send(Frame::knock().as_bytes());
+        session.probe.sent().await;
+        let is_last = |seen: &Seen| seen.quick_run == QUICK_ACKS;
+        session.probe.until(LIMIT, is_last).await;
+        let quick = answer_after(session, 0).await;
+        let long = answer_after(session, QUICK_ACKS).await;
+        match (quick, long) {
+            (_, Some(answer)) if answer.lines == 1 => return session.kept(rule::ACK_FRESH),
+            (Some(quick), Some(long)) if quick.is_prompt && long.is_complete => stale += 1,
+            _ => {}
+        }
+        if stale == STALE_ALIKE {
+            let did = "a frame that arrives early in a line shows in the next line only";
+            return session.broken(rule::ACK_FRESH, did);
+        }
+    }
+    session.not_tried(rule::ACK_FRESH, "the link's latency is too long");
+}
+
+/// The acknowledgement of a command that was sent once.
+struct Answer {
+    /// Lines up to the acknowledgement.
+    lines: u8,
+    /// Whether all these lines arrived.
+    is_complete: bool,
+    /// Whether the acknowledgement was taken soon after the frame had left.
+    is_prompt: bool,
+}
+
+/// Sends a command without effect when a line has arrived that is preceded by `quick_run` lines K, itself included; `None` if the
+/// frame was lost.
+async fn answer_after(session: &mut Session, quick_run: u8) -> Option<Answer> {
+    let order = Order::Layers {
+        which: LayerMask::NONE,
+        allowed: LayerMask::NONE,
+    };
+    let lines = session.probe.see(|seen| seen.lines);
+    let begins = |seen: &Seen| seen.lines != lines && seen.quick_run == quick_run;
+    if !session.probe.until(LIMIT, begins).await {
+        return None;
+    }
+    let (sequence, missing) = session.probe.see(|seen| (seen.sequence, seen.missing));
+    let next = (session.sequence + 1) & 0x3F;
+    session
+        .probe
+        .send(&Session::command(next, order, session.key));
+    session.probe.sent().await;
+    let number = session.number;
+    let is_shown = |seen: &Seen| {
+        seen.ack
+            .is_some_and(|ack| ack.session == number && ack.sequence == next & 7)
+    };
+    let left_at = session.probe.left_at();
+    let is_known = session.probe.until(ANSWER_MAX, is_shown).await;
+    let taken_after = session.probe.byte_times(ANSWER_BYTES + PROMPT_BYTES);
+    let answer = session.probe.see(|seen| Answer {
+        lines: (seen.sequence + 100 - sequence) % 100,
+        is_complete: seen.missing == missing,
+        is_prompt: seen.at <= left_at + taken_after,
+    });
+    session.order(order).await;
+    is_known.then_some(answer)
 }
 
 async fn pose(session: &mut Session) {

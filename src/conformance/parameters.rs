@@ -55,7 +55,9 @@ pub(super) async fn run(session: &mut Session) {
     session.judge(rule::PARAMETERS, found == count, || {
         format!("{found} of {count} lines P")
     });
-    set(session, &line).await;
+    if set(session, &line, line.value).await {
+        keep(session, &line).await;
+    }
     let beyond = [line.most + 1, line.least - 1];
     let beyond = beyond.into_iter().find(|value| value.abs() <= ORDER_MAX);
     if let Some(value) = beyond {
@@ -83,23 +85,32 @@ fn first(session: &Session) -> Option<ParameterLine> {
         .see(|seen| seen.parameters.values().next().map(|(_, line)| *line))
 }
 
-/// Sets the first parameter to its current value.
-async fn set(session: &mut Session, line: &ParameterLine) {
-    let order = Order::SetParameter {
-        key: key(line.name.as_str()),
-        value: line.value,
-    };
+/// Sets a parameter; returns whether a line P shows the value.
+async fn set(session: &mut Session, line: &ParameterLine, value: i32) -> bool {
+    let key = key(line.name.as_str());
     let rejected = session.rejected();
-    let outcome = session.order(order).await;
+    let outcome = session.order(Order::SetParameter { key, value }).await;
     if outcome != Some(Outcome::Done) {
-        session.compare(rule::PARAMETER_SET, Outcome::Done, outcome, rejected);
-        return;
+        return session.compare(rule::PARAMETER_SET, Outcome::Done, outcome, rejected);
     }
+    let is_kept = shows(session, line, |it| it.value == value).await;
+    session.judge(rule::PARAMETER_SET, is_kept, || {
+        "no line P with the value follows".to_owned()
+    });
+    is_kept
+}
+
+/// Whether a line P that follows the latest order shows a state of the parameter.
+async fn shows(
+    session: &mut Session,
+    line: &ParameterLine,
+    holds: impl Fn(&ParameterLine) -> bool,
+) -> bool {
     let from = session.probe.left_at();
     let is_shown = |seen: &Seen| {
         seen.parameters
             .get(&line.place)
-            .is_some_and(|(at, line_now)| *at > from && line_now.value == line.value)
+            .is_some_and(|(at, line_now)| *at > from && holds(line_now))
     };
     for _ in 0..ROUNDS {
         let missing = session.probe.see(|seen| seen.missing);
@@ -110,7 +121,41 @@ async fn set(session: &mut Session, line: &ParameterLine) {
         let key = key(line.name.as_str());
         session.order(Order::ReadParameter { key }).await;
     }
-    session.judge(rule::PARAMETER_SET, session.probe.see(is_shown), || {
-        "no line P with the value follows".to_owned()
-    });
+    session.probe.see(is_shown)
+}
+
+/// Stores another value of the parameter, then the one before.
+async fn keep(session: &mut Session, line: &ParameterLine) {
+    let is_unsaved = |seen: &Seen| seen.parameters.values().any(|(_, it)| it.value != it.kept);
+    let other = [line.value + 1, line.value - 1];
+    let other = other
+        .into_iter()
+        .find(|it| (line.least..=line.most).contains(it) && it.abs() <= ORDER_MAX);
+    let Some(other) = other.filter(|_| !session.probe.see(is_unsaved)) else {
+        session.not_tried(
+            rule::PARAMETERS_KEPT,
+            "a value is not stored, or can have no other",
+        );
+        return;
+    };
+    let rejected = session.rejected();
+    let outcome = store(session, line, other).await;
+    if outcome == Some(Outcome::NotFitted) {
+        session.not_tried(rule::PARAMETERS_KEPT, "the robot cannot store values");
+    } else if outcome == Some(Outcome::Done) {
+        let is_kept = shows(session, line, |it| it.kept == other).await;
+        session.judge(rule::PARAMETERS_KEPT, is_kept, || {
+            format!("no line P shows {other} as the stored value")
+        });
+    } else {
+        session.compare(rule::PARAMETERS_KEPT, Outcome::Done, outcome, rejected);
+    }
+    store(session, line, line.value).await;
+}
+
+/// Sets a parameter and stores it; returns the outcome of order K.
+async fn store(session: &mut Session, line: &ParameterLine, value: i32) -> Option<Outcome> {
+    let key = key(line.name.as_str());
+    session.order(Order::SetParameter { key, value }).await;
+    session.order(Order::KeepParameters).await
 }

@@ -20,7 +20,7 @@ use super::Verdict;
 const LATENCY: Duration = Duration::from_millis(300);
 
 /// Byte times from the composition of an acknowledgement to the end of its line; longer than any frame with a turn's line feeds.
-const ANSWER_BYTES: u32 = 11;
+pub(super) const ANSWER_BYTES: u32 = 11;
 
 /// Time between copies of a frame that has had no effect yet.
 const AGAIN: Duration = Duration::from_millis(1200);
@@ -64,6 +64,10 @@ pub(super) struct Seen {
     /// Number of lines K, and number of lines A.
     pub(super) quick_acks: u64,
     pub(super) states: u64,
+    /// Number of lines, number of lines K since the latest long line, and arrival of the latest line.
+    pub(super) lines: u64,
+    pub(super) quick_run: u8,
+    pub(super) at: Duration,
     pub(super) state: Option<(Duration, StateLine)>,
     pub(super) status: Option<(Duration, StatusLine)>,
     pub(super) counters: Option<(Duration, CountersLine)>,
@@ -80,6 +84,12 @@ impl Seen {
         // The first line has no predecessor.
         self.missing += ahead * u64::from(self.ack.is_some());
         self.sequence = received.sequence();
+        self.lines += 1;
+        self.at = now;
+        self.quick_run = match received {
+            Received::Line(..) => 0,
+            Received::Ack(_) => self.quick_run.saturating_add(1),
+        };
         if let Some(robot_id) = received.robot_id() {
             self.robot_id = Some(robot_id);
         }
@@ -192,6 +202,11 @@ impl Probe {
         shared.awaits_reset = true;
     }
 
+    /// Time of some bytes on the link.
+    pub(super) fn byte_times(&self, count: u32) -> Duration {
+        self.0.borrow().byte_time * count
+    }
+
     /// Time at which the latest frame has left; the time for its answers begins then.
     pub(super) fn left_at(&self) -> Duration {
         self.0.borrow().left_at
@@ -301,8 +316,7 @@ impl Probe {
 
     /// Waits for two lines A composed after the latest frame; returns whether the condition held before.
     pub(super) async fn lines_after(&self, holds: impl Fn(&Seen) -> bool) -> bool {
-        let byte_time = self.0.borrow().byte_time;
-        let answers_at = self.left_at() + LATENCY + byte_time * ANSWER_BYTES;
+        let answers_at = self.left_at() + LATENCY + self.byte_times(ANSWER_BYTES);
         let wait = answers_at.saturating_sub(self.now());
         if self.until(wait, &holds).await {
             return true;

@@ -66,6 +66,7 @@ rules! {
     LIST_TAG = "list-tag", 3, 11, "waypoints of a list already active have no effect", "the tag is not compared with the latest one", "open a list only for a tag 1 to 15 ahead of the latest";
     LIST_CLEAR = "list-clear", 3, 11, "a count of 0 clears the list", "the empty list is refused, or its digest is not 0x41D912FF", "clear both lists if the digest is that of the empty list";
     KNOCK = "knock", 4, 7, "a line feed brings lines K", "lines K come only with frames, or never", "send three lines K after each of the four long lines after a line feed";
+    ACK_FRESH = "ack-fresh", 4, 6, "the acknowledgement is taken just before column 70", "it is taken when the line begins", "take it just before its first character is sent";
     HEARD = "heard", 4, 5, "line C counts the frames heard", "the counter is not kept", "count intact frames at columns 44-46";
     POSE = "pose", 4, 11, "an order P sets the pose", "the pose is acknowledged and not set", "report it in line A, and clear the odometer";
     REPEATED_POSE = "repeated-pose", 4, 11, "an order P that comes again is not carried out again", "the sequence of commands is not compared", "take a command only if its sequence is one more than the latest";
@@ -81,6 +82,7 @@ rules! {
     FAILSAFE_END = "failsafe-end", 4, 11, "an order M ends a failsafe that acts", "the failsafe goes on, or ends by itself", "end it at an order M or STOP, and at nothing else";
     PARAMETERS = "parameters", 5, 11, "an order N brings the lines P", "lines P are not sent, or not all", "send the line P of every place once";
     PARAMETER_SET = "parameter-set", 5, 11, "an order V sets a parameter and brings its line P", "the key does not match: it is the CRC-24 of the name from 0xFFFFFF", "compare the key with that of top-speed in section 9";
+    PARAMETERS_KEPT = "parameters-kept", 5, 11, "an order K stores the values and brings lines P of those that changed", "the order has no effect, or the stored value is not reported", "write the values to memory that survives a reset, and report them in line P";
     PARAMETER_LIMITS = "parameter-limits", 5, 11, "a value beyond the limits is refused with outcome 2", "the limits of line P are not checked", "refuse the value and change nothing";
     PARAMETER_UNKNOWN = "parameter-unknown", 5, 11, "a parameter that is not there is refused with outcome 6", "the key is not compared in full", "compare all 24 bits";
     PARAMETER_PLACE = "parameter-place", 5, 11, "a place beyond the table is refused with outcome 2", "the place is not checked", "answer 2 to a place above the number of parameters";

@@ -227,6 +227,13 @@ mod tests {
         assert!(test_kill_process_group(Pid::from_raw(pid).unwrap()).is_err());
     }
 
+    #[test]
+    fn the_configuration_says_how_long_a_command_may_take() {
+        let said = format!("It may take {} s;", TIME_MAX.as_secs());
+        let template = include_str!("../commands/config/default.toml");
+        assert!(template.contains(&said), "{said}");
+    }
+
     #[tokio::test]
     async fn a_slow_command_delays_nothing_and_is_ended() {
         let mut hook = AlarmHook::start_for("cat; sleep 1000", Duration::ZERO).unwrap();

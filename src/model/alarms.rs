@@ -20,7 +20,7 @@ pub use own::{AlarmSetting, Operand, Severity};
 pub(crate) use rules::DISK_IS_SILENT;
 pub(super) use rules::Inputs;
 pub use rules::Limits;
-pub(crate) use rules::{LINK_LOST, PRESSED_S, Rule, Source, rules};
+pub(crate) use rules::{LINK_LOST, PRESSED_S, ROBOT_SILENT, Rule, Source, rules};
 use rules::{Look, Sight};
 
 /// A raised alarm that is active or not acknowledged.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use groundwave_protocol::Waypoint;
+use groundwave_protocol::arq::DRIVE_LEVEL;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
 use super::draft::Edit;
@@ -13,7 +14,7 @@ use super::palette::Palette;
 use super::playback::NO_ROBOT;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, SIZE_MIN, TextEntry, Ui, trace, words};
-use crate::event::{Effect, Level, Moment};
+use crate::event::{Effect, Failure, Level, Moment, Shortfall};
 use crate::playback::Control;
 use crate::request::Request;
 use crate::route;
@@ -421,10 +422,17 @@ impl Ui {
     }
 
     fn ask_to_drive(&mut self, facts: &Facts) {
-        if facts.link.can_send {
-            self.ask_for(Request::Mode(Mode::User));
-        } else {
+        let level = facts.robot.abilities.map(|robot| robot.level);
+        if !facts.link.can_send {
             self.warn("cannot drive: the link is receive-only");
+        } else if let Some(level) = level.filter(|level| *level < DRIVE_LEVEL) {
+            let needs = Failure::BeyondLevel(Shortfall {
+                has: level.into(),
+                needs: DRIVE_LEVEL.into(),
+            });
+            self.warn(&format!("hand drive: {needs}"));
+        } else {
+            self.ask_for(Request::Mode(Mode::User));
         }
     }
 

@@ -32,7 +32,9 @@ impl Ui {
         let named = match entry.purpose {
             Purpose::SaveRoute => Some(self.save_route(&unquoted(text), false)),
             Purpose::RouteFile => Some(Effect::LoadRoute(unquoted(text))),
-            _ => route_file(text).map(|(file, _)| Effect::LoadRoute(unquoted(file))),
+            _ => route_file(text)
+                .filter(|(file, _)| !are_points(file))
+                .map(|(file, _)| Effect::LoadRoute(unquoted(file))),
         };
         if let Some(effect) = named {
             // The prompt stays open until the file is read or written, so that the operator can correct the name.
@@ -80,8 +82,12 @@ impl Ui {
                 Vec::new()
             }
             (Err(error), _) => {
+                let error = match words[..] {
+                    ["route", _, ..] => POINTS_FOR_A_FILE.to_owned(),
+                    _ => error.to_string(),
+                };
                 self.overlay = Overlay::Text(TextEntry {
-                    error: Some(error.to_string()),
+                    error: Some(error),
                     ..entry
                 });
                 Vec::new()
@@ -137,6 +143,19 @@ impl Ui {
             _ => {}
         }
     }
+}
+
+/// The remedy when a route's points are typed instead of a file's name.
+const POINTS_FOR_A_FILE: &str =
+    "`route` takes a file with X,Y in each line; `goto 40 20` drives to one point";
+
+/// Whether a text is points, such as `40,20 60,40`, and no name of a file.
+fn are_points(text: &str) -> bool {
+    let is_point = |word: &str| {
+        word.split_once(',')
+            .is_some_and(|(x, y)| x.parse::<i16>().is_ok() && y.parse::<i16>().is_ok())
+    };
+    text.split_whitespace().all(is_point) && !text.is_empty()
 }
 
 /// The file of `route FILE`, and whether `--go` follows; `None` for other commands.

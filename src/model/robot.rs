@@ -75,11 +75,14 @@ impl Robot {
     /// Returns the newest line A's state in the mode that the robot has confirmed since.
     pub(crate) fn state_in_mode(&self) -> Option<Reading<StateLine>> {
         let mut state = self.state?;
-        if let Some(mode) = self.confirmed_mode {
-            state.value.mode = mode;
-            if mode == Mode::Stop {
+        match self.confirmed_mode {
+            Some(Mode::Stop) => {
+                state.value.mode = Mode::Stop;
                 state.value.layers = LayerStates::OFF;
             }
+            // Lines A of mode Stop do not show which layers another mode has.
+            Some(mode) if state.value.mode != Mode::Stop => state.value.mode = mode,
+            _ => {}
         }
         Some(state)
     }

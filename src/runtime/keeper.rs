@@ -15,7 +15,7 @@ use groundwave_protocol::telemetry::Line;
 
 use super::driver::{EventSink, SentSink};
 use crate::capture::messages::RawBytes;
-use crate::capture::session::since_1970_ns;
+use crate::capture::session::{ending, since_1970_ns};
 use crate::capture::topics::StationEvent;
 use crate::capture::{CaptureError, Observation, Pace, RawWriter, Recorder, files, name};
 use crate::event::{Event, Level, Moment, Recording};
@@ -23,6 +23,7 @@ use crate::hint;
 use crate::io::link::Sink;
 use crate::recorded;
 use begin::{begin, begin_unnamed};
+use groundwave_captures::words::counted;
 use history::History;
 pub use options::{KeepOptions, REMEMBERED};
 
@@ -181,7 +182,7 @@ impl Keeper {
         if inner.is_beginning {
             return;
         }
-        let ended = inner.recorder.take();
+        let ended = inner.take_recorder();
         let has_failed = ended.as_ref().is_some_and(Recorder::has_failed);
         let begins = ended.is_none() || has_failed;
         let ended = ended.map(|recorder| (recorder, inner.history.take()));
@@ -224,7 +225,7 @@ impl Keeper {
     pub fn finish(&self) -> Result<u64, CaptureError> {
         let (recorder, tee) = {
             let mut inner = self.lock();
-            (inner.recorder.take(), inner.tee.take())
+            (inner.take_recorder(), inner.tee.take())
         };
         // Each file is finished even if the other fails.
         let teed = tee.map_or(Ok(0), |tee| {
@@ -243,7 +244,7 @@ impl Keeper {
                 "left before an interrupted recording was recovered; the next start tries again";
             inner.notices.push_back((Level::Warning, text.to_owned()));
         }
-        let begun = inner.recorder.take();
+        let begun = inner.take_recorder();
         drop(inner);
         if let Some(recorder) = begun {
             // A thread began this recording a moment ago.
@@ -301,7 +302,7 @@ impl Keeper {
         let reported = inner.reported.take();
         match ended {
             Ok(bytes) => {
-                let text = format!("recorded {}: {bytes} bytes", path.display());
+                let text = format!("recorded {}: {}", path.display(), counted(bytes, "byte"));
                 inner.notices.push_back((Level::Info, text));
                 None
             }
@@ -408,6 +409,14 @@ impl Inner {
         if let Some(recorder) = &mut self.recorder {
             recorder.handle_event(now, wall, event);
         }
+    }
+
+    /// Takes the recorder, with the end of the recording written.
+    fn take_recorder(&mut self) -> Option<Recorder> {
+        let (now, wall) = self.times(Instant::now());
+        let mut recorder = self.recorder.take()?;
+        recorder.handle_event(now, wall, &ending());
+        Some(recorder)
     }
 
     fn status(&mut self) -> Recording {

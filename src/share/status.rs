@@ -3,7 +3,7 @@
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName, Printable};
 use serde::{Deserialize, Serialize};
 
-use crate::event::{CommandStatus, Failure};
+use crate::event::{CommandStatus, Failure, Shortfall};
 use crate::request::outcome_words;
 
 /// A status in JSON: `{"status":"refused","code":"bad-value","text":"a value is out of range"}`. Codes are stable; the
@@ -27,6 +27,12 @@ pub struct StatusJson {
     /// Number of waypoints in the list.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub total: Option<u16>,
+    /// Level or capacity that the robot reports, if the command was not sent because it needs more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub has: Option<u16>,
+    /// Level or capacity that the command needs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub needs: Option<u16>,
     /// Digest of the confirmed list, eight hexadecimal digits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub digest: Option<String>,
@@ -88,8 +94,17 @@ impl StatusJson {
             },
             CommandStatus::ECHOED => CommandStatus::Echoed,
             CommandStatus::REFUSED => CommandStatus::Refused(Outcome::from_code(code?)?),
-            CommandStatus::FAILED => CommandStatus::Failed(Failure::from_code(code?)?),
+            CommandStatus::FAILED => {
+                CommandStatus::Failed(Failure::from_code(code?, self.shortfall())?)
+            }
             _ => return None,
+        })
+    }
+
+    fn shortfall(&self) -> Option<Shortfall> {
+        Some(Shortfall {
+            has: self.has?,
+            needs: self.needs?,
         })
     }
 }
@@ -118,7 +133,11 @@ impl From<&CommandStatus> for StatusJson {
                 digest: Some(digest),
             } => json.digest = Some(format!("{digest:08x}")),
             CommandStatus::Refused(outcome) => json.text = Some(outcome_words(*outcome).to_owned()),
-            CommandStatus::Failed(failure) => json.text = Some(failure.to_string()),
+            CommandStatus::Failed(failure) => {
+                json.text = Some(failure.to_string());
+                json.has = failure.shortfall().map(|it| it.has);
+                json.needs = failure.shortfall().map(|it| it.needs);
+            }
         }
         json
     }

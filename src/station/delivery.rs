@@ -205,8 +205,8 @@ const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
         Failure::TimedOut
         | Failure::Cancelled
         | Failure::ReceiveOnly
-        | Failure::BeyondLevel
-        | Failure::BeyondCapacity
+        | Failure::BeyondLevel(_)
+        | Failure::BeyondCapacity(_)
         | Failure::NotConfigured => "session given up",
     }
 }

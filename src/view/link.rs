@@ -90,7 +90,7 @@ impl Screen<'_> {
         }
         if let Some(id) = statistics.other.other_robot {
             let lines = statistics.other.other_lines;
-            let other = format!("robot {id}: {lines} lines, kept apart");
+            let other = format!("robot {id}: {}, kept apart", counted(lines, "line"));
             rows.push(("others", other, theme.warning));
         }
         if let Some(robot) = self.facts.robot.abilities {

@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 use super::{Screen, put};
 use crate::model::trace::{FIELDS, Field};
 use crate::model::{Overlay, age, printable};
+use groundwave_captures::words::counted;
 
 const RULER: &str =
     "1...5...10...15...20...25...30...35...40...45...50...55...60...65...70...75...80";
@@ -85,10 +86,14 @@ impl Screen<'_> {
     fn no_line_yet(&self) -> Line<'static> {
         match (self.facts.link.bytes(), self.instead_of_lines()) {
             (0, _) => Line::styled("no line yet", self.theme.dim),
-            (bytes, Some(words)) => {
-                Line::styled(format!("{bytes} bytes, {words}"), self.theme.warning)
-            }
-            (bytes, None) => Line::styled(format!("{bytes} bytes, no line yet"), self.theme.dim),
+            (bytes, Some(words)) => Line::styled(
+                format!("{}, {words}", counted(bytes, "byte")),
+                self.theme.warning,
+            ),
+            (bytes, None) => Line::styled(
+                format!("{}, no line yet", counted(bytes, "byte")),
+                self.theme.dim,
+            ),
         }
     }
 
@@ -97,7 +102,11 @@ impl Screen<'_> {
         if self.facts.link.has_only_own_lines() {
             self.raw(buffer, below);
             let fields = &self.facts.fields;
-            let words = format!("{} lines, {} damaged", fields.lines, fields.damaged);
+            let words = format!(
+                "{}, {} damaged",
+                counted(fields.lines, "line"),
+                fields.damaged
+            );
             put(buffer, below, 1, &Line::styled(words, self.theme.dim));
             return;
         }
@@ -119,8 +128,8 @@ impl Screen<'_> {
             0 => String::new(),
             lines => format!(" + {lines} K"),
         };
-        let lines = counters.lines - counters.other_lines;
-        let words = format!("{lines} lines{acks}, {damaged} damaged");
+        let lines = counted(counters.lines - counters.other_lines, "line");
+        let words = format!("{lines}{acks}, {damaged} damaged");
         put(buffer, beside(row), 0, &Line::styled(words, self.theme.dim));
     }
 }

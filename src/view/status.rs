@@ -11,7 +11,7 @@ use ratatui::text::{Line, Span};
 use super::layout::WIDTH_FULL;
 use super::{Screen, columns, put, put_right, width_of};
 use crate::model::age;
-use crate::model::alarms::LINK_LOST;
+use crate::model::alarms::{LINK_LOST, ROBOT_SILENT};
 use crate::model::link::{Connection, Health, Shares};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::words;
@@ -147,7 +147,11 @@ impl Screen<'_> {
                 glyphs.silent,
                 theme.alarm,
                 with_reason(
-                    format!("  SILENT for {}", newest.unwrap_or_default()),
+                    if self.strip_says(ROBOT_SILENT) {
+                        String::new()
+                    } else {
+                        format!("  SILENT for {}", newest.unwrap_or_default())
+                    },
                     self.facts
                         .link
                         .instead_of_lines(self.now)
@@ -181,17 +185,19 @@ impl Screen<'_> {
         Some(words::reception(reception, &age::words(age)))
     }
 
+    /// Whether the alarm strip shows this alarm, of the present.
+    fn strip_says(&self, code: &str) -> bool {
+        let calling = self.calling();
+        let first = calling.first();
+        self.ui.playback.is_none() && first.is_some_and(|(rule, _)| rule.code == code)
+    }
+
     /// That the link is lost, unless the alarm strip says it, and why.
     fn lost(&self) -> (String, Option<&str>) {
         let Connection::Lost { reason, since } = &self.facts.link.connection else {
             return (String::new(), None);
         };
-        let calling = self.calling();
-        if self.ui.playback.is_none()
-            && calling
-                .first()
-                .is_some_and(|(rule, _)| rule.code == LINK_LOST)
-        {
+        if self.strip_says(LINK_LOST) {
             return (String::new(), Some(reason.as_str()));
         }
         let since = age::words(self.now.saturating_sub(*since));

@@ -5,7 +5,10 @@
 
 use std::env;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, ExitCode};
+
+/// Set in the environment when cargo starts this program in place of the compiler: see [`rustc`].
+pub(crate) const AS_RUSTC: &str = "XTASK_AS_RUSTC";
 
 /// The user's choice in the environment, or the default.
 fn variable(name: &str, default: &str) -> String {
@@ -44,11 +47,39 @@ pub(crate) fn build(board: &Path) -> Result<(), String> {
 
 /// Likewise, with further options, in this folder of the board's.
 pub(crate) fn build_with(board: &Path, options: &[&str], target: &str) -> Result<(), String> {
+    let wrapper = env::current_exe().map_err(|error| format!("no path of xtask: {error}"))?;
     // Cargo reads the configuration of the folder where it runs.
     crate::run(
         cargo()
             .current_dir(board)
+            .env(AS_RUSTC, "1")
+            .env("RUSTC_WRAPPER", wrapper)
             .args(["build", "--release", "--locked", "--target-dir", target])
             .args(options),
     )
+}
+
+/// Runs the compiler as cargo wants it, but identifies a crate by its name alone. Cargo's identifiers contain the
+/// folder, from them come the names of symbols, and from those the order of functions: the program would depend on the
+/// folder where it is built.
+pub(crate) fn rustc(arguments: &[String]) -> ExitCode {
+    let name = arguments
+        .iter()
+        .skip_while(|word| *word != "--crate-name")
+        .nth(1);
+    let mut words = arguments.iter().map(|word| match name {
+        Some(name) if word.starts_with("metadata=") => format!("metadata={name}"),
+        _ => word.clone(),
+    });
+    let status = Command::new(words.next().unwrap_or_default())
+        .args(words)
+        .status();
+    match status {
+        Ok(status) if status.success() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("xtask: cannot start {arguments:?}: {error}");
+            ExitCode::FAILURE
+        }
+    }
 }

@@ -66,6 +66,9 @@ const NIGHTLY: &[Step] = &[
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
+    if env::var_os(debian::AS_RUSTC).is_some() {
+        return debian::rustc(&arguments);
+    }
     let all = [CHECK, OUTSIDE, NIGHTLY].concat();
     let steps: Vec<Step> = match arguments.first().map(String::as_str) {
         Some("flash") => return ended(mega::flash(&arguments[1..]), "flash"),

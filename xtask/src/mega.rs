@@ -6,7 +6,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::mutants::copy_all;
 use crate::{avr, capture, debian, root, run};
+
+/// What the board's program is built from.
+const SOURCES: [&str; 11] = [
+    "Cargo.toml",
+    "protocol/Cargo.toml",
+    "protocol/src",
+    "firmware/Cargo.toml",
+    "firmware/src",
+    "firmware/replay",
+    "firmware/boards/probe/src",
+    "firmware/boards/mega2560/src",
+    "firmware/boards/mega2560/.cargo",
+    "firmware/boards/mega2560/Cargo.toml",
+    "firmware/boards/mega2560/Cargo.lock",
+];
 
 /// Builds the board's program with options, checks it and keeps it under a name.
 pub(crate) fn build(name: &str, options: &[&str]) -> Result<PathBuf, String> {
@@ -53,23 +69,33 @@ pub(crate) fn build_hex(options: &[&str]) -> Result<PathBuf, String> {
     write_hex(&build("robot", options)?, "robot")
 }
 
-/// Builds the hex file twice from nothing and compares the two.
+/// Writes the hex file of a program that is built twice from nothing, in a copy in another folder and here: both must
+/// be equal, with the names of their symbols, since an order may follow from those.
 pub(crate) fn hex() -> Result<(), String> {
-    let board = root().join("firmware/boards/mega2560");
-    let mut files = Vec::new();
-    for name in ["robot", "again"] {
-        let target = board.join("target-hex");
-        // The first time there is none.
-        let _ = fs::remove_dir_all(&target);
-        debian::build_with(&board, &[], "target-hex")?;
-        let hex = write_hex(&keep(&target, name)?, name)?;
-        files.push(fs::read(&hex).map_err(|error| format!("{}: {error}", hex.display()))?);
+    let elsewhere = root().join("target/mega2560/elsewhere");
+    // The first time there is none.
+    let _ = fs::remove_dir_all(&elsewhere);
+    for source in SOURCES {
+        copy_all(&root().join(source), &elsewhere.join(source))?;
     }
-    println!("{}", folder()?.join("robot.hex").display());
-    if files.first() == files.last() {
+    let build = |folder: &Path, name| {
+        let board = folder.join("firmware/boards/mega2560");
+        let _ = fs::remove_dir_all(board.join("target-hex"));
+        debian::build_with(&board, &[], "target-hex")?;
+        keep(&board.join("target-hex"), name)
+    };
+    let copied = build(&elsewhere, "elsewhere")?;
+    let robot = build(&root(), "robot")?;
+    println!("{}", write_hex(&robot, "robot")?.display());
+    let read = |elf: &Path| fs::read(elf).map_err(|error| format!("{}: {error}", elf.display()));
+    if read(&copied)? == read(&robot)? {
         Ok(())
     } else {
-        Err("two builds gave different hex files".to_owned())
+        Err(format!(
+            "the program depends on the folder where it is built: {} and {} differ",
+            copied.display(),
+            robot.display()
+        ))
     }
 }
 
@@ -82,6 +108,15 @@ pub(crate) fn flash(arguments: &[String]) -> Result<(), String> {
         _ => return Err(usage.to_owned()),
     };
     check_port(port)?;
+    let known = known_features()?;
+    for feature in features.into_iter().flat_map(|list| list.split(',')) {
+        if !known.iter().any(|name| name == feature) {
+            return Err(format!(
+                "the Mega has no feature {feature:?}, only {}",
+                known.join(", ")
+            ));
+        }
+    }
     // Without a device, avrdude only tells its options.
     Command::new("avrdude").output().map_err(|error| {
         format!(
@@ -100,6 +135,22 @@ pub(crate) fn flash(arguments: &[String]) -> Result<(), String> {
     })
 }
 
+/// Names in the board's `[features]`.
+fn known_features() -> Result<Vec<String>, String> {
+    let path = root().join("firmware/boards/mega2560/Cargo.toml");
+    let manifest =
+        fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let names = manifest
+        .lines()
+        .skip_while(|line| *line != "[features]")
+        .skip(1)
+        .take_while(|line| !line.starts_with('['))
+        .filter_map(|line| line.split_once(" = "))
+        .map(|(name, _)| name.to_owned())
+        .filter(|name| name != "default");
+    Ok(names.collect())
+}
+
 /// Outside Unix, ports are not files: there avrdude finds out.
 fn check_port(port: &str) -> Result<(), String> {
     if cfg!(unix) && !Path::new(port).exists() {
@@ -113,6 +164,18 @@ fn check_port(port: &str) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn flashing_an_unknown_part_names_those_that_there_are() {
+        let arguments = ["mega2560", "/dev/null", "sonar,wheels"].map(str::to_owned);
+        let error = flash(&arguments).unwrap_err();
+        assert_eq!(
+            error,
+            "the Mega has no feature \"wheels\", only bumpers, infrared, sonar, photocells, edges, motion, beacon, lcd, \
+             half-duplex"
+        );
+    }
 
     #[test]
     #[cfg(unix)]

@@ -221,7 +221,8 @@ fn fill(copy: &Path) -> Result<(), String> {
     copy_all(&root.join("Cargo.lock"), &copy.join("Cargo.lock"))
 }
 
-fn copy_all(from: &Path, to: &Path) -> Result<(), String> {
+/// Copies a file or a folder with all it contains.
+pub(crate) fn copy_all(from: &Path, to: &Path) -> Result<(), String> {
     if from.is_dir() {
         fs::create_dir_all(to).map_err(|error| trouble("cannot create", to, &error))?;
         let entries = fs::read_dir(from).map_err(|error| trouble("cannot list", from, &error))?;
@@ -231,6 +232,9 @@ fn copy_all(from: &Path, to: &Path) -> Result<(), String> {
         }
         Ok(())
     } else {
+        if let Some(folder) = to.parent() {
+            fs::create_dir_all(folder).map_err(|error| trouble("cannot create", folder, &error))?;
+        }
         fs::copy(from, to)
             .map(|_| ())
             .map_err(|error| trouble("cannot copy", from, &error))

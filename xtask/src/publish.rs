@@ -12,8 +12,6 @@ use crate::{capture, root, run};
 /// Packs and builds the crates as `cargo publish` does, and runs the tests of the unpacked crates.
 pub(crate) fn check() -> Result<(), String> {
     super::cargo(&["publish", "--workspace", "--dry-run", "--locked"])?;
-    // The dry run builds packages but leaves none.
-    super::cargo(&["package", "--workspace", "--no-verify", "--locked"])?;
     let metadata = capture(Command::new(super::cargo_path()).args([
         "metadata",
         "--no-deps",
@@ -32,6 +30,10 @@ pub(crate) fn check() -> Result<(), String> {
         .filter(|package| package["publish"].is_null())
         .filter_map(|package| Some((package["name"].as_str()?, package["version"].as_str()?)))
         .collect();
+    // The dry run builds packages but leaves none.
+    let mut package = vec!["package", "--no-verify", "--locked"];
+    package.extend(published.iter().flat_map(|(name, _)| ["-p", name]));
+    super::cargo(&package)?;
     // Outside the repository, so that a test cannot find files of a sibling.
     let folder = std::env::temp_dir().join(format!("groundwave-crates-{}", std::process::id()));
     let result = test_in(&folder, &published);

@@ -1,6 +1,7 @@
 //! Mistakes that intact lines show together: sequence, order of the lines, ids, boots and acknowledgements.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use groundwave_protocol::decoder::Received;
 use groundwave_protocol::digest::digest;
@@ -21,8 +22,12 @@ const STATES_MAX: u32 = 6;
 /// Maximum time between the beginnings of two lines, seconds: at the lowest rate, with turns.
 const LINE_S_MAX: u32 = 4;
 
-/// Twice as many lines as a robot begins in a second.
-const LINES_PER_S_MAX: u32 = 24;
+/// Maximum number of lines that a robot begins in a second.
+const LINES_PER_S_MAX: u32 = 12;
+
+/// Minimum time over which lines are counted by the receiver's clock, and the lines that may have waited in buffers before.
+const RATE_TIME_MIN: Duration = Duration::from_secs(10);
+const BUFFERED_LINES: f64 = 60.0;
 
 /// Longest time between two lines C that are compared, seconds.
 const COMPARED_S_MAX: u32 = 60;
@@ -82,6 +87,11 @@ pub(super) struct Conduct {
     /// Number of pairs of consecutive lines, and number of those pairs with two types.
     pub pairs: u64,
     pub changes: u64,
+    /// Lines, and those at the beginning of a count by the receiver's clock.
+    lines: u64,
+    timed: Option<(Duration, u64)>,
+    /// Counts with too many lines that no line has reported yet.
+    overruns: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -99,6 +109,10 @@ impl Conduct {
     pub(super) fn take(&mut self, received: &Received, noise: u64) -> Taken {
         let mut found = Vec::new();
         let (letter, column) = place(received);
+        self.lines += 1;
+        if std::mem::take(&mut self.overruns) > 0 {
+            found.push((1, kind::LINE_RATE));
+        }
         let ack = *received.ack();
         let sequence = received.sequence();
         let now = Previous {
@@ -151,6 +165,20 @@ impl Conduct {
             self.without_abilities = 0;
         }
         Taken { found, is_next }
+    }
+
+    /// Takes the receiver's clock, which shows more lines a second than a robot may begin.
+    pub(super) fn take_time(&mut self, now: Duration) {
+        if self.lines == 0 {
+            return;
+        }
+        let (since, before) = *self.timed.get_or_insert((now, self.lines));
+        let passed = now.saturating_sub(since);
+        let most = f64::from(LINES_PER_S_MAX) * passed.as_secs_f64() + BUFFERED_LINES;
+        if passed >= RATE_TIME_MIN && (self.lines - before) as f64 > most {
+            self.overruns += 1;
+            self.timed = None;
+        }
     }
 
     /// Judges the sequence of two lines; returns whether no line is missing between them.
@@ -334,7 +362,12 @@ impl Conduct {
             return;
         };
         let passed_s = uptime_s - earlier_s;
-        if passed_s > self.longest_s(lines) || lines >= (passed_s + 2) * LINES_PER_S_MAX {
+        let rate = self.abilities.map_or(BYTES_PER_S, |it| it.rate_bytes_per_s);
+        let lines_max = (passed_s + 2) * LINES_PER_S_MAX;
+        if rate > BYTES_PER_S && lines > lines_max {
+            found.push((8, kind::LINE_RATE));
+            self.earlier = Some((uptime_s, 0));
+        } else if passed_s > self.longest_s(lines) || lines >= 2 * lines_max {
             found.push((8, kind::UPTIME));
             self.earlier = Some((uptime_s, 0));
         } else if passed_s > COMPARED_S_MAX {

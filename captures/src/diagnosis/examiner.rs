@@ -1,6 +1,7 @@
 //! Finds the mistakes in the lines of a decoder.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::crc;
@@ -83,6 +84,11 @@ impl Examiner {
         }
         self.row += empty.split(|&byte| byte == b'\n').skip(1).count() as u64;
         self.gap.extend(empty.iter().take(GAP_BYTES_MAX));
+    }
+
+    /// Takes the receiver's clock.
+    pub fn take_time(&mut self, now: Duration) {
+        self.conduct.take_time(now);
     }
 
     /// Takes a place where bytes are missing, or a line that is not in Groundwave's form.
@@ -253,6 +259,7 @@ impl Examiner {
                 kind::HEARING,
                 kind::ID_DISAGREES,
                 kind::ID_ZERO,
+                kind::LINE_RATE,
                 kind::WRAP,
             ]
             .contains(&kind);

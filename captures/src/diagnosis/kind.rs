@@ -87,6 +87,7 @@ kinds! {
     ERA_TWICE = "era-twice", 11, "two consecutive lines show the era", "show the era only in lines whose sequence modulo 3 is 1";
     DIGEST_EMPTY = "digest-empty", 10, "the digest of an empty list is wrong", "send the digest 0x41D912FF while the list is empty";
     UPTIME = "uptime", 5, "the uptime does not count seconds", "count seconds since boot; one line is a third of a second";
+    LINE_RATE = "line-rate", 2, "more than 12 lines begin in a second", "pause between lines above 2400 baud, and count the uptime in seconds";
     ABILITIES = "abilities", 5, "line I and the other lines disagree", "state in line I what the robot has";
     NO_ABILITIES = "abilities-missing", 5, "no line I comes", "send line I after boot, after each open and at least every 20 s; only a robot with everything may leave it out";
     NO_STATE = "no-state", 7, "there is no line A between two other lines", "send a line A after every other line";

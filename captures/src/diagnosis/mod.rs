@@ -11,6 +11,8 @@ pub mod kind;
 #[cfg(test)]
 mod tests;
 
+use std::time::Duration;
+
 use groundwave_lines::{Content, Recognizer, runs};
 use groundwave_protocol::decoder::{Counters, Decoder};
 use kind::Kind;
@@ -97,6 +99,11 @@ impl Diagnosis {
             self.own_lines += u64::from(own.is_some_and(|it| it.content != Content::Damaged));
             self.examiner.take(run, last, &before, &self.decoder);
         }
+    }
+
+    /// Takes the receiver's clock when bytes have arrived.
+    pub fn take_time(&mut self, now: Duration) {
+        self.examiner.take_time(now);
     }
 
     /// Takes a place where bytes are missing.

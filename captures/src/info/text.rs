@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use super::{Info, LineCounts};
 use crate::diagnosis;
 use crate::outages::Outage;
-use crate::words::counted;
+use crate::words::{counted, plural};
 
 /// Maximum number of outages that the text lists; JSON contains all.
 const OUTAGES_SHOWN: usize = 10;
@@ -73,12 +73,12 @@ impl Info {
         if self.unfinished_bytes > 0 {
             writeln!(
                 output,
-                "end        in the middle of a line, {} bytes of it",
-                self.unfinished_bytes
+                "end        in the middle of a line, {} of it",
+                counted(self.unfinished_bytes, "byte")
             )?;
         }
         if self.missing_bytes > 0 {
-            writeln!(output, "missing    {} bytes", self.missing_bytes)?;
+            writeln!(output, "missing    {}", counted(self.missing_bytes, "byte"))?;
         }
         if is_own {
             return Ok(());
@@ -99,8 +99,9 @@ impl Info {
         )?;
         writeln!(
             output,
-            "loss       {} lines, {}, {}",
+            "loss       {} line{}, {}, {}",
             self.loss.lines(),
+            plural(self.loss.lines_lost_max),
             self.loss.share(),
             counted(self.gaps, "gap")
         )?;
@@ -162,8 +163,10 @@ impl Info {
         if let Some(resync) = self.resync {
             writeln!(
                 output,
-                "resync     {} times, {:.0} bytes on average, {} at worst",
-                resync.count, resync.mean_bytes, resync.worst_bytes
+                "resync     {}, {:.0} bytes on average, {} at worst",
+                counted(resync.count, "time"),
+                resync.mean_bytes,
+                resync.worst_bytes
             )?;
         }
         if let Some(down_pct) = self.airtime_down_pct {
@@ -176,8 +179,8 @@ impl Info {
         if let Some(sent) = self.sent.filter(|sent| sent.bytes > 0) {
             writeln!(
                 output,
-                "sent       {} bytes, {}, {} of them again",
-                sent.bytes,
+                "sent       {}, {}, {} of them again",
+                counted(sent.bytes, "byte"),
                 counted(sent.frames, "frame"),
                 sent.frames_again
             )?;

@@ -59,6 +59,8 @@ pub(super) struct Fold {
     is_kept: bool,
     gaps: Gaps,
     outages: OutageList,
+    /// Time of the latest piece of any kind.
+    latest: Duration,
     /// Number of outages with a place so far.
     located: usize,
     /// Times and places of the robot at the newest lines.
@@ -89,6 +91,7 @@ impl Fold {
         take: &mut impl FnMut(Duration, &Received),
     ) -> Result<(), CaptureError> {
         while let Some((at, piece)) = capture.next_piece()? {
+            self.latest = at;
             match piece {
                 Piece::Received(mut bytes) => {
                     if !bytes.is_empty() {
@@ -333,7 +336,7 @@ impl Fold {
         merge_gaps(points, gap_lines);
         self.track.lines_lost = self.counters.lost().min;
         let outages = std::mem::take(&mut self.outages);
-        self.track.outages = outages.into_outages(self.track.duration);
+        self.track.outages = outages.into_outages(self.latest);
         for outage in self.track.outages.clone().iter().skip(self.located) {
             self.locate(outage);
         }

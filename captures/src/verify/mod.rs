@@ -223,7 +223,6 @@ impl Lines {
 
     /// Takes an event of the station.
     fn take_event(&mut self, event: &StationEvent, at: Duration) {
-        self.end = self.end.max(at);
         if event.is_loss_of_link() {
             self.decoder.interrupt();
             self.diagnosis.skip();
@@ -237,9 +236,7 @@ impl Lines {
         let mut before = shown(self.decoder.counters());
         set_time(&mut self.decoder, at);
         self.diagnosis.take(bytes);
-        if !bytes.is_empty() {
-            self.end = at;
-        }
+        self.end = self.end.max(at);
         while let Some(received) = self.decoder.next_own_line(&mut bytes) {
             let counters = self.decoder.counters();
             self.outages.handle_line(at, &received, counters);

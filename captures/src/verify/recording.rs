@@ -107,6 +107,7 @@ impl Check {
             self.derived.begin();
         }
         self.start_ns.get_or_insert(header.log_time);
+        self.lines.end = self.lines.end.max(self.since_start(&header));
         if topic == RAW_RX {
             return self.take_received(header, data);
         }

@@ -158,7 +158,7 @@ fn run_board(options: Board) -> ExitCode {
         panic_at: options.panic_at,
         groundwave: options.groundwave,
     };
-    let checks: [(&str, Check); 8] = [
+    let checks: [(&str, Check); 9] = [
         ("station", &|seed| board::station(&programs, seed)),
         ("lockstep", &|seed| {
             let figures = board::lockstep(&programs, seed, options.seconds)?;
@@ -170,6 +170,7 @@ fn run_board(options: Board) -> ExitCode {
         ("resets", &|seed| board::resets(&programs, seed)),
         ("power-lost", &|seed| board::power_lost(&programs, seed)),
         ("half-duplex", &|seed| board::half_duplex(&programs, seed)),
+        ("by-hand", &|seed| board::by_hand(&programs, seed)),
         ("display", &|seed| board::display(&programs, seed)),
         ("bare", &|seed| board::bare(&programs, seed)),
     ];

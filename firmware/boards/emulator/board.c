@@ -10,6 +10,7 @@
         bytes.
      E  echo: side (0 or 1), pulse in us (4 bytes). The pulse begins 0.45 ms after the command.
      P  power lost and restored: RAM has other contents, and a byte of EEPROM that was being written is damaged.
+     W  power is lost in the middle of a write of the EEPROM, the next one counted as 1 (2 bytes), or of none (0).
      B  brown-out: a reset in which RAM keeps its contents.
      H  the program hangs at its present place, with interrupts on or off (1 byte).
      X  the program calls the function at an address (4 bytes).
@@ -74,6 +75,9 @@ static struct {
     uint16_t address;
     avr_cycle_count_t end;
     int enabled;
+    /* Writes up to the one in which power is lost. */
+    uint16_t to_loss;
+    int is_lost;
 } writing;
 
 static struct {
@@ -214,12 +218,20 @@ static uint8_t read_eecr(avr_t *chip, avr_io_addr_t address, void *unused) {
     return (chip->data[address] & ~WRITES) | (chip->cycle < writing.end ? WRITES : 0);
 }
 
+static avr_cycle_count_t end_power(avr_t *chip, avr_cycle_count_t when, void *unused) {
+    (void)chip, (void)when, (void)unused;
+    writing.is_lost = 1;
+    return 0;
+}
+
 static void write_eecr(avr_t *chip, avr_io_addr_t address, uint8_t value, void *unused) {
     (void)address, (void)unused;
     if (writing.enabled && value & WRITES) {
         if (chip->cycle < writing.end) fail("a write of the EEPROM within another");
         writing.address = pair(EEARL);
         writing.end = chip->cycle + (uint64_t)WRITE_US * chip->frequency / 1000000;
+        if (writing.to_loss && !--writing.to_loss)
+            avr_cycle_timer_register_usec(chip, WRITE_US / 2, end_power, NULL);
     }
     writing.enabled = (value & ENABLES_WRITE) != 0;
 }
@@ -290,6 +302,23 @@ static void watch_stack(void) {
     memset(avr->data + stack_bottom, PAINT, avr->ramend + 1 - stack_bottom);
 }
 
+static void reset(uint8_t reason) {
+    avr_reset(avr);
+    avr->data[MCUSR] = reason;
+    writing.end = 0;
+}
+
+static void lose_power(void) {
+    if (avr->cycle < writing.end) {
+        uint8_t damaged = random_byte();
+        avr_eeprom_desc_t byte = {.ee = &damaged, .offset = writing.address, .size = 1};
+        avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &byte);
+    }
+    for (int address = RAM; address <= avr->ramend; address++) avr->data[address] = random_byte();
+    watch_stack();
+    reset(1);
+}
+
 /* Commands. */
 
 static void step(void) {
@@ -335,6 +364,10 @@ static void step(void) {
             avr_reset(avr);
             avr->data[MCUSR] = 8;
         }
+        if (writing.is_lost) {
+            writing.is_lost = 0;
+            lose_power();
+        }
         /* The model counts 11 bits a byte. */
         if (uart->cycles_per_byte && uart->cycles_per_byte != byte_cycles)
             byte_cycles = uart->cycles_per_byte = uart->cycles_per_byte * 10 / 11;
@@ -356,23 +389,6 @@ static void step(void) {
     fwrite(done.traced, 1, done.traces, answers);
     done.flags = done.sends = done.traces = done.asleep = 0;
     done.traces_before_reset = NO_RESET;
-}
-
-static void reset(uint8_t reason) {
-    avr_reset(avr);
-    avr->data[MCUSR] = reason;
-    writing.end = 0;
-}
-
-static void lose_power(void) {
-    if (avr->cycle < writing.end) {
-        uint8_t damaged = random_byte();
-        avr_eeprom_desc_t byte = {.ee = &damaged, .offset = writing.address, .size = 1};
-        avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &byte);
-    }
-    for (int address = RAM; address <= avr->ramend; address++) avr->data[address] = random_byte();
-    watch_stack();
-    reset(1);
 }
 
 static void begin_hang(void) {
@@ -449,6 +465,7 @@ int main(int count, char **arguments) {
             break;
         }
         case 'P': lose_power(); break;
+        case 'W': writing.to_loss = read_word(2); break;
         case 'B': reset(4); break;
         case 'H': begin_hang(); break;
         case 'X': avr->pc = read_word(4); avr->state = cpu_Running; break;

@@ -9,13 +9,18 @@
 
 /* ---- Fields (section 3) ---- */
 
-/* A value that is too large becomes all nines. */
-static void put_digits(char *to, uint8_t width, uint32_t value) {
-    for (uint8_t n = width; n-- > 0;) {
-        to[n] = (char)('0' + value % 10);
+/* Writes the last digits; returns what is left of the value. */
+static uint32_t put_last_digits(char *to, uint8_t width, uint32_t value) {
+    while (width-- > 0) {
+        to[width] = (char)('0' + value % 10);
         value /= 10;
     }
-    if (value > 0) {
+    return value;
+}
+
+/* A value that is too large becomes all nines. */
+static void put_digits(char *to, uint8_t width, uint32_t value) {
+    if (put_last_digits(to, width, value) > 0) {
         memset(to, '9', width);
     }
 }
@@ -275,7 +280,7 @@ static uint32_t robot_key(const struct gw *gw) {
 }
 
 static uint32_t session_key(const struct gw *gw) {
-    uint32_t key = robot_key(gw) | (uint32_t)(gw->boots & 7) << 13 | (uint32_t)gw->session << 10 | gw->owner;
+    uint32_t key = robot_key(gw) | (uint16_t)((gw->boots & 7) << 13 | gw->session << 10 | gw->owner);
     if (gw->is_numbered) {
         key ^= (uint32_t)(gw->era & 0x7F) << 16 | gw->era >> 7;
     }
@@ -475,8 +480,8 @@ static enum verdict read_frame(const struct gw *gw, const char *frame, uint8_t c
 /* ---- The receiver (section 11) ---- */
 
 static uint32_t ack_bits(const struct gw *gw, uint32_t detail) {
-    return (uint32_t)(gw->boots & 7) << 27 | (uint32_t)gw->session << 24 | (uint32_t)(gw->sequence & 7) << 21
-           | (uint32_t)gw->outcome << 18 | detail;
+    uint16_t top = (uint16_t)((gw->boots & 7) << 11 | gw->session << 8 | (gw->sequence & 7) << 5 | gw->outcome << 2);
+    return (uint32_t)top << 16 | detail;
 }
 
 static uint32_t owner_detail(const struct gw *gw) {
@@ -487,11 +492,11 @@ static uint32_t receiver_detail(const struct gw *gw) {
 #if GW_LEVEL >= 3
     if (gw->staged_is_open) {
         uint16_t missing = first_missing(gw);
-        uint32_t window = 0;
+        uint8_t window = 0;
         for (uint8_t n = 0; n < 8; n++) {
-            window |= (uint32_t)has_block(gw, (uint16_t)(missing + 1 + n)) << n;
+            window |= (uint8_t)(has_block(gw, (uint16_t)(missing + 1 + n)) << n);
         }
-        return (uint32_t)1 << 17 | (uint32_t)missing << 10 | (uint32_t)(gw->staged_tag & 3) << 8 | window;
+        return (uint32_t)(1 << 9 | missing << 2 | (gw->staged_tag & 3)) << 8 | window;
     }
 #endif
     return gw->receipt == GW_NONE ? owner_detail(gw) : (uint32_t)7 << 15 | (uint32_t)gw->receipt;
@@ -596,7 +601,11 @@ static enum gw_outcome queue_parameters(struct gw *gw, uint16_t place) {
     return GW_DONE;
 }
 
-static void keep_parameters(struct gw *gw) {
+static enum gw_outcome keep_parameters(struct gw *gw) {
+    enum gw_outcome outcome = gw_keep_parameters();
+    if (outcome != GW_DONE) {
+        return outcome;
+    }
     for (uint8_t index = 0; index < gw->parameter_count; index++) {
         struct gw_parameter *parameter = &gw->parameters[index];
         if (parameter->kept != parameter->value) {
@@ -604,7 +613,7 @@ static void keep_parameters(struct gw *gw) {
             queue_parameter(gw, index);
         }
     }
-    gw_keep_parameters();
+    return GW_DONE;
 }
 
 #endif
@@ -655,8 +664,7 @@ static enum gw_outcome execute(struct gw *gw, const struct message *message) {
     case 'N':
         return queue_parameters(gw, message->place);
     case 'K':
-        keep_parameters(gw);
-        return GW_DONE;
+        return keep_parameters(gw);
 #endif
     default:
         return GW_UNKNOWN;
@@ -846,8 +854,8 @@ static void put_status(const struct gw *gw, char *line) {
         uint8_t bit = (uint8_t)(1 << layer);
         line[50 + layer] = gw->allowed & bit ? LAYERS[layer] : gw->fitted & bit ? '-' : '.';
     }
-    put_digits(line + 59, 3, gw->boots % 1000);
-    put_digits(line + 63, 2, gw->odometer_resets % 100);
+    put_last_digits(line + 59, 3, gw->boots);
+    put_last_digits(line + 63, 2, gw->odometer_resets);
 }
 
 void gw_status_changed(struct gw *gw) {
@@ -860,18 +868,18 @@ void gw_status_changed(struct gw *gw) {
 
 static void put_counters(const struct gw *gw, char *line) {
     put_digits(line + 4, 2, gw->robot_id);
-    put_digits(line + 7, 6, gw->uptime_s % 1000000);
-    put_digits(line + 14, 3, gw->boots % 1000);
+    put_last_digits(line + 7, 6, gw->uptime_s);
+    put_last_digits(line + 14, 3, gw->boots);
     put_digits(line + 18, 2, gw->version_major);
     line[20] = '.';
     put_digits(line + 21, 2, gw->version_minor);
     for (uint8_t holder = 0; holder < 9; holder++) {
         put_six(line + 24 + 2 * holder, 2, gw->ticks_won[holder]);
     }
-    put_digits(line + 43, 3, gw->frames_heard % 1000);
-    put_digits(line + 47, 3, gw->frames_rejected % 1000);
-    put_digits(line + 51, 3, gw->ticks_late % 1000);
-    put_digits(line + 55, 4, gw->bumps % 10000);
+    put_last_digits(line + 43, 3, gw->frames_heard);
+    put_last_digits(line + 47, 3, gw->frames_rejected);
+    put_last_digits(line + 51, 3, gw->ticks_late);
+    put_last_digits(line + 55, 4, gw->bumps);
     put_optional(line + 60, 4, gw->failsafe_silence_s > 0 ? (int16_t)gw->failsafe_silence_s : GW_NONE);
     line[65] = gw->failsafe_silence_s > 0 ? gw->failsafe_mode : '-';
 }

@@ -329,8 +329,8 @@ enum gw_outcome gw_scan(void);
 /* A parameter has a new value, within its limits. */
 void gw_parameter_set(uint8_t index);
 
-/* Stores the values of all parameters so that they survive a reset. */
-void gw_keep_parameters(void);
+/* Stores the values of all parameters so that they survive a reset: GW_DONE, or GW_NOT_FITTED without such memory. */
+enum gw_outcome gw_keep_parameters(void);
 #endif
 
 #endif /* GW_LEVEL >= 2 */

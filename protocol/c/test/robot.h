@@ -40,7 +40,7 @@ enum gw_outcome gw_scan(void) { return GW_NOT_FITTED; }
 #endif
 #if GW_LEVEL >= 5
 void gw_parameter_set(uint8_t index) { (void)index; }
-void gw_keep_parameters(void) {}
+enum gw_outcome gw_keep_parameters(void) { return GW_DONE; }
 #endif
 
 #endif

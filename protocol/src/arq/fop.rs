@@ -15,7 +15,7 @@ pub use interface::{Config, Duplex, FopEvent, Task};
 use super::US_PER_BYTE;
 use super::pacer::Pacer;
 use super::quality::Quality;
-use super::status::{CommandStatus, Failure};
+use super::status::{CommandStatus, Failure, Shortfall};
 use super::transfer::Transfer;
 use crate::command::{Command, Key, Order, RECEIPT_MAX};
 use crate::telemetry::{AbilitiesLine, Ack, Detail, Outcome};
@@ -119,7 +119,8 @@ const TAG_LAST: u8 = 15;
 
 /// Lowest levels at which a robot keeps lists, and obeys hand drive (SPEC.md section 1).
 const LISTS_LEVEL: u8 = 3;
-const DRIVE_LEVEL: u8 = 4;
+/// Lowest level of robots that can be driven by hand.
+pub const DRIVE_LEVEL: u8 = 4;
 
 /// Number of digest mismatches after which a list fails.
 const MISMATCHES_MAX: u8 = 3;
@@ -376,16 +377,21 @@ impl Fop {
     fn beyond(&self) -> Option<CommandStatus> {
         let robot = self.abilities.as_ref()?;
         let (level, capacity) = (robot.level, robot.capacity);
+        let beyond_level = |needs: u8| {
+            CommandStatus::Failed(Failure::BeyondLevel(Shortfall {
+                has: level.into(),
+                needs: needs.into(),
+            }))
+        };
         Some(match self.work.as_ref()? {
-            Work::List(_) if level < LISTS_LEVEL || capacity == 0 => {
-                CommandStatus::Failed(Failure::BeyondLevel)
-            }
+            Work::List(_) if level < LISTS_LEVEL => beyond_level(LISTS_LEVEL),
             Work::List(list) if list.count() > capacity => {
-                CommandStatus::Failed(Failure::BeyondCapacity)
+                CommandStatus::Failed(Failure::BeyondCapacity(Shortfall {
+                    has: capacity,
+                    needs: list.count(),
+                }))
             }
-            Work::Order(order) if order.level() > level => {
-                CommandStatus::Failed(Failure::BeyondLevel)
-            }
+            Work::Order(order) if order.level() > level => beyond_level(order.level()),
             Work::Order(Order::Mode(mode)) if !robot.has_mode(*mode) => {
                 CommandStatus::Refused(Outcome::NotFitted)
             }

@@ -9,9 +9,9 @@ mod status;
 mod transfer;
 
 pub use farm::{Action, Farm};
-pub use fop::{Config, Duplex, Fop, FopEvent, Task};
+pub use fop::{Config, DRIVE_LEVEL, Duplex, Fop, FopEvent, Task};
 pub use lists::Lists;
-pub use status::{CommandStatus, Failure};
+pub use status::{CommandStatus, Failure, Shortfall};
 
 use crate::command::ERA_MAX;
 

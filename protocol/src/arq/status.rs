@@ -89,6 +89,15 @@ impl CommandStatus {
     }
 }
 
+/// The amount that a robot reports, and the larger amount that a command needs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Shortfall {
+    /// The amount that the robot has.
+    pub has: u16,
+    /// The amount that the command needs.
+    pub needs: u16,
+}
+
 /// Reason why a command ended without confirmation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Failure {
@@ -106,16 +115,16 @@ pub enum Failure {
     ReceiveOnly,
     /// The robot reports that it cannot hear.
     CannotHear,
-    /// The robot reports a level that lacks the command.
-    BeyondLevel,
-    /// The list has more waypoints than the robot can hold, by its own report.
-    BeyondCapacity,
+    /// The command needs a higher level than the robot reports.
+    BeyondLevel(Shortfall),
+    /// The list has more waypoints than the robot reports that it can hold.
+    BeyondCapacity(Shortfall),
     /// The robot has command strings, but none for this command.
     NotConfigured,
 }
 
 impl Failure {
-    /// All failures.
+    /// All failures; shortfalls are examples.
     pub const ALL: [Self; 10] = [
         Self::TimedOut,
         Self::RobotRestarted,
@@ -124,8 +133,8 @@ impl Failure {
         Self::Cancelled,
         Self::ReceiveOnly,
         Self::CannotHear,
-        Self::BeyondLevel,
-        Self::BeyondCapacity,
+        Self::BeyondLevel(Shortfall { has: 2, needs: 3 }),
+        Self::BeyondCapacity(Shortfall { has: 8, needs: 9 }),
         Self::NotConfigured,
     ];
 
@@ -140,16 +149,32 @@ impl Failure {
             Self::Cancelled => "cancelled",
             Self::ReceiveOnly => "receive-only",
             Self::CannotHear => "cannot-hear",
-            Self::BeyondLevel => "beyond-level",
-            Self::BeyondCapacity => "beyond-capacity",
+            Self::BeyondLevel(_) => "beyond-level",
+            Self::BeyondCapacity(_) => "beyond-capacity",
             Self::NotConfigured => "not-configured",
         }
     }
 
-    /// The failure with a code; `None` for an unknown one.
+    /// The robot's shortfall, if it is the reason.
     #[must_use]
-    pub fn from_code(code: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|failure| failure.code() == code)
+    pub const fn shortfall(self) -> Option<Shortfall> {
+        match self {
+            Self::BeyondLevel(shortfall) | Self::BeyondCapacity(shortfall) => Some(shortfall),
+            _ => None,
+        }
+    }
+
+    /// The failure with a code; `None` for an unknown one, or if its shortfall is missing.
+    #[must_use]
+    pub fn from_code(code: &str, shortfall: Option<Shortfall>) -> Option<Self> {
+        let failure = Self::ALL
+            .into_iter()
+            .find(|failure| failure.code() == code)?;
+        Some(match failure {
+            Self::BeyondLevel(_) => Self::BeyondLevel(shortfall?),
+            Self::BeyondCapacity(_) => Self::BeyondCapacity(shortfall?),
+            _ => failure,
+        })
     }
 }
 
@@ -166,8 +191,12 @@ impl fmt::Display for Failure {
                 "not sent: the robot has no such command string, or not with these arguments"
             }
             Self::CannotHear => "the robot reports that it cannot hear: it has no receiver",
-            Self::BeyondLevel => "not sent: the robot reports a level without this command",
-            Self::BeyondCapacity => "not sent: the robot reports that it keeps fewer waypoints",
+            Self::BeyondLevel(Shortfall { has, needs }) => {
+                return write!(f, "needs level {needs}, the robot has level {has}");
+            }
+            Self::BeyondCapacity(Shortfall { has, needs }) => {
+                return write!(f, "has {needs} waypoints, the robot holds {has}");
+            }
         })
     }
 }

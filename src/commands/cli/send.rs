@@ -44,7 +44,7 @@ pub struct Send {
     /// After goto or route, enter mode prowl, so that the robot drives
     #[arg(long)]
     pub go: bool,
-    /// Give up if the robot has not confirmed after this time [default: 20s; 2m for `param list`]
+    /// Give up if the robot has not confirmed after this time [default: 20s; 5m for `param list`]
     #[arg(long, value_name = "T", value_parser = parse_duration)]
     timeout: Option<Duration>,
     /// Overwrite an existing file (`param save-to`)
@@ -84,7 +84,7 @@ pub struct Param {
     #[arg(long)]
     yes: bool,
     /// Give up if the robot has not confirmed after this time
-    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "2m")]
+    #[arg(long, value_name = "T", value_parser = parse_duration, default_value = "5m")]
     timeout: Duration,
     /// The radio.
     #[command(flatten)]

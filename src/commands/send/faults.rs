@@ -7,6 +7,7 @@ use super::super::{Exit, Fault};
 use crate::event::Failure;
 use crate::request::Request;
 use crate::share::Heard;
+use groundwave_captures::words::counted;
 
 /// Fault for the link `name`, which has no transmitter.
 pub(in super::super) fn receive_only(name: &dyn Display) -> Fault {
@@ -45,8 +46,8 @@ pub(in super::super) fn not_confirmed(
             .to_owned()
     } else if heard.lines == 0 {
         format!(
-            "{} bytes were received and no intact line; check the baud rate",
-            heard.bytes
+            "{} received and no intact line; check the baud rate",
+            counted(heard.bytes, "byte")
         )
     } else {
         "lines were received, but no confirmation; the robot may be out of range of our transmitter"

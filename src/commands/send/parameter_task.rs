@@ -12,6 +12,7 @@ use crate::event::SaveProblem;
 use crate::io::files;
 use crate::parameter_file::{self, ParameterFile};
 use crate::request::Tuning;
+use groundwave_captures::words::counted;
 
 /// A task that needs the robot's list of parameters.
 pub(super) enum ParameterTask {
@@ -80,7 +81,10 @@ impl ParameterTask {
                     )),
                     SaveProblem::Failed(error) => Fault::new(Exit::Failed, error),
                 })?;
-                say(format!("saved {} parameters to {path}", robot.len()))?;
+                say(format!(
+                    "saved {} to {path}",
+                    counted(robot.len() as u64, "parameter")
+                ))?;
                 Ok(Vec::new())
             }
             Self::Load(file) => {

@@ -18,6 +18,9 @@ use crate::model::robot::{Robot, is_held, touches};
 /// Code of the alarm of a lost link.
 pub(crate) const LINK_LOST: &str = "link_lost";
 
+/// Code of the alarm of a silent robot.
+pub(crate) const ROBOT_SILENT: &str = "robot_silent";
+
 /// Limits of the alarms.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -224,7 +227,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         bounds: |_| lasting(0),
     },
     BuiltIn {
-        code: "robot_silent",
+        code: ROBOT_SILENT,
         level: Level::Alarm,
         name: "robot silent",
         hint: "is it on, and in range?",

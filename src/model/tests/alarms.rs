@@ -371,6 +371,35 @@ fn alarms_are_acknowledged_one_by_one() {
     );
 }
 
+#[test]
+fn alarms_are_acknowledged_all_at_once() {
+    let mut scene = scene();
+    scene.state.power = Power::Critical;
+    scene.hear();
+    assert_eq!(scene.calling(), 2);
+    let effects = scene.type_text("A");
+    let acknowledged: Vec<_> = effects
+        .iter()
+        .filter_map(|effect| match effect {
+            Effect::Alarm(event) => Some((event.code.as_str(), event.status)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(
+        acknowledged,
+        [
+            ("battery_critical", AlarmStatus::Acknowledged),
+            ("battery_low", AlarmStatus::Acknowledged)
+        ]
+    );
+    assert_eq!(scene.calling(), 0);
+    assert!(
+        raised(&scene)
+            .iter()
+            .all(|(.., acknowledged)| *acknowledged)
+    );
+}
+
 /// With many alarms the one at the top of the list may be the last of the table.
 #[test]
 fn in_their_panel_the_keys_concern_the_first_raised_alarm() {

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use super::*;
+use groundwave_protocol::telemetry::{AbilitiesLine, Body};
+
 use crate::model::Colors;
 use crate::model::keys::{Keymap, Rebinding};
 
@@ -118,6 +120,19 @@ fn receive_only_link_refuses_hand_driving() {
     }));
     assert_eq!(scene.type_text("d"), []);
     assert_eq!(scene.model.ui.overlay, Overlay::None);
+}
+
+#[test]
+fn a_robot_below_level_4_is_not_driven() {
+    let mut scene = scene();
+    scene.hear_line(Body::Abilities(AbilitiesLine {
+        level: 3,
+        ..AbilitiesLine::FULL
+    }));
+    assert_eq!(scene.type_text("d"), []);
+    assert_eq!(scene.model.ui.overlay, Overlay::None);
+    let aside = scene.model.ui.aside.as_deref();
+    assert!(aside.is_some_and(|text| text.contains("needs level 4, the robot has level 3")));
 }
 
 #[test]

@@ -108,6 +108,18 @@ fn a_route_is_driven_at_once_when_that_is_typed() {
     assert_eq!(asked, [Effect::LoadRoute("tour --go".to_owned())]);
 }
 
+#[test]
+fn points_typed_for_a_file_get_the_remedy() {
+    let mut scene = scene();
+    scene.type_text(":route 40,20 60,40 --go");
+    assert_eq!(scene.press(&[KeyCode::Enter]), []);
+    let Overlay::Text(entry) = &scene.model.ui.overlay else {
+        panic!("{:?}", scene.model.ui.overlay);
+    };
+    let error = entry.error.as_deref().unwrap_or_default();
+    assert!(error.contains("a file with X,Y in each line"), "{error}");
+}
+
 /// A wrong file name can be corrected in the prompt.
 #[test]
 fn a_prompt_for_a_file_stays_until_the_file_is_right() {

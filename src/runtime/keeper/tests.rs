@@ -1,7 +1,8 @@
 use super::*;
-use crate::capture::Capture;
+use crate::capture::{Capture, Piece};
 #[cfg(target_os = "linux")]
 use crate::capture::{Existing, Rotation, Session};
+use crate::event::NoticeCode;
 use std::fs;
 
 /// A recording manager whose first recording goes into `folder`.
@@ -248,4 +249,21 @@ fn a_disk_that_hangs_delays_neither_the_link_nor_the_event_loop() {
     assert!(unwritten > 500_000, "the disk has not hung: {unwritten}");
     drop(reader);
     assert!(keeper.finish().is_err());
+}
+
+/// A silence at the end lasts until the end of the recording, which the recording has.
+#[test]
+fn the_end_of_a_recording_is_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let started = Instant::now();
+    let keeper = keeper(folder.path(), started);
+    keeper.sink()(started, b"one\n");
+    keeper.finish().unwrap();
+    let mut capture = Capture::open(folder.path().join("first/a.mcap")).unwrap();
+    let mut has_ended = false;
+    while let Some((_, piece)) = capture.next_piece().unwrap() {
+        has_ended |=
+            matches!(piece, Piece::Event(event) if event.is_notice(NoticeCode::RecordingEnded));
+    }
+    assert!(has_ended);
 }

@@ -160,12 +160,7 @@ pub(super) const STATES: &[State] = &[
             scene.event(Event::Tick);
             scene
         },
-        facts: &[
-            "SILENT for 30 s",
-            "ROBOT SILENT",
-            "old: ",
-            "reckoned, within",
-        ],
+        facts: &["ROBOT SILENT", "old: ", "reckoned, within"],
     },
     State {
         name: "lost",

@@ -561,6 +561,21 @@ fn a_confirmed_stop_is_also_in_the_headline() {
     assert!(!stopped.contains("HOLDS"), "{stopped}");
 }
 
+/// The layers are off in mode Stop; a robot that leaves it does not drive without them.
+#[test]
+fn a_mode_confirmed_after_a_stop_does_not_drive_without_layers() {
+    let mut scene = flight(demo());
+    scene.state.mode = Mode::Stop;
+    scene.state.bump = Bump::None;
+    scene.layers(&Layer::ALL.map(|layer| (layer, LayerState::Off)));
+    scene.hear();
+    let home = Request::Mode(Mode::GoHome);
+    scene.command(9, home, CommandStatus::Confirmed { digest: None });
+    let screen = screen(&scene, 120, 40);
+    row(&screen, "  HOME  ");
+    assert!(!screen.contains("drives without"), "{screen}");
+}
+
 /// On a large screen, the map takes the rows that the commands leave empty.
 #[test]
 fn few_commands_leave_their_rows_to_the_map() {

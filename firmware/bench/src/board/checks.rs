@@ -7,10 +7,12 @@ use groundwave_protocol::BYTES_PER_S;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Key, Message, Open, Order, Slots};
 use groundwave_protocol::parameter::key;
-use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Mode};
+use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Mode, Power};
 use groundwave_protocol::telemetry::{Ack, Body, StateLine};
+use sr04_firmware::board::{Edges, Inputs, Sides};
+use sr04_firmware::memory::BOOTS_BYTES;
 
-use super::house::House;
+use super::house::{Hand, House};
 use crate::chip::Figures;
 use crate::operator::{OWNER, Operator, ROBOT_ID, Task};
 use crate::scenario::Scenario;
@@ -29,6 +31,12 @@ const FIRST_LINES_MS: u64 = 5000;
 
 /// Time in which the operator's tasks are done.
 const TASKS_MS: u64 = 30_000;
+
+/// Time in which the robot has written its parameters, 3.4 ms a byte.
+const WRITES_MS: u64 = 600;
+
+/// Parameter that is kept.
+const KEPT: &str = "top-speed";
 
 /// Programs that the checks run.
 #[derive(Debug)]
@@ -119,18 +127,108 @@ impl Watched {
         self.queue.clear();
     }
 
+    /// Touches the robot; an error unless a line tells.
+    fn feel(&mut self, (what, hand, shows): Touch) -> Result<(), String> {
+        self.house.hand = hand;
+        let from = self.house.lines.len();
+        self.run_ms(TOUCH_MS)?;
+        self.house.hand = Hand::OFF;
+        let told: Vec<StateLine> = (self.house.lines.iter().skip(from))
+            .filter_map(|(_, line)| match &line.body {
+                Body::State(state) => Some(*state),
+                _ => None,
+            })
+            .collect();
+        self.run_ms(TOUCH_MS)?;
+        if told.iter().any(shows) {
+            Ok(())
+        } else {
+            Err(format!("{what}: the robot tells {:?}", told.last()))
+        }
+    }
+
+    /// Does the queued tasks; returns whether power is lost meanwhile, in a write of the EEPROM, the next one counted
+    /// as 1.
+    fn is_lost_in(&mut self, write: u16) -> Result<bool, String> {
+        let boots = self.house.sent.len();
+        self.house.emulator.lose_power_in(write)?;
+        let end_ms = self.house.now_ms + TASKS_MS;
+        let mut rest_ms = WRITES_MS;
+        while rest_ms > 0 {
+            self.step()?;
+            if self.house.sent.len() > boots {
+                self.forget();
+                return Ok(true);
+            }
+            if self.operator.is_idle() {
+                rest_ms -= 1;
+            } else if self.house.now_ms > end_ms {
+                return Err("the robot does not confirm its orders".to_owned());
+            }
+        }
+        self.house.emulator.lose_power_in(0)?;
+        Ok(false)
+    }
+
+    /// Keeps another value of a parameter again and again. Power is lost in a write, each time `later` ones later, up to
+    /// the time that has fewer writes.
+    fn keep(&mut self, kept: &mut i32, mut write: u16, later: u16) -> Result<(), String> {
+        loop {
+            let value = if *kept == 5 { 9 } else { 5 };
+            let set = Order::SetParameter {
+                key: key(KEPT),
+                value,
+            };
+            for order in [set, Order::KeepParameters] {
+                self.operator.queue(Task::Order(order));
+            }
+            let is_lost = self.is_lost_in(write)?;
+            if !is_lost {
+                self.lose_power()?;
+            }
+            while self.house.ack.is_none() {
+                self.step()?;
+            }
+            let found = self.parameter(KEPT)?;
+            if found != value && (found != *kept || !is_lost) {
+                return Err(format!(
+                    "power lost in write {write}: {found}, not {kept} or {value}"
+                ));
+            }
+            *kept = found;
+            if !is_lost {
+                return Ok(());
+            }
+            write += later;
+        }
+    }
+
+    fn newest_boots(&self) -> Result<u16, String> {
+        let told = self.house.bodies(|body| match body {
+            Body::Status(status) => Some(status.boots),
+            _ => None,
+        });
+        told.last().copied().ok_or("no line B".to_owned())
+    }
+
     /// Value of a parameter that the robot tells.
     fn parameter(&mut self, name: &str) -> Result<i32, String> {
         let from = self.house.lines.len();
         self.order([Order::ReadParameter { key: key(name) }])?;
-        self.run_ms(2000)?;
-        let lines = self.house.lines.iter().skip(from);
-        let mut told = lines.filter_map(|(_, line)| match &line.body {
-            Body::Parameter(parameter) if parameter.name.as_str() == name => Some(parameter.value),
-            _ => None,
-        });
-        told.next_back()
-            .ok_or_else(|| format!("no line P about {name}"))
+        for _ in 0..FIRST_LINES_MS {
+            let told = self.house.lines.iter().skip(from);
+            let mut values = told.filter_map(|(_, line)| match &line.body {
+                Body::Parameter(parameter) if parameter.name.as_str() == name => {
+                    Some(parameter.value)
+                }
+                _ => None,
+            });
+            if let Some(value) = values.next_back() {
+                return Ok(value);
+            }
+            self.step()?;
+        }
+        Err(format!("no line P about {name}"))
     }
 }
 
@@ -290,63 +388,107 @@ pub(crate) fn resets(programs: &Programs, seed: u64) -> Result<Figures, String> 
     watched.house.finish()
 }
 
-/// Power is lost while parameters and boot counter are written: the old or the new ones are there afterwards.
+/// Power is lost in the middle of writes of parameters and boot counter: the old or the new ones are there afterwards.
 pub(crate) fn power_lost(programs: &Programs, seed: u64) -> Result<Figures, String> {
-    const NAME: &str = "top-speed";
     let mut watched = Watched::start(programs, "open-room", seed)?;
     watched.run_ms(FIRST_LINES_MS)?;
-    let (mut kept, mut changes) = (12, 0);
-    for (round, wait_ms) in [0, 4, 60, 63, 130, 260, 390, 440, 455, 470, 500, 900]
-        .into_iter()
-        .enumerate()
-    {
-        let value = [5, 9][round % 2];
-        watched.order([
-            Order::SetParameter {
-                key: key(NAME),
-                value,
-            },
-            Order::KeepParameters,
-        ])?;
-        watched.run_ms(wait_ms)?;
+    let mut kept = 12;
+    // Both copies of a blank memory have many writes, later ones only those of bytes that differ.
+    for (write, later) in [(7, 0), (7, 0), (1, 1), (1, 1)] {
+        watched.keep(&mut kept, write, later)?;
+    }
+    // Both copies of the boot counter.
+    for write in (1..=BOOTS_BYTES as u16).flat_map(|write| [write; 2]) {
+        let boots = watched.newest_boots()?;
         watched.lose_power()?;
-        watched.run_ms(FIRST_LINES_MS)?;
-        let found = watched.parameter(NAME)?;
-        if found != kept && found != value {
-            return Err(format!(
-                "power lost {wait_ms} ms after: {found}, not {kept} or {value}"
-            ));
+        if !watched.is_lost_in(write)? {
+            return Err(format!("a boot has no write {write}"));
         }
-        changes += usize::from(found == value && found != kept);
-        kept = found;
-    }
-    if changes == 0 {
-        return Err("no parameter was ever kept".to_owned());
-    }
-    let mut boots = newest_boots(&watched)?;
-    for wait_ms in 0..24 {
-        watched.lose_power()?;
-        watched.run_ms(wait_ms)?;
-        watched.lose_power()?;
         watched.run_ms(FIRST_LINES_MS)?;
-        let next = newest_boots(&watched)?;
+        let next = watched.newest_boots()?;
         if next != boots + 1 && next != boots + 2 {
             return Err(format!("boot {boots} and two more are boot {next}"));
         }
-        boots = next;
     }
-    if watched.parameter(NAME)? != kept {
+    if watched.parameter(KEPT)? != kept {
         return Err("a boot changed a parameter".to_owned());
     }
     watched.house.finish()
 }
 
-fn newest_boots(watched: &Watched) -> Result<u16, String> {
-    let told = watched.house.bodies(|body| match body {
-        Body::Status(status) => Some(status.boots),
-        _ => None,
-    });
-    told.last().copied().ok_or("no line B".to_owned())
+/// A touch and the state that the robot then tells.
+type Touch = (&'static str, Hand, fn(&StateLine) -> bool);
+
+const fn touch(on_sensors: fn(&mut Inputs)) -> Hand {
+    Hand {
+        on_sensors,
+        ..Hand::OFF
+    }
+}
+
+const LEFT: Sides = Sides {
+    left: true,
+    right: false,
+};
+const RIGHT: Sides = Sides {
+    left: false,
+    right: true,
+};
+
+/// Touches that the robot tells of in mode STOP.
+#[rustfmt::skip]
+const STANDING: [Touch; 13] = [
+    ("left bumper", touch(|inputs| inputs.bumper.left = true), |state| state.bump == Bump::Left),
+    ("centre bumper", touch(|inputs| inputs.bumper.center = true), |state| state.bump == Bump::Center),
+    ("right bumper", touch(|inputs| inputs.bumper.right = true), |state| state.bump == Bump::Right),
+    ("no floor ahead", touch(|inputs| inputs.cliff = Some(Edges::AHEAD)), |state| state.cliff == Cliff::Center),
+    ("no floor on the left", touch(|inputs| inputs.cliff = Some(Edges::AHEAD_LEFT)), |state| state.cliff == Cliff::Left),
+    ("no floor on the right", touch(|inputs| inputs.cliff = Some(Edges::AHEAD_RIGHT)), |state| state.cliff == Cliff::Right),
+    ("left photocell", touch(|inputs| inputs.photo_left = Some(250)), |state| state.photo_left_pct > Some(90)),
+    ("right photocell", touch(|inputs| inputs.photo_right = Some(250)), |state| state.photo_right_pct > Some(90)),
+    ("charger", touch(|inputs| inputs.is_docked = true), |state| matches!(state.power, Power::Charging | Power::Docked)),
+    ("left wheel", Hand { turns: LEFT, ..Hand::OFF }, |state| state.wheel_left_in_s > 0 && state.wheel_right_in_s == 0),
+    ("right wheel", Hand { turns: RIGHT, ..Hand::OFF }, |state| state.wheel_right_in_s > 0 && state.wheel_left_in_s == 0),
+    ("left sonar", Hand::OFF, |state| state.sonar_left_in.is_some()),
+    ("right sonar", Hand::OFF, |state| state.sonar_right_in.is_some()),
+];
+
+/// Touches that it tells of in mode prowl, and in mode passive when the detectors have settled.
+#[rustfmt::skip]
+const PROWLING: [Touch; 2] = [
+    ("hand on the left", Hand { before: LEFT, ..Hand::OFF }, |state| state.infrared == Infrared::Left),
+    ("hand on the right", Hand { before: RIGHT, ..Hand::OFF }, |state| state.infrared == Infrared::Right),
+];
+#[rustfmt::skip]
+const ARMED: [Touch; 3] = [
+    ("motion on the left", touch(|inputs| inputs.motion = Some(LEFT)), |state| state.arm == Arm::MotionLeft),
+    ("motion on the right", touch(|inputs| inputs.motion = Some(RIGHT)), |state| state.arm == Arm::MotionRight),
+    ("top hat", touch(|inputs| inputs.top_hat = true), |state| state.arm == Arm::TopHat),
+];
+
+/// Time after which a touch is told, and after which the detectors have settled.
+const TOUCH_MS: u64 = 1500;
+const SETTLED_MS: u64 = 40_000;
+
+/// A hand at each sensor, as docs/mega.md tells: each is at its pin.
+pub(crate) fn by_hand(programs: &Programs, seed: u64) -> Result<Figures, String> {
+    let mut watched = Watched::start(programs, "open-room", seed)?;
+    watched.run_ms(FIRST_LINES_MS)?;
+    watched.operator.queue(Task::Stop);
+    watched.run_ms(FIRST_LINES_MS)?;
+    for touch in STANDING {
+        watched.feel(touch)?;
+    }
+    watched.order([Order::Mode(Mode::Prowl)])?;
+    for touch in PROWLING {
+        watched.feel(touch)?;
+    }
+    for touch in ARMED {
+        watched.order([Order::Mode(Mode::Passive)])?;
+        watched.run_ms(SETTLED_MS)?;
+        watched.feel(touch)?;
+    }
+    watched.house.finish()
 }
 
 /// A board without sensors says so.

@@ -108,6 +108,12 @@ impl Emulator {
         self.send(b"P")
     }
 
+    /// Power is lost in the middle of a write of the EEPROM, 1 for the next one; 0 for none.
+    pub(crate) fn lose_power_in(&mut self, write: u16) -> Result<(), String> {
+        let [low, high] = write.to_le_bytes();
+        self.send(&[b'W', low, high])
+    }
+
     /// The supply's voltage drops for a moment.
     pub(crate) fn brown_out(&mut self) -> Result<(), String> {
         self.send(b"B")

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, Body, Line};
-use sr04_firmware::board::{ECHO_US_PER_IN, Edges, Outputs, Side, Sides};
+use sr04_firmware::board::{ECHO_US_PER_IN, Edges, Inputs, Outputs, Side, Sides};
 use sr04_sim::{Conditions, Plant, SAMPLE_MS, TICK_MS, World};
 
 use super::emulator::{Emulator, Pins, Step};
@@ -42,7 +42,37 @@ pub(crate) struct House {
     all_cycles: u64,
     /// Whether the motors have power.
     pub(crate) drives: bool,
+    pub(crate) hand: Hand,
 }
+
+/// What a hand does to the robot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hand {
+    /// Changes what the plant's sensors read.
+    pub(crate) on_sensors: fn(&mut Inputs),
+    /// Sides at which it reflects infrared.
+    pub(crate) before: Sides,
+    /// Wheels that it turns.
+    pub(crate) turns: Sides,
+}
+
+impl Hand {
+    /// A hand that does nothing.
+    pub(crate) const OFF: Self = Self {
+        on_sensors: |_| {},
+        before: Sides {
+            left: false,
+            right: false,
+        },
+        turns: Sides {
+            left: false,
+            right: false,
+        },
+    };
+}
+
+/// Milliseconds from one edge of an encoder to the next while a hand turns its wheel.
+const TURNED_MS: u64 = 8;
 
 impl House {
     pub(crate) fn new(
@@ -75,6 +105,7 @@ impl House {
             worst_cycles: 0,
             all_cycles: 0,
             drives: false,
+            hand: Hand::OFF,
         })
     }
 
@@ -91,7 +122,10 @@ impl House {
             self.awake_cycles = 0;
         }
         let (left, right) = self.plant.edges();
-        self.pins.edges = [left, right].map(|edges| u8::try_from(edges).unwrap_or(u8::MAX));
+        let Sides { left: l, right: r } = self.hand.turns;
+        let turned = |is_turned| u16::from(is_turned && self.now_ms.is_multiple_of(TURNED_MS));
+        self.pins.edges = [left + turned(l), right + turned(r)]
+            .map(|edges| u8::try_from(edges).unwrap_or(u8::MAX));
         let step = self.emulator.step(&self.pins, received)?;
         self.follow(&step)?;
         self.hear(&step);
@@ -142,7 +176,8 @@ impl House {
 
     /// Puts the world at the pins, as the board's drivers and dividers do.
     fn set_pins(&mut self) {
-        let inputs = self.plant.inputs();
+        let mut inputs = self.plant.inputs();
+        (self.hand.on_sensors)(&mut inputs);
         let bits = |levels: &[(bool, u8)]| {
             levels
                 .iter()
@@ -210,7 +245,10 @@ impl House {
         if step.leds_on != self.leds_on || self.now_ms.is_multiple_of(SAMPLE_MS) {
             self.leds_on = step.leds_on;
             let (left, right) = self.plant.infrared(step.leds_on);
-            let seen = Sides { left, right };
+            let mut seen = Sides { left, right };
+            if step.leds_on {
+                seen = seen.or(self.hand.before);
+            }
             self.pins.port_k =
                 self.pins.port_k & !0b11 | u8::from(!seen.left) | u8::from(!seen.right) << 1;
         }

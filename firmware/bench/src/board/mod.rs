@@ -7,5 +7,7 @@ mod house;
 mod mirror;
 mod station;
 
-pub(crate) use checks::{Programs, bare, display, lockstep, power_lost, resets, saturated};
+pub(crate) use checks::{
+    Programs, bare, by_hand, display, lockstep, power_lost, resets, saturated,
+};
 pub(crate) use station::{half_duplex, station};

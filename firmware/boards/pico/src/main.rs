@@ -96,8 +96,10 @@ fn main() -> ! {
     let Some(mut pac) = pac::Peripherals::take() else {
         restart();
     };
+    // Zero after a reset by the hardware.
+    let by_watchdog = pac.WATCHDOG.reason().read().bits() != 0;
     let mut watchdog = Watchdog::new(pac.WATCHDOG);
-    let reason = reason(&mut watchdog, &pac.VREG_AND_CHIP_RESET);
+    let reason = reason(&mut watchdog, by_watchdog);
     let Ok(clocks) = init_clocks_and_plls(
         CRYSTAL_HZ,
         pac.XOSC,
@@ -332,18 +334,16 @@ fn drive(pins: &mut [impl OutputPin; 2], width: &mut impl SetDutyCycle, pwm: i16
     set_width(width, pwm.unsigned_abs());
 }
 
-/// Reason of this boot. The chip's own supply has one flag for power and brown-out.
-fn reason(watchdog: &mut Watchdog, reset: &pac::VREG_AND_CHIP_RESET) -> Restart {
+/// Reason of this boot. A brown-out counts as power: the chip has one flag for both, and it stays set over resets by the
+/// watchdog.
+fn reason(watchdog: &mut Watchdog, by_watchdog: bool) -> Restart {
     let has_panicked = watchdog.read_scratch(ScratchRegister::Scratch0) == PANICKED;
     let has_bitten = watchdog.read_scratch(ScratchRegister::Scratch1) == RUNNING;
     watchdog.write_scratch(ScratchRegister::Scratch0, 0);
     watchdog.write_scratch(ScratchRegister::Scratch1, RUNNING);
-    let chip_reset = reset.chip_reset().read();
-    if chip_reset.had_por().bit() || chip_reset.had_run().bit() {
-        Restart::PowerOn
-    } else if has_panicked {
+    if by_watchdog && has_panicked {
         Restart::Panic
-    } else if has_bitten {
+    } else if by_watchdog && has_bitten {
         Restart::Watchdog
     } else {
         Restart::PowerOn

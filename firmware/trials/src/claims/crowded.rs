@@ -11,7 +11,7 @@ use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::{Pose, World};
 
-pub(super) const ALL: &[&Experiment] = &[&SURVIVAL, &EVERY_LAYER, &ROUTE, &HOME, &DOCK];
+pub(super) const ALL: &[&Experiment] = &[&SURVIVAL, &EVERY_LAYER, &ROUTE, &HOME, &DOCK, &DAY];
 
 /// A claim that is only reported.
 const fn reported(part: &'static str, says: &'static str, figure: Figure) -> Claim {
@@ -141,6 +141,25 @@ const DOCK: Experiment = Experiment {
     )],
 };
 
+const DAY: Experiment = Experiment {
+    name: "generated-day",
+    trials: [0, 12],
+    run: day,
+    claims: &[
+        reported(
+            "foraging",
+            "24 h from the dock of a generated house, each trial in another one, whole robot with foraging, calibrated by the square: \
+             the battery is never empty",
+            Figure::Share,
+        ),
+        reported(
+            "foraging",
+            "the same: hours to the first empty battery",
+            Figure::HoursTo,
+        ),
+    ],
+};
+
 fn house(trial: &Trial) -> Arena {
     Arena::new(World::crowded(trial.seed.value()))
 }
@@ -215,18 +234,10 @@ fn home(trial: &Trial) -> Vec<Option<Reading>> {
 
 fn dock(trial: &Trial) -> Vec<Option<Reading>> {
     const WANDER_S: f64 = 600.0;
-    let world = World::crowded(trial.seed.value());
-    // The robot backs off the dock and turns before it leaves.
-    let Some(place) = world.before_dock(7.0) else {
+    let Some((place, world)) = from_dock(&World::crowded(trial.seed.value())) else {
         return vec![None];
     };
-    let start = Pose {
-        theta_deg: place.theta_deg + 180.0,
-        ..place
-    };
-    let Some(world) = world.started_at(start) else {
-        return vec![None];
-    };
+    let start = world.start();
     let mut run = Setup::new(trial, world)
         .calibrated()
         .with(Parameter::Wander, Parameter::Wander.definition().most)
@@ -237,4 +248,41 @@ fn dock(trial: &Trial) -> Vec<Option<Reading>> {
     run.must(Order::Mode(Mode::Forage));
     let docked = run.until(900.0, |simulation| simulation.truth().is_docked);
     vec![success(docked.is_some())]
+}
+
+/// The place before a world's dock, and the world with a robot there that faces away from it.
+fn from_dock(world: &World) -> Option<(Pose, World)> {
+    // The robot backs off the dock and turns before it leaves.
+    let place = world.before_dock(7.0)?;
+    let start = Pose {
+        theta_deg: place.theta_deg + 180.0,
+        ..place
+    };
+    Some((place, world.started_at(start)?))
+}
+
+/// A day in a generated house, whose furniture leaves room.
+fn day(trial: &Trial) -> Vec<Option<Reading>> {
+    const HOURS: f64 = 24.0;
+    let name = format!("generated:{}", trial.seed.value());
+    let world = World::open(&name).unwrap_or_else(|error| panic!("{error}"));
+    let Some((place, world)) = from_dock(&world) else {
+        return vec![None, None];
+    };
+    let start = world.start();
+    let mut run = Setup::new(trial, world)
+        .calibrated()
+        .with(Parameter::Forage, 1)
+        .start();
+    run.must(pose_from(place, start));
+    let flat_s = run.until(HOURS * 3600.0, |simulation| {
+        simulation.truth().charge <= 0.01
+    });
+    vec![
+        success(flat_s.is_none()),
+        Some(Reading::Events {
+            count: u32::from(flat_s.is_some()),
+            hours: flat_s.map_or(HOURS, |seconds| seconds / 3600.0),
+        }),
+    ]
 }

@@ -26,7 +26,7 @@ const fn falls(says: &'static str) -> Claim {
 
 const PERFECT: Experiment = Experiment {
     name: "edges",
-    trials: [400, 70_000],
+    trials: [400, 130_000],
     run: |trial| {
         let (kind, fell) = approach(trial, Faults::default());
         let of = |row: Kind| fell.filter(|_| row == kind);
@@ -49,7 +49,7 @@ const PERFECT: Experiment = Experiment {
 
 const WORN: Experiment = Experiment {
     name: "edges-worn",
-    trials: [400, 60_000],
+    trials: [400, 120_000],
     run: |trial| vec![approach(trial, Faults::WORN).1],
     claims: &[falls(
         "the same with worn sensors (edge sensors miss 5 % of their ticks, drop out 20 times an hour for up to 2 s and \

@@ -157,7 +157,10 @@ void gw_parameter_set(uint8_t index) {
     (void)index;
     orders_heard++;
 }
-void gw_keep_parameters(void) { parameters_kept++; }
+enum gw_outcome gw_keep_parameters(void) {
+    parameters_kept++;
+    return GW_DONE;
+}
 #endif
 
 #endif /* GW_LEVEL >= 2 */

@@ -111,13 +111,14 @@ enum gw_outcome gw_set_pose(int16_t to_x_in, int16_t to_y_in, int16_t to_theta_d
 enum gw_outcome gw_scan() { return GW_NOT_FITTED; }
 void gw_parameter_set(uint8_t) {}
 
-void gw_keep_parameters() {
+enum gw_outcome gw_keep_parameters() {
   Stored stored;
   EEPROM.get(0, stored);
   for (uint8_t n = 0; n < PARAMETERS; n++) {
     stored.values[n] = parameters[n].value;
   }
   EEPROM.put(0, stored);
+  return GW_DONE;
 }
 
 // ---- The robot ----

@@ -242,11 +242,13 @@ impl Fop {
                     Work::Order(Order::Activate { digest, .. }) => Some(*digest),
                     Work::Order(_) => None,
                 };
-                self.work = None;
-                self.push(FopEvent::Task(match outcome {
+                let end = match outcome {
                     Outcome::Done => CommandStatus::Confirmed { digest },
-                    refused => CommandStatus::Refused(refused),
-                }));
+                    // The first line I may come after the command has been sent.
+                    refused => self.beyond().unwrap_or(CommandStatus::Refused(refused)),
+                };
+                self.work = None;
+                self.push(FopEvent::Task(end));
             }
         }
     }
