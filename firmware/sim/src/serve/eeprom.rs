@@ -64,6 +64,13 @@ impl Eeprom {
 
     /// Writes the file and renames it into place, so that a crash leaves the old or the new contents.
     fn store(&self) -> io::Result<()> {
+        let mut partial = self.path.as_os_str().to_owned();
+        partial.push(".partial");
+        fs::write(&partial, self.to_text())?;
+        fs::rename(&partial, &self.path)
+    }
+
+    fn to_text(&self) -> String {
         let mut text = format!("boots={}\n", self.boots);
         for &parameter in Parameter::ALL {
             let (definition, value) = (parameter.definition(), self.parameters.get(parameter));
@@ -71,10 +78,7 @@ impl Eeprom {
                 let _ = writeln!(text, "{}={value}", definition.name);
             }
         }
-        let mut partial = self.path.as_os_str().to_owned();
-        partial.push(".partial");
-        fs::write(&partial, text)?;
-        fs::rename(&partial, &self.path)
+        text
     }
 }
 
@@ -137,5 +141,30 @@ mod tests {
             let problem = parse(text).expect_err(text);
             assert!(problem.contains(says), "{text:?}: {problem}");
         }
+    }
+
+    /// Contents that are read, stored and read again are equal.
+    #[test]
+    fn fuzz_eeprom() {
+        bolero::check!()
+            .with_type::<(u16, Vec<(u8, i8)>, Vec<u8>)>()
+            .for_each(|(boots, values, other)| {
+                let mut text = format!("boots={boots}\n");
+                for &(n, value) in values {
+                    let parameter = Parameter::ALL[usize::from(n) % Parameter::ALL.len()];
+                    let _ = writeln!(text, "{}={value}", parameter.definition().name);
+                }
+                for text in [text.clone(), text + &String::from_utf8_lossy(other)] {
+                    let Ok((boots, parameters)) = parse(&text) else {
+                        continue;
+                    };
+                    let eeprom = Eeprom {
+                        path: PathBuf::new(),
+                        boots,
+                        parameters,
+                    };
+                    assert_eq!(parse(&eeprom.to_text()), Ok((boots, eeprom.parameters)));
+                }
+            });
     }
 }
