@@ -184,7 +184,7 @@ fn capture_without_a_song_is_reported() {
     ];
     let (out, err) = expect(0, &arguments);
     assert_eq!(out, "");
-    assert!(err.contains("evening.txt: no song in 1 lines"), "{err}");
+    assert!(err.contains("evening.txt: no song in 1 line"), "{err}");
     assert!(!wav.exists(), "a folder for nothing");
     fs::write(&file, "").unwrap();
     let (_, err) = expect(2, &arguments);

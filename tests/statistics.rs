@@ -121,7 +121,7 @@ fn a_handmade_recording_has_the_figures_computed_by_hand() {
     info.write_text(&mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
     for fact in [
-        "resync     1 times, 80 bytes on average, 80 at worst",
+        "resync     1 time, 80 bytes on average, 80 at worst",
         "airtime    50.0 % down, 1.0 % up",
         "run        by hand",
         "VOID       the pencil broke",
