@@ -277,7 +277,11 @@ fn lines_and_commands_of_a_robot_are_read_and_checked() {
     assert_eq!(config.own.commands["stop"].send, "S\n");
     assert_eq!(config.own.lines.expect("a profile").fields[0].name, "x");
     for (wrong, place, expected) in [
-        ("unit = \"cm\", ", "6:10", "field \"x\": role x needs a unit"),
+        (
+            "unit = \"cm\", ",
+            "6:10",
+            "field \"x\": role x needs a unit",
+        ),
         ("role = \"x\"", "6:", "unknown variant `z`"),
         ("form = \"csv\"", "5:11", "pattern: unclosed group"),
         (
