@@ -297,7 +297,13 @@ fn lasts_until_the_end(path: &Path, code: &str) {
         assert_eq!(outages.len(), 1, "{verb}: {outages:?}");
         assert_eq!(outages[0]["code"], code, "{verb}");
         assert!(outages[0]["end_s"].is_null(), "{verb}: {outages:?}");
+        let runs = object(&expect(0, &["runs", path, "--json"]).0, "lines_lost");
+        assert_eq!(runs["lines_lost"], figures["lines_lost"], "{verb}");
     }
+    let recorded = &messages(Path::new(path))["/outages"];
+    assert_eq!(recorded.len(), 1);
+    let recorded = OutageMessage::decode(&recorded[0][..]).unwrap();
+    assert_eq!((&recorded.code[..], recorded.end_ns), (code, None));
     let exported = |to: &str| expect(0, &["export", path, "--to", to, "-o", "-"]).0;
     let (rows, csv) = (exported("jsonl"), exported("csv"));
     let rows = rows

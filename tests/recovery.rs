@@ -268,7 +268,7 @@ fn a_report_of_many_losses_is_short() {
     recovery.write_text(&mut text).unwrap();
     let text = String::from_utf8(text).unwrap();
     assert!(
-        text.contains("4000 more parts were lost or skipped"),
+        text.contains("lost or skipped: 4000 more parts"),
         "{}",
         text.len()
     );

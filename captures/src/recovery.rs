@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::event::Level;
 use super::repair::Damage;
+use crate::words::{counted, plural};
 
 /// Maximum parts of each kind that a report lists: the first ones.
 pub(super) const LISTED_MAX: usize = 1000;
@@ -66,27 +67,29 @@ impl Recovery {
     #[must_use]
     pub fn headline(&self) -> String {
         let path = self.path.display();
-        let (messages, bytes) = (self.messages, self.rx_bytes);
+        let messages = counted(self.messages, "message");
+        let (bytes, received) = (self.rx_bytes, counted(self.rx_bytes, "byte"));
         match self.outcome {
             Outcome::Whole => {
-                format!("{path} is whole: {messages} messages, {bytes} bytes received")
+                format!("{path} is whole: {messages}, {received} received")
             }
             Outcome::Recovered if self.is_cut => format!(
-                "recovered {path}: {messages} messages, {bytes} bytes received; the file ended in the middle of a message: bytes \
+                "recovered {path}: {messages}, {received} received; the file ended in the middle of a message: bytes \
                  received after byte {bytes}, if any, are lost"
             ),
-            Outcome::Recovered => format!(
-                "recovered {path}: {messages} messages, all {bytes} bytes that reached the disk"
-            ),
+            Outcome::Recovered => {
+                format!("recovered {path}: {messages}, all {received} that reached the disk")
+            }
             Outcome::Partly => {
                 let lost = match (self.rx_bytes_missing, self.is_cut) {
                     (0, true) => {
                         format!("the file was cut: bytes received after byte {bytes} are lost")
                     }
                     (0, false) => "the damaged parts are lost".to_owned(),
+                    (1, _) => "1 byte is lost".to_owned(),
                     (missing, _) => format!("{missing} bytes are lost"),
                 };
-                format!("saved part of {path}: {messages} messages, {bytes} bytes received; {lost}")
+                format!("saved part of {path}: {messages}, {received} received; {lost}")
             }
         }
     }
@@ -107,23 +110,58 @@ impl Recovery {
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         writeln!(output, "{}", self.headline())?;
         for Missing { offset, bytes } in &self.rx_missing {
-            writeln!(output, "  lost: {bytes} bytes received after byte {offset}")?;
+            let bytes = counted(*bytes, "byte");
+            writeln!(output, "  lost: {bytes} received after byte {offset}")?;
         }
         for damage in &self.damage {
             writeln!(output, "  skipped: {damage}")?;
         }
         if self.unlisted > 0 {
-            let count = self.unlisted;
-            writeln!(output, "  {count} more parts were lost or skipped")?;
+            let (count, s) = (self.unlisted, plural(self.unlisted));
+            writeln!(output, "  lost or skipped: {count} more part{s}")?;
         }
         if self.nameless > 0 {
-            let count = self.nameless;
-            writeln!(output, "  skipped: {count} messages of unknown topics")?;
+            let messages = counted(self.nameless, "message");
+            writeln!(output, "  skipped: {messages} of unknown topics")?;
         }
         if let Some(original) = &self.original {
             let original = original.display();
             writeln!(output, "  the damaged file is kept as {original}")?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_a_kind_is_in_the_singular() {
+        let recovery = Recovery {
+            path: PathBuf::from("a.mcap"),
+            outcome: Outcome::Partly,
+            messages: 1,
+            rx_bytes: 1,
+            tx_bytes: 0,
+            rx_bytes_missing: 1,
+            rx_missing: vec![Missing {
+                offset: 0,
+                bytes: 1,
+            }],
+            damage: Vec::new(),
+            unlisted: 1,
+            is_cut: false,
+            nameless: 1,
+            original: None,
+        };
+        let mut text = Vec::new();
+        recovery.write_text(&mut text).unwrap();
+        assert_eq!(
+            String::from_utf8(text).unwrap(),
+            "saved part of a.mcap: 1 message, 1 byte received; 1 byte is lost\n  \
+             lost: 1 byte received after byte 0\n  lost or skipped: 1 more part\n  \
+             skipped: 1 message of unknown topics\n"
+        );
     }
 }

@@ -127,11 +127,19 @@ fn infrared(state: &StateLine, robot: &Robot) -> String {
     } else {
         robot.infrared.map(|last| last.value)
     };
-    match seen {
-        Some(Infrared::Left) => format!("something near on the left; {}", moving(state)),
-        Some(Infrared::Right) => format!("something near on the right; {}", moving(state)),
-        Some(Infrared::Both) => format!("something near ahead; {}", moving(state)),
-        _ => moving(state).to_owned(),
+    match seen.and_then(near) {
+        Some(near) => format!("{near}; {}", moving(state)),
+        None => moving(state).to_owned(),
+    }
+}
+
+/// What the infrared detectors report as text; `None` without an object.
+const fn near(infrared: Infrared) -> Option<&'static str> {
+    match infrared {
+        Infrared::Left => Some("something near on the left"),
+        Infrared::Right => Some("something near on the right"),
+        Infrared::Both => Some("something near ahead"),
+        Infrared::None | Infrared::Jammed | Infrared::NotFitted => None,
     }
 }
 
@@ -211,7 +219,9 @@ fn prowl(state: &StateLine, robot: &Robot) -> String {
             distance_in(state, target)
         ),
         (None, _) => match blind(state, robot)[..] {
-            [] => "nothing in the way".to_owned(),
+            [] => near(state.infrared)
+                .unwrap_or("nothing in the way")
+                .to_owned(),
             ref layers => format!("drives without {}", layers.join(", ")),
         },
     }
@@ -225,10 +235,13 @@ fn wheels(state: &StateLine) -> String {
     )
 }
 
-/// Names of the fitted layers and guards against obstacles that are off.
+/// Names of the fitted layers and guards against obstacles that are off or jammed.
 fn blind(state: &StateLine, robot: &Robot) -> Vec<&'static str> {
     let is_off = |layer: &Layer| {
-        state.layers.get(*layer) == LayerState::Off && !robot.lacks(*layer) || robot.forbids(*layer)
+        let is_jammed = *layer == Layer::Infrared && state.infrared == Infrared::Jammed;
+        is_jammed
+            || state.layers.get(*layer) == LayerState::Off && !robot.lacks(*layer)
+            || robot.forbids(*layer)
     };
     let layers = [Layer::Bumpers, Layer::Infrared, Layer::Sonar];
     let layers = layers.into_iter().filter(is_off).map(words::layer);

@@ -12,6 +12,7 @@ use super::lines::{LINE_MAX, TooLong};
 use super::status::StatusJson;
 use crate::event::{CommandId, CommandStatus, Failure, Moment, Truth};
 use crate::request::{Request, Standing};
+use groundwave_captures::words::counted;
 
 /// Maximum number of clients. When all wait for a command, one more may connect, to send STOP.
 pub const CLIENTS_MAX: usize = 16;
@@ -147,8 +148,9 @@ impl Broker {
     pub fn handle_too_slow(&mut self, client: ClientId, unread_bytes: usize) {
         if let Some(gone) = self.clients.remove(&client) {
             self.outputs.push_back(Output::Warning(format!(
-                "{} stopped reading and was cut off, {unread_bytes} bytes unread",
-                gone.peer
+                "{} stopped reading and was cut off, {} unread",
+                gone.peer,
+                counted(unread_bytes as u64, "byte")
             )));
         }
     }

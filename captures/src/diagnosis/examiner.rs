@@ -12,6 +12,7 @@ use super::Finding;
 use super::conduct::Conduct;
 use super::kind::{self, Kind};
 use super::{checksum, forms};
+use crate::words::counted;
 
 /// Minimum number of occurrences of a mistake that the radio may also cause.
 const RECURS: u64 = 3;
@@ -444,7 +445,10 @@ fn shape(line: &[u8]) -> Option<(&'static Kind, Option<usize>, String)> {
             let covered = length - 2 - crc::CHARACTERS;
             if found > length && is_sealed(content, covered) {
                 let extra = found - length;
-                let text = format!("line {letter} has {extra} bytes before its CR LF");
+                let text = format!(
+                    "line {letter} has {} before its CR LF",
+                    counted(extra as u64, "byte")
+                );
                 return Some((kind::LINE_END, Some(length - 1), text));
             }
             let (column, place) = match misread(content) {

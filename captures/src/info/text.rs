@@ -123,7 +123,12 @@ impl Info {
                 .unit
                 .as_deref()
                 .map_or(String::new(), |unit| format!(" {unit}"));
-            write!(output, "field      {}: {} values", field.name, field.values)?;
+            write!(
+                output,
+                "field      {}: {}",
+                field.name,
+                counted(field.values, "value")
+            )?;
             match (field.least, field.greatest) {
                 (Some(least), Some(greatest)) => writeln!(output, ", {least} to {greatest}{unit}")?,
                 _ => writeln!(output)?,

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
+use crate::words::counted;
+
 /// Reason why a part of a file cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
@@ -49,7 +51,12 @@ impl fmt::Display for Damage {
         if *bytes == 0 {
             return write!(f, "{}", self.problem);
         }
-        write!(f, "{} ({bytes} bytes at byte {offset}", self.problem)?;
+        write!(
+            f,
+            "{} ({} at byte {offset}",
+            self.problem,
+            counted(*bytes, "byte")
+        )?;
         if let Some((first_ns, last_ns)) = self.times_ns {
             let s = last_ns.saturating_sub(first_ns) as f64 / 1e9;
             write!(f, ", {s:.1} s of the recording")?;

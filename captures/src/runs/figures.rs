@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use crate::statistics::{Damaged, Loss};
+use crate::words::counted;
 
 /// A place in the robot's frame: east and north, inches.
 pub type Place = (f64, f64);
@@ -217,8 +218,8 @@ impl Comparison {
             if run.odometer_resets > 0 {
                 writeln!(
                     output,
-                    "run {number} reset its odometer {} times; closing error and path count from the last reset",
-                    run.odometer_resets
+                    "run {number} reset its odometer {}; closing error and path count from the last reset",
+                    counted(run.odometer_resets.into(), "time")
                 )?;
             }
         }

@@ -401,11 +401,25 @@ impl Deriver {
     ///
     /// # Errors
     /// The errors of `take`.
-    pub fn finish<E>(
+    pub fn flush<E>(
         &mut self,
         mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.give_pending(&mut take)
+    }
+
+    /// Takes the end of the recording: writes the bytes of an unfinished line, the outages whose number of lost lines is not
+    /// final, and the silence that lasts until the latest message.
+    ///
+    /// # Errors
+    /// The errors of `take`.
+    pub fn finish<E>(
+        &mut self,
+        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.give_pending(&mut take)?;
+        self.outages.finish(Moment::from_nanos(self.now_ns));
+        self.give_outages(&mut take)
     }
 
     fn give_pending<E>(

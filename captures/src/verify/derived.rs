@@ -13,6 +13,7 @@ use super::Verdict;
 use crate::messages::{RawBytes, StationEvent};
 use crate::own_lines;
 use crate::topics::{Deriver, Origin, RAW_RX, Topic, TopicMessage};
+use crate::words::counted;
 
 /// Maximum number of derived messages of a topic that wait for the recording's messages.
 const WAITING_MAX: usize = 512;
@@ -42,6 +43,8 @@ struct Queue {
 pub(super) struct Derived {
     deriver: Deriver,
     queues: BTreeMap<Topic, Queue>,
+    /// The latest message of [`Topic::Outages`]; it may follow from the end of the recording.
+    held: Option<(MessageHeader, Vec<u8>)>,
     /// Whether the recording is complete from its beginning, so that every message and time must be equal.
     is_exact: bool,
 }
@@ -51,6 +54,7 @@ impl Derived {
         Self {
             deriver: Deriver::new(),
             queues: BTreeMap::new(),
+            held: None,
             is_exact: false,
         }
     }
@@ -93,7 +97,7 @@ impl Derived {
             let Ok(()) = self.deriver.skip_rx(missing, &mut take);
         }
         let Ok(()) = self.deriver.handle_rx(at_ns, bytes, &mut take);
-        let Ok(()) = self.deriver.finish(&mut take);
+        let Ok(()) = self.deriver.flush(&mut take);
     }
 
     /// Takes a message of any other topic: an event of the station, or a derived message.
@@ -110,6 +114,12 @@ impl Derived {
                 if let Ok(sent) = RawBytes::decode(data) {
                     let nowhere = |_: TopicMessage<'_>| Ok::<(), Infallible>(());
                     let Ok(()) = self.deriver.handle_tx(header.log_time, &sent.data, nowhere);
+                }
+                return;
+            }
+            Topic::Outages => {
+                if let Some((header, data)) = self.held.replace((header, data.to_vec())) {
+                    self.compare(topic, header, &data, verdict);
                 }
                 return;
             }
@@ -158,15 +168,22 @@ impl Derived {
         verdict.derived_unchecked += 1;
     }
 
-    /// Reports expected messages that are missing on the recording's topics.
-    pub(super) fn finish(&self, has: impl Fn(Topic) -> bool, verdict: &mut Verdict) {
+    /// Takes the end of the recording; reports expected messages that are missing on its topics.
+    pub(super) fn finish(mut self, has: impl Fn(Topic) -> bool, verdict: &mut Verdict) {
+        let (queues, is_exact) = (&mut self.queues, self.is_exact);
+        let Ok(()) = self.deriver.finish(|message| {
+            expect(queues, is_exact, &message);
+            Ok::<(), Infallible>(())
+        });
+        if let Some((header, data)) = self.held.take() {
+            self.compare(Topic::Outages, header, &data, verdict);
+        }
         for (topic, queue) in &self.queues {
             let count = queue.dropped + queue.expected.len();
             if queue.is_aligned && count > 0 && has(*topic) {
                 let name = topic.name();
-                verdict.fault(format!(
-                    "{count} messages that follow from {RAW_RX} are not on {name}"
-                ));
+                let messages = counted(count as u64, "message");
+                verdict.fault(format!("{name} lacks {messages} derived from {RAW_RX}"));
             }
         }
     }

@@ -159,11 +159,12 @@ impl Verdict {
         if self.form == Form::Mcap {
             let messages: u64 = self.messages.values().sum();
             let topics = self.messages.len();
-            writeln!(output, "messages   {messages} of {topics} topics")?;
+            let topics = counted(topics as u64, "topic");
+            writeln!(output, "messages   {messages} of {topics}")?;
             write!(
                 output,
-                "derived    {} messages follow from {RAW_RX}",
-                self.derived_equal
+                "derived    {} from {RAW_RX}",
+                counted(self.derived_equal, "message")
             )?;
             match self.derived_unchecked {
                 0 => writeln!(output)?,

@@ -19,6 +19,7 @@ use crate::session::Session;
 use crate::session_writer::LIBRARY;
 use crate::source::Form;
 use crate::topics::{RAW_RX, Topic};
+use crate::words::counted;
 
 /// Verifies an MCAP file, and that a raw text holds the same bytes.
 ///
@@ -145,7 +146,10 @@ impl Check {
         };
         if missing > 0 {
             self.verdict.missing_bytes = self.verdict.missing_bytes.saturating_add(missing);
-            let what = format!("{RAW_RX}: {missing} bytes are missing at {received}");
+            let what = format!(
+                "{RAW_RX}: {} missing at {received}",
+                counted(missing, "byte")
+            );
             self.verdict.fault(what);
             self.lines.skip();
             self.derived.lose_track();
@@ -180,10 +184,13 @@ impl Check {
                 if self.in_summary && self.verdict.fault_count == 0 =>
             {
                 let found: u64 = self.verdict.messages.values().sum();
-                let counted: u64 = statistics.channel_message_counts.values().sum();
-                if statistics.message_count != found || counted != found {
+                let by_channel: u64 = statistics.channel_message_counts.values().sum();
+                if statistics.message_count != found || by_channel != found {
                     let said = statistics.message_count;
-                    let what = format!("the statistics say {said} messages; there are {found}");
+                    let what = format!(
+                        "the statistics say {}; there are {found}",
+                        counted(said, "message")
+                    );
                     self.verdict.fault(what);
                 }
             }

@@ -1,6 +1,7 @@
 //! The holder of the motors, its share, and too many changes.
 
 use super::*;
+use groundwave_protocol::status_codes::Infrared;
 
 #[test]
 fn shares_come_from_the_robots_count_of_ticks_across_its_wrap() {
@@ -138,6 +139,18 @@ fn nothing_in_the_way_needs_free_switches_turning_wheels_and_every_layer() {
         crate::model::why::why(Holder::Prowl, &scene.state, &facts.robot, scene.now)
     };
     assert_eq!(sentence(&scene), "nothing in the way");
+    for (infrared, expected) in [
+        (Infrared::Left, "something near on the left"),
+        (Infrared::Right, "something near on the right"),
+        (Infrared::Both, "something near ahead"),
+        (Infrared::Jammed, "drives without infrared"),
+        (Infrared::NotFitted, "nothing in the way"),
+        (Infrared::None, "nothing in the way"),
+    ] {
+        scene.state.infrared = infrared;
+        scene.hear();
+        assert_eq!(sentence(&scene), expected);
+    }
     let off = [Layer::Bumpers, Layer::Infrared, Layer::Sonar];
     scene.status.allowed = off
         .into_iter()
