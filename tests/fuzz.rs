@@ -1,11 +1,11 @@
-//! Fuzzing of input: route and parameter files, configurations, commands, the shared socket and its clients, answers of a station,
-//! lines of any robot, worlds, captures and their labels. The tests of keys and scripts are beside their code.
+//! Fuzzing of input: route and parameter files, configurations, commands, the shared socket and its clients, the welcome and answers of
+//! a station, lines of any robot and their profiles, worlds, captures and their labels. The tests of keys and scripts are beside their code.
 //! `docs/fuzzing.md` describes longer runs.
 
-use std::io::Cursor;
+use std::io::{self, Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use groundwave::capture::cut::{Window, cut_mcap};
 use groundwave::capture::diagnosis::Diagnosis;
@@ -16,11 +16,13 @@ use groundwave::capture::verify::verify_mcap;
 use groundwave::capture::{Capture, Piece};
 use groundwave::commands::config;
 use groundwave::event::CommandId;
+use groundwave::io::share_client::{Halves, ShareClient};
 use groundwave::parameter_file::ParameterFile;
 use groundwave::request::Request;
 use groundwave::route;
 use groundwave::share::{
-    Broker, CallId, Calls, ClientId, ClientLine, Heard, Lines, Output, StationLine, StatusJson,
+    ANNOUNCEMENT, Address, Broker, CallId, Calls, ClientId, ClientLine, Heard, Lines, Output,
+    StationLine, StatusJson, is_announced,
 };
 use groundwave_lines::{FIELDS_MAX, Recognizer, runs};
 use sr04_sim::World;
@@ -165,6 +167,117 @@ fn fuzz_own_lines() {
                 assert_eq!(format!("{whole:?}"), format!("{:?}", read(&bytes, 7)));
             }
         });
+}
+
+/// A profile in a configuration, with any pattern, is refused or reads any lines, however their bytes are split, in bounded memory.
+#[test]
+fn fuzz_profile() {
+    const PROFILE: &str = "[robot.r.lines]\nform = \"regex\"\nchecksum = \"none\"\nfields = [{ name = \"t\", unit = \"C\", scale = 0.1, offset = -1, role = \"speed\", limits = { low = 1, high = 9 } }]\n";
+    const PATTERN: &str = r"^T(?<t>-?[0-9.]+);(?i:\p{L}{1,9}|(a*|b?)*){1,9}(?<n>\d+)?$";
+    const LINES: &str = "T21.5;aabA7\r\nT-1;\u{e9}\n\nT;;T9\n";
+    let read = |own: &Recognizer, bytes: &[u8], chunk: usize| {
+        let mut own = own.clone();
+        let chunks = bytes.chunks(chunk).flat_map(runs);
+        let lines: Vec<_> = chunks.filter_map(|run| own.take(run, false)).collect();
+        assert!(own.fields().count() <= FIELDS_MAX);
+        // A number that is none differs from itself.
+        format!("{lines:?}")
+    };
+    bolero::check!()
+        .with_iterations(ITERATIONS / 10)
+        .for_each(|bytes: &[u8]| {
+            let (of_profile, of_pattern) = bytes.split_at(bytes.len() / 2);
+            let pattern = edited(PATTERN, of_pattern);
+            let pattern = toml::Value::String(String::from_utf8_lossy(&pattern).into_owned());
+            let pattern = format!("{PROFILE}pattern = {pattern}\n");
+            let changed = edited(&pattern, of_profile);
+            for text in [pattern.as_bytes(), &changed] {
+                match config::parse(&String::from_utf8_lossy(text)) {
+                    Ok(config) => {
+                        let profiles = config.robots.values();
+                        for profile in profiles.filter_map(|robot| robot.lines.as_ref()) {
+                            let own = Recognizer::new(profile).unwrap();
+                            for bytes in [bytes.to_vec(), edited(LINES, bytes)] {
+                                let whole = read(&own, &bytes, bytes.len().max(1));
+                                assert_eq!(whole, read(&own, &bytes, 1));
+                                assert_eq!(whole, read(&own, &bytes, 7));
+                            }
+                        }
+                    }
+                    Err(mistakes) => {
+                        assert!(mistakes.iter().all(|mistake| !mistake.message.is_empty()));
+                    }
+                }
+            }
+        });
+}
+
+/// The first bytes of a link show early whether a station shares it. A client becomes one by a welcome alone, whatever comes before
+/// it, and loses no byte after it.
+#[test]
+fn fuzz_welcome() {
+    const LINES: &str = "{\"groundwave\":1}\n{\"groundwave\":1,\"link\":\"sim\",\"can_send\":true}\n{\"rx\":\"A\"}\n{\"code\":\"full\",\"error\":\"too many\"}\n";
+    bolero::check!()
+        .with_iterations(ITERATIONS)
+        .for_each(|bytes: &[u8]| {
+            for bytes in [bytes.to_vec(), edited(LINES, bytes)] {
+                let known = (0..=bytes.len()).find_map(|count| is_announced(&bytes[..count]));
+                assert_eq!(known, is_announced(&bytes));
+                assert!(known.is_some() || bytes.len() < ANNOUNCEMENT.len());
+                for chunk in [1, 7, bytes.len().max(1)] {
+                    let reading = Chunked(Cursor::new(bytes.clone()), chunk);
+                    let halves = Halves {
+                        reading: Box::new(reading),
+                        writing: Box::new(io::sink()),
+                        token: None,
+                    };
+                    let address = Address::Tcp("here:1".to_owned());
+                    let deadline = Instant::now() + Duration::from_secs(60);
+                    let greeted = ShareClient::greet(address, halves, true, deadline);
+                    let first = first_answer(&bytes);
+                    match greeted {
+                        Ok((client, welcome)) => {
+                            let (rest, line) = first.expect("a welcome");
+                            assert_eq!(line, StationLine::Welcome(welcome));
+                            let (mut halves, mut unread) = client.into_halves();
+                            halves.reading.read_to_end(&mut unread).unwrap();
+                            assert_eq!(unread, rest);
+                        }
+                        Err(error) => {
+                            assert!(!matches!(first, Some((_, StationLine::Welcome(_)))));
+                            let error = error.to_string();
+                            assert!(error.contains("here:1"), "{error}");
+                        }
+                    }
+                }
+            }
+        });
+}
+
+/// The first welcome or error of a station among its bytes, and the bytes after it.
+fn first_answer(mut bytes: &[u8]) -> Option<(&[u8], StationLine)> {
+    let mut lines = Lines::default();
+    while !bytes.is_empty() {
+        let (taken, line) = lines.take(bytes);
+        bytes = &bytes[taken..];
+        let line = line.ok().flatten();
+        if let Some(line @ (StationLine::Welcome(_) | StationLine::Error { .. })) =
+            line.and_then(|line| StationLine::parse(&line))
+        {
+            return Some((bytes, line));
+        }
+    }
+    None
+}
+
+/// A reader of at most so many bytes at once.
+struct Chunked(Cursor<Vec<u8>>, usize);
+
+impl Read for Chunked {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = buffer.len().min(self.1);
+        self.0.read(&mut buffer[..count])
+    }
 }
 
 /// The mistakes found in any lines do not depend on how their bytes are split.
