@@ -347,11 +347,17 @@ mod tests {
         Condition::from_words(&words.split(' ').collect::<Vec<_>>())
     }
 
-    /// The readings of the first lines of a sample.
-    fn readings(lines: usize) -> Readings {
-        let sample = include_bytes!("../captures/house-clean.txt");
+    /// The first lines of a robot.
+    const LINES: &str = r#"C00 04 000000 001 00.01 `````````````````` 000 000 000 0000 ---- -   (```$Q$OF
+B01 04 12.8 ----- ----- 000/000 !!V1+_ 03 090 116 UBTIS--D 001 00    (`T``\^GB
+A02 +000.0 +000.0 000 +12 +00 +00 +00 082 082 35 46 ....... P---s..- (```$HP:P
+A03 +000.0 +001.7 000 +12 +00 +05 +05 081 081 35 46 ....... P----..- (```$DL!L
+"#;
+
+    fn readings() -> Readings {
         let mut readings = Readings::default();
-        for received in Decoder::default().lines(sample).take(lines) {
+        let bytes = LINES.replace('\n', "\r\n");
+        for received in Decoder::default().lines(bytes.as_bytes()) {
             readings.take(&received);
         }
         readings
@@ -359,7 +365,7 @@ mod tests {
 
     #[test]
     fn a_condition_holds_by_the_latest_lines() {
-        let readings = readings(4);
+        let readings = readings();
         for (words, holds) in [
             ("mode prowl", Some(true)),
             ("mode home", Some(false)),
@@ -388,7 +394,7 @@ mod tests {
 
     #[test]
     fn an_empty_list_is_not_driven() {
-        let mut readings = readings(4);
+        let mut readings = readings();
         for (driven, count, holds) in [(0.0, 0.0, false), (2.0, 3.0, false), (3.0, 3.0, true)] {
             readings
                 .0

@@ -232,7 +232,7 @@ fn fuzz_welcome() {
                         token: None,
                     };
                     let address = Address::Tcp("here:1".to_owned());
-                    let deadline = Instant::now() + Duration::from_secs(60);
+                    let deadline = Instant::now() + Duration::from_mins(1);
                     let greeted = ShareClient::greet(address, halves, true, deadline);
                     let first = first_answer(&bytes);
                     match greeted {

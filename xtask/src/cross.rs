@@ -145,6 +145,11 @@ fn cargo(target: &str) -> Result<Command, String> {
         }
         X86 => link_static(&mut cargo, "X86_64", "x86_64")?,
         WINDOWS => {
+            // The linker would write the time into the program.
+            cargo.env(
+                "CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUSTFLAGS",
+                "-C link-arg=-Wl,--no-insert-timestamp",
+            );
             cargo.env(
                 "CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER",
                 format!("python3 {}/tests/systems/wine.py", root().display()),
