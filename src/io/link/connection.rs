@@ -27,8 +27,9 @@ const RECONNECT_TIMEOUT: Duration = Duration::from_millis(1200);
 /// Time for a shared link to announce itself.
 const ANNOUNCEMENT_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// First pause before another attempt at a shared link that made room for others; it doubles.
+/// First pause before another attempt at a shared link that made room for others; it doubles up to the longest.
 const SHARE_RETRY_PAUSE: Duration = Duration::from_millis(50);
+const SHARE_RETRY_PAUSE_MAX: Duration = Duration::from_millis(400);
 
 /// Pause between two attempts to open a link that does not exist yet.
 const ABSENCE_PAUSE: Duration = Duration::from_millis(250);
@@ -74,7 +75,7 @@ impl Connection {
                     if Instant::now() + pause < deadline =>
                 {
                     thread::sleep(pause);
-                    pause *= 2;
+                    pause = (pause * 2).min(SHARE_RETRY_PAUSE_MAX);
                 }
                 opened => return opened,
             }
