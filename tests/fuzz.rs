@@ -270,7 +270,7 @@ fn first_answer(mut bytes: &[u8]) -> Option<(&[u8], StationLine)> {
     None
 }
 
-/// A reader of at most so many bytes at once.
+/// A reader that returns at most this number of bytes per call.
 struct Chunked(Cursor<Vec<u8>>, usize);
 
 impl Read for Chunked {

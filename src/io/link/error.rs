@@ -45,7 +45,7 @@ pub enum OpenError {
     Another(String),
     /// Another terminal has the name of the one that has gone.
     #[error(
-        "{0} is another terminal now, not the robot's; start again with the robot's terminal, or make the link to it anew"
+        "{0} is another terminal now, not the robot's; start again with the robot's terminal, or recreate the link to it"
     )]
     AnotherTerminal(String),
     /// Several devices look like the one that was unplugged.

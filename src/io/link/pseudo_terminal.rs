@@ -37,7 +37,7 @@ impl PseudoTerminal {
         }
     }
 
-    /// Whether a terminal found under the same name is a stranger's: another one, behind links that nobody has made anew.
+    /// Whether a terminal found under the same name belongs to another program: it is not this one, and no link to it was recreated.
     pub(super) fn is_replaced_by(&self, now: &Self) -> bool {
         self.terminal != now.terminal && self.links == now.links
     }
