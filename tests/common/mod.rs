@@ -46,6 +46,9 @@ pub fn on_all_cores<T: Send>(seeds: Range<u64>, run: impl Fn(u64) -> T + Sync) -
     thread::scope(|scope| {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(|| {
+                // Tests in real time run beside these. On Linux, this concerns only the thread and its programs.
+                #[cfg(target_os = "linux")]
+                rustix::process::nice(10).expect("a lower priority");
                 loop {
                     let seed = next.fetch_add(1, Ordering::Relaxed);
                     if seed >= seeds.end {
