@@ -59,7 +59,7 @@ pub(crate) fn build_with(board: &Path, options: &[&str], target: &str) -> Result
     )
 }
 
-/// Runs the compiler as cargo wants it, but identifies a crate by its name alone. Cargo's identifiers contain the
+/// Runs the compiler as cargo wants it, but identifies a crate by its name and version alone. Cargo's identifiers contain the
 /// folder, from them come the names of symbols, and from those the order of functions: the program would depend on the
 /// folder where it is built.
 pub(crate) fn rustc(arguments: &[String]) -> ExitCode {
@@ -67,8 +67,9 @@ pub(crate) fn rustc(arguments: &[String]) -> ExitCode {
         .iter()
         .skip_while(|word| *word != "--crate-name")
         .nth(1);
+    let version = env::var("CARGO_PKG_VERSION").unwrap_or_default();
     let mut words = arguments.iter().map(|word| match name {
-        Some(name) if word.starts_with("metadata=") => format!("metadata={name}"),
+        Some(name) if word.starts_with("metadata=") => format!("metadata={name}-{version}"),
         _ => word.clone(),
     });
     let status = Command::new(words.next().unwrap_or_default())
