@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::cross::{self, ARM, WINDOWS, X86};
-use crate::{capture, mega, root, run};
+use crate::{capture, licences, mega, root, run};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -171,17 +171,26 @@ fn stage_files(stage: &Path, target: &str) -> Result<(), String> {
             copy(&folder.join("xtask/dist").join(name), &stage.join(name))?;
         }
     }
-    let licences = [
+    write(&stage.join("LICENSES"), &licence_texts(target)?)
+}
+
+/// The licences of the program, of everything linked into it, and of what the Mega's program is linked with.
+fn licence_texts(target: &str) -> Result<String, String> {
+    let mut files = vec![
         "LICENSE-MIT",
         "LICENSE-APACHE",
         "captures/src/picture/font/LICENSE.txt",
-        // The Mega's program is linked with it.
         "/usr/share/doc/avr-libc/copyright",
-    ]
-    .map(|name| read(&folder.join(name)))
-    .into_iter()
-    .collect::<Result<Vec<_>, _>>()?;
-    write(&stage.join("LICENSES"), &licences.join("\n---\n\n"))
+    ];
+    if target != WINDOWS {
+        files.push("/usr/share/doc/musl-dev/copyright");
+    }
+    let mut texts = vec![];
+    for name in files {
+        texts.push(read(&root().join(name))?);
+    }
+    texts.push(licences::notices(target)?);
+    Ok(texts.join("\n---\n\n"))
 }
 
 /// Gives every file the commit's time and the permissions of an installed file.

@@ -20,6 +20,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
+use serde_json::Value;
+
 /// Name and function of a step; the function returns an error message.
 type Step = (&'static str, fn() -> Result<(), String>);
 
@@ -206,6 +208,16 @@ fn capture(command: &mut Command) -> Result<String, String> {
         ));
     }
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// What cargo knows of the workspace's packages.
+fn metadata(options: &[&str]) -> Result<Value, String> {
+    let text = capture(
+        Command::new(cargo_path())
+            .args(["metadata", "--format-version", "1", "--locked"])
+            .args(options),
+    )?;
+    serde_json::from_str(&text).map_err(|error| format!("cannot read cargo metadata: {error}"))
 }
 
 fn root() -> PathBuf {

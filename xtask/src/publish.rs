@@ -5,22 +5,12 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use serde_json::Value;
-
-use crate::{capture, root, run};
+use crate::{root, run};
 
 /// Packs and builds the crates as `cargo publish` does, and runs the tests of the unpacked crates.
 pub(crate) fn check() -> Result<(), String> {
     super::cargo(&["publish", "--workspace", "--dry-run", "--locked"])?;
-    let metadata = capture(Command::new(super::cargo_path()).args([
-        "metadata",
-        "--no-deps",
-        "--format-version",
-        "1",
-        "--locked",
-    ]))?;
-    let metadata: Value = serde_json::from_str(&metadata)
-        .map_err(|error| format!("cannot read cargo metadata: {error}"))?;
+    let metadata = super::metadata(&["--no-deps"])?;
     let packages = metadata["packages"]
         .as_array()
         .ok_or("cargo metadata lists no packages")?;
