@@ -8,7 +8,7 @@ use crate::witness::Trial;
 use groundwave::event::CommandStatus;
 use groundwave_protocol::arq;
 use groundwave_protocol::status_codes::Mode;
-use sr04_firmware::board::Duplex;
+use sr04_firmware::board::{Duplex, HC_12_PATIENCE_BYTES};
 use sr04_sim::Simulation;
 
 const SEEDS: u64 = 50;
@@ -168,8 +168,6 @@ fn half_duplex() {
     });
 }
 
-/// An HC-12 collects 60 bytes, sends them for an eighth of a second and waits. More than half a second passes between
-/// the robot's last byte and the first byte of a long answer, so the robot must wait that long.
 #[test]
 fn buffered_modules() {
     let also = ["", ",ber=1e-4", ",out=2s..5s,out=8s..11s"];
@@ -178,7 +176,7 @@ fn buffered_modules() {
         if seed % 2 == 0 {
             Setting::half(format!("modem=xbee{also}"), 60, 200)
         } else {
-            Setting::half(format!("modem=hc-12{also}"), 160, 400)
+            Setting::half(format!("modem=hc-12{also}"), HC_12_PATIENCE_BYTES, 400)
         }
     });
 }

@@ -116,13 +116,17 @@ pub enum Duplex {
     /// One end sends at a time; the robot announces when it listens.
     Half {
         /// Byte times of silence after which the robot sends again: the ground station's delay and the modem's
-        /// delay both ways. [`PATIENCE_BYTES`] for a radio that transmits bytes without delay.
+        /// delay both ways: [`PATIENCE_BYTES`] or [`HC_12_PATIENCE_BYTES`].
         patience_bytes: u8,
     },
 }
 
 /// Patience on a half-duplex radio that transmits bytes without delay.
 pub const PATIENCE_BYTES: u8 = 16;
+
+/// Patience behind HC-12 modules. They collect 60 bytes and send them for an eighth of a second, so more than half a
+/// second passes between the robot's last byte and the first byte of a long answer.
+pub const HC_12_PATIENCE_BYTES: u8 = 160;
 
 /// Left or right, as seen from the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,8 +5,8 @@ use std::io::ErrorKind;
 use groundwave_protocol::BYTES_PER_S;
 use sr04_sim::serve::{Endpoint, ServeError, ServeOptions, Server, serve};
 use sr04_sim::{
-    ChannelSpec, Duplex, Modem, Outline, OutlineKind, PATIENCE_BYTES, SimulationConfig, World,
-    WorldError,
+    ChannelSpec, Duplex, HC_12_PATIENCE_BYTES, Modem, Outline, OutlineKind, PATIENCE_BYTES,
+    SimulationConfig, World, WorldError,
 };
 
 use super::cli::Simulated;
@@ -23,9 +23,6 @@ const DEFAULT_WORLD: &str = "house";
 
 /// Id of the simulated robot.
 pub(super) const ROBOT_ID: u8 = 4;
-
-/// Time for which a robot behind HC-12 modules waits for an answer, in byte times (tests/link.rs).
-const HC_12_PATIENCE_BYTES: u8 = 160;
 
 /// Time for which a robot behind `XBee` modules waits for an answer, in byte times.
 const XBEE_PATIENCE_BYTES: u8 = 60;

@@ -3,9 +3,10 @@
 //! Needs rustc-web, cargo-web and rust-web-src, or `RUSTC` and `CARGO_DEBIAN` set to another compiler with its sources for
 //! `-Zbuild-std` (a nightly).
 
-use std::env;
-use std::path::Path;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use std::{env, iter};
 
 /// Set in the environment when cargo starts this program in place of the compiler: see [`rustc`].
 pub(crate) const AS_RUSTC: &str = "XTASK_AS_RUSTC";
@@ -36,8 +37,15 @@ pub(crate) fn cargo() -> Command {
     cargo
         .env("RUSTC", variable("RUSTC", "/usr/bin/rustc"))
         .env("RUSTC_BOOTSTRAP", "1")
-        .env("PATH", format!("/usr/bin:{}", variable("PATH", "")));
+        .env("PATH", path());
     cargo
+}
+
+/// Debian's compilers before all others.
+fn path() -> OsString {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let first = iter::once(PathBuf::from("/usr/bin"));
+    env::join_paths(first.chain(env::split_paths(&path))).unwrap_or(path)
 }
 
 /// Builds a board's program, which is a separate workspace.

@@ -18,6 +18,12 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 const TARGETS: [(&str, Option<&str>); 3] =
     [(X86, Some("amd64")), (ARM, Some("arm64")), (WINDOWS, None)];
 
+/// The Arduino Mega's programs, each with its build options.
+const MEGA_PROGRAMS: [(&str, &[&str]); 2] = [
+    ("mega2560.hex", &[]),
+    ("mega2560-half-duplex.hex", &["--features", "half-duplex"]),
+];
+
 /// Places of the parts in a Debian package.
 const PLACES: [(&str, &str); 8] = [
     ("groundwave", "usr/bin/groundwave"),
@@ -165,7 +171,9 @@ fn stage_files(stage: &Path, target: &str) -> Result<(), String> {
         .arg(folder.join("protocol/c"))
         .arg(stage.join("c")))?;
     copy(&folder.join("protocol/SPEC.md"), &stage.join("c/SPEC.md"))?;
-    copy(&mega::build_hex(&[])?, &stage.join("mega2560.hex"))?;
+    for (name, options) in MEGA_PROGRAMS {
+        copy(&mega::build_hex(options)?, &stage.join(name))?;
+    }
     if target != WINDOWS {
         for name in ["60-groundwave.rules", "groundwave@.service"] {
             copy(&folder.join("xtask/dist").join(name), &stage.join(name))?;

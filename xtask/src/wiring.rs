@@ -8,14 +8,19 @@ use crate::root;
 /// A part with its wires: the part's name of each, and the board's.
 struct Part {
     name: &'static str,
-    note: &'static str,
+    /// What else it needs.
+    notes: &'static [&'static str],
     wires: &'static [(&'static str, &'static str)],
 }
 
 const LEFT: &[Part] = &[
     Part {
         name: "Motor driver TB6612FNG",
-        note: "10 k\u{3a9} from each wire to ground",
+        notes: &[
+            "VM to the battery, VCC and STBY to 5 V",
+            "AO1, AO2: left motor; BO1, BO2: right",
+            "10 k\u{3a9} from each wire below to ground",
+        ],
         wires: &[
             ("PWMA (left)", "D11"),
             ("PWMB (right)", "D12"),
@@ -27,12 +32,12 @@ const LEFT: &[Part] = &[
     },
     Part {
         name: "Wheel encoders",
-        note: "open collector or 5 V",
+        notes: &["open collector or 5 V"],
         wires: &[("left", "D2"), ("right", "D3")],
     },
     Part {
         name: "Sonars HC-SR04",
-        note: "",
+        notes: &["5 V"],
         wires: &[
             ("left TRIG", "D26"),
             ("left ECHO", "D49"),
@@ -42,7 +47,7 @@ const LEFT: &[Part] = &[
     },
     Part {
         name: "Bumper and top-hat switches",
-        note: "each to ground",
+        notes: &["each to ground"],
         wires: &[
             ("left", "D47"),
             ("centre", "D46"),
@@ -52,7 +57,11 @@ const LEFT: &[Part] = &[
     },
     Part {
         name: "Edge sensors TCRT5000",
-        note: "high without floor",
+        notes: &[
+            "modules with a comparator, 5 V",
+            "high without floor; one on each input,",
+            "or several behind an OR gate (74HC32)",
+        ],
         wires: &[
             ("ahead", "D37"),
             ("ahead left", "D36"),
@@ -69,27 +78,30 @@ const LEFT: &[Part] = &[
 const RIGHT: &[Part] = &[
     Part {
         name: "Radio HC-12 or USB adapter",
-        note: "",
+        notes: &["5 V; both modules at 2400 baud"],
         wires: &[("RXD", "D18 (TX1)"), ("TXD", "D19 (RX1)")],
     },
     Part {
         name: "Infrared LEDs",
-        note: "behind a transistor, 38 kHz",
+        notes: &[
+            "each with 68 \u{3a9} from 5 V to the collector",
+            "of a transistor, emitter to ground",
+        ],
         wires: &[("base, 1 k\u{3a9}", "D10")],
     },
     Part {
         name: "Infrared receivers TSSP4038",
-        note: "",
+        notes: &["5 V through 100 \u{3a9}, 4.7 \u{b5}F to ground"],
         wires: &[("left", "A8"), ("right", "A9")],
     },
     Part {
         name: "Motion detectors HC-SR501",
-        note: "on the arm",
+        notes: &["on the arm, 5 V"],
         wires: &[("left", "A10"), ("right", "A11")],
     },
     Part {
         name: "Dock",
-        note: "contacts: 20 k\u{3a9} and 10 k\u{3a9} to ground",
+        notes: &["contacts: 20 k\u{3a9} and 10 k\u{3a9} to ground"],
         wires: &[
             ("beacon left", "A12"),
             ("beacon right", "A13"),
@@ -98,22 +110,25 @@ const RIGHT: &[Part] = &[
     },
     Part {
         name: "Photocells",
-        note: "each to ground, 10 k\u{3a9} to 5 V",
+        notes: &["each to ground, 10 k\u{3a9} to 5 V"],
         wires: &[("left", "A0"), ("right", "A1")],
     },
     Part {
         name: "Battery 12 V",
-        note: "20 k\u{3a9}, and 10 k\u{3a9} to ground",
+        notes: &["20 k\u{3a9}, and 10 k\u{3a9} to ground"],
         wires: &[("divider", "A2")],
     },
     Part {
         name: "Arm's servo, beeper",
-        note: "",
+        notes: &["the servo's 5 V from the regulator"],
         wires: &[("servo", "D5"), ("beeper", "D4")],
     },
     Part {
         name: "Display HD44780 (optional)",
-        note: "R/W to ground",
+        notes: &[
+            "5 V; R/W to ground",
+            "V0: middle of a 10 k\u{3a9} trimmer, contrast",
+        ],
         wires: &[
             ("RS", "D17"),
             ("E", "D16"),
@@ -134,8 +149,7 @@ const PARTS: [u32; 2] = [290, 610];
 const BOARD: [u32; 2] = [380, 520];
 
 fn rows(part: &Part) -> u32 {
-    let head = if part.note.is_empty() { 1 } else { 2 };
-    head + part.wires.len() as u32
+    1 + part.notes.len() as u32 + part.wires.len() as u32
 }
 
 fn height(parts: &[Part]) -> u32 {
@@ -195,13 +209,13 @@ fn draw(svg: &mut String, parts: &[Part], is_right: bool) {
             left + 10,
             part.name
         );
-        if !part.note.is_empty() {
+        for note in part.notes {
             line += ROW;
             let _ = writeln!(
                 svg,
                 "<text x=\"{}\" y=\"{line}\" fill=\"#555555\">{}</text>",
                 left + 10,
-                part.note
+                note
             );
         }
         for (name, at) in part.wires {

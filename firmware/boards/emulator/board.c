@@ -4,13 +4,14 @@
 
    Commands and their answers; words are little endian:
      S  step: edges of both encoders (1 byte each), levels of C, L and K, millivolts of A0, A1, A2 (2 bytes each), number of
-        bytes from the radio (1 byte), the bytes. Answer: pulse widths (2 bytes), port A, flags (1 LEDs on, 2 and 4 left and right
-        sonar triggered), tone in Hz, servo in us, awake cycles (2 bytes each), number of bytes to the radio (2 bytes), the
-        bytes, number of traced bytes before a reset of the chip, or 65,535 (2 bytes), number of traced bytes (2 bytes), the
+        bytes from the radio (1 byte), the bytes. Answer: pulse widths (2 bytes), port A, flags (1 and 2 left and right sonar
+        triggered), the LEDs' carrier and the tone in Hz, the servo's pulse in us if there are 50 a second, awake cycles
+        (2 bytes each), number of bytes to the radio (2 bytes), the bytes, number of traced bytes before a reset of the chip, or 65,535 (2 bytes), number of traced bytes (2 bytes), the
         bytes.
      E  echo: side (0 or 1), pulse in us (4 bytes). The pulse begins 0.45 ms after the command.
      P  power lost and restored: RAM has other contents, and a byte of EEPROM that was being written is damaged.
-     W  power is lost in the middle of a write of the EEPROM, the next one counted as 1 (2 bytes), or of none (0).
+     W  a reset in the middle of a write of the EEPROM, the next one counted as 1 (2 bytes), or of none (0); its reason (1
+        byte): 1 as P, 4 as B.
      B  brown-out: a reset in which RAM keeps its contents.
      H  the program hangs at its present place, with interrupts on or off (1 byte).
      X  the program calls the function at an address (4 bytes).
@@ -34,9 +35,9 @@
 enum {
     STEP_CYCLES = 16000,
     PORTA = 0x22, TIFR4 = 0x39, EECR = 0x3F, EEARL = 0x41, TCCR0A = 0x44, TCCR0B = 0x45, OCR0A = 0x47, GPIOR1 = 0x4A, MCUSR = 0x54,
-    OCR1A = 0x88, OCR1B = 0x8A, OCR3A = 0x98, TCCR2A = 0xB0,
+    OCR1A = 0x88, OCR1B = 0x8A, ICR3 = 0x96, OCR3A = 0x98, TCCR2A = 0xB0, TCCR2B = 0xB1, OCR2A = 0xB3,
     PORTH = 0x102, DISPLAY_WAKES = 6,
-    WRITES = 2, ENABLES_WRITE = 4, WRITE_US = 3400,
+    READS = 1, WRITES = 2, ENABLES_WRITE = 4, WRITE_US = 3400, SERVO_COUNTS = 40000,
     RAM = 0x200, PAINT = 0xC5,
     BEFORE_ECHO_US = 450, WATCHDOG_US = 125000, RECEIVER_BYTES = 2, QUEUE = 4096, TRACE = 65534, NO_RESET = 65535
 };
@@ -75,8 +76,9 @@ static struct {
     uint16_t address;
     avr_cycle_count_t end;
     int enabled;
-    /* Writes up to the one in which power is lost. */
+    /* Writes up to the one with a reset, and the reason. */
     uint16_t to_loss;
+    uint8_t reason;
     int is_lost;
 } writing;
 
@@ -126,7 +128,10 @@ static uint16_t pair(int address) {
 }
 
 static void set_pin(char port, int bit, int level) {
-    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), bit), level);
+    avr_irq_t *pin = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), bit);
+    /* A reset clears the register of a pin, and the model would not raise an equal level again. */
+    pin->flags |= IRQ_FLAG_INIT;
+    avr_raise_irq(pin, level);
 }
 
 /* Timers. */
@@ -226,12 +231,14 @@ static avr_cycle_count_t end_power(avr_t *chip, avr_cycle_count_t when, void *un
 
 static void write_eecr(avr_t *chip, avr_io_addr_t address, uint8_t value, void *unused) {
     (void)address, (void)unused;
+    int is_busy = chip->cycle < writing.end;
+    if (is_busy && value & READS) fail("the EEPROM is read during a write");
     if (writing.enabled && value & WRITES) {
-        if (chip->cycle < writing.end) fail("a write of the EEPROM within another");
+        if (is_busy) fail("a write of the EEPROM within another");
         writing.address = pair(EEARL);
         writing.end = chip->cycle + (uint64_t)WRITE_US * chip->frequency / 1000000;
         if (writing.to_loss && !--writing.to_loss)
-            avr_cycle_timer_register_usec(chip, WRITE_US / 2, end_power, NULL);
+            avr_cycle_timer_register_usec(chip, WRITE_US / 8, end_power, NULL);
     }
     writing.enabled = (value & ENABLES_WRITE) != 0;
 }
@@ -294,6 +301,8 @@ static void note_reset(avr_t *chip) {
     display.halves = 0;
     writing.enabled = 0;
     wheels.edges[0] = wheels.edges[1] = 0;
+    /* The timers that would end the echoes are gone. */
+    for (int side = 0; side < 2; side++) set_pin('L', side, 0);
     for (int i = 0; i < 8; i++) avr_extint_set_strict_lvl_trig(chip, i, 0);
     avr_cycle_timer_register(chip, STEP_CYCLES, end_step, NULL);
 }
@@ -305,7 +314,6 @@ static void watch_stack(void) {
 static void reset(uint8_t reason) {
     avr_reset(avr);
     avr->data[MCUSR] = reason;
-    writing.end = 0;
 }
 
 static void lose_power(void) {
@@ -314,6 +322,7 @@ static void lose_power(void) {
         avr_eeprom_desc_t byte = {.ee = &damaged, .offset = writing.address, .size = 1};
         avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &byte);
     }
+    writing.end = 0;
     for (int address = RAM; address <= avr->ramend; address++) avr->data[address] = random_byte();
     watch_stack();
     reset(1);
@@ -366,7 +375,10 @@ static void step(void) {
         }
         if (writing.is_lost) {
             writing.is_lost = 0;
-            lose_power();
+            if (writing.reason == 1)
+                lose_power();
+            else
+                reset(writing.reason);
         }
         /* The model counts 11 bits a byte. */
         if (uart->cycles_per_byte && uart->cycles_per_byte != byte_cycles)
@@ -374,13 +386,16 @@ static void step(void) {
     }
     uint32_t divisor = (avr->data[TCCR0B] & 7) == 3 ? 64 : 256;
     int has_tone = avr->data[TCCR0B] & 7 && avr->data[TCCR0A] & 0x10;
-    done.flags |= avr->data[TCCR2A] & 0x40 ? 1 : 0;
+    int has_carrier = avr->data[TCCR2A] & 0x40 && (avr->data[TCCR2B] & 7) == 1;
+    uint32_t carrier_hz = has_carrier ? avr->frequency / 2 / (avr->data[OCR2A] + 1) : 0;
+    int has_pulses = pair(ICR3) + 1 == SERVO_COUNTS;
     putc(avr->data[OCR1A], answers);
     putc(avr->data[OCR1B], answers);
     putc(avr->data[PORTA], answers);
     putc(done.flags, answers);
+    write_word(carrier_hz > 0xFFFF ? 0xFFFF : carrier_hz, 2);
     write_word(has_tone ? avr->frequency / 2 / divisor / (avr->data[OCR0A] + 1) : 0, 2);
-    write_word((pair(OCR3A) + 1) / 2, 2);
+    write_word(has_pulses ? (pair(OCR3A) + 1) / 2 : 0, 2);
     write_word(avr->cycle - begin - done.asleep, 2);
     write_word(done.sends, 2);
     fwrite(done.sent, 1, done.sends, answers);
@@ -432,7 +447,7 @@ static void start(const char *program) {
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('1'), UART_IRQ_OUTPUT), note_sent, NULL);
     for (intptr_t side = 0; side < 2; side++)
         avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('A'), 4 + side), note_trigger,
-                                (void *)(side ? (intptr_t)4 : (intptr_t)2));
+                                (void *)(side + 1));
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('H'), 1), note_display, NULL);
     watch_pending(&clock_a);
     watch_pending(&capture_4);
@@ -465,7 +480,7 @@ int main(int count, char **arguments) {
             break;
         }
         case 'P': lose_power(); break;
-        case 'W': writing.to_loss = read_word(2); break;
+        case 'W': writing.to_loss = read_word(2); writing.reason = read_byte(); break;
         case 'B': reset(4); break;
         case 'H': begin_hang(); break;
         case 'X': avr->pc = read_word(4); avr->state = cpu_Running; break;

@@ -156,6 +156,25 @@ pub fn write_outputs(port: &mut impl Port, outputs: Outputs, parameters: &Parame
     }
 }
 
+/// Reads the outputs that [`write_outputs`] wrote.
+pub fn read_outputs(port: &mut impl Port) -> Outputs {
+    let (pwm_left, pwm_right) = (read_pair(port) as i16, read_pair(port) as i16);
+    let note_hz = read_pair(port);
+    let flags = port.read();
+    Outputs {
+        pwm_left,
+        pwm_right,
+        note_hz,
+        ping: match flags & 3 {
+            1 => Some(Side::Left),
+            2 => Some(Side::Right),
+            _ => None,
+        },
+        arm_up: flags & 4 != 0,
+        keep_parameters: flags & 8 != 0,
+    }
+}
+
 /// Writes the result of [`Call::Infrared`].
 pub fn write_leds(port: &mut impl Port, leds_on: bool) {
     port.write(u8::from(leds_on));
@@ -209,7 +228,8 @@ fn write_inputs(port: &mut impl Port, inputs: &Inputs) {
     }
 }
 
-fn read_inputs(port: &mut impl Port) -> Inputs {
+/// Reads the inputs of [`Call::Tick`].
+pub fn read_inputs(port: &mut impl Port) -> Inputs {
     let (counts_left, counts_right) = (read_pair(port), read_pair(port));
     let flags = port.read();
     let flag = |bit: u8| flags >> bit & 1 != 0;
@@ -295,6 +315,28 @@ mod tests {
 
         fn write(&mut self, byte: u8) {
             self.push_back(byte);
+        }
+    }
+
+    #[test]
+    fn outputs_survive_their_bytes() {
+        let all = Outputs {
+            pwm_left: -255,
+            pwm_right: 17,
+            ping: Some(Side::Right),
+            note_hz: 0x1234,
+            arm_up: true,
+            keep_parameters: true,
+        };
+        let none = Outputs::default();
+        let left = Outputs {
+            ping: Some(Side::Left),
+            ..none
+        };
+        for outputs in [all, none, left] {
+            let mut bytes = VecDeque::new();
+            write_outputs(&mut bytes, outputs, &Parameters::DEFAULT);
+            assert_eq!(read_outputs(&mut bytes), outputs);
         }
     }
 

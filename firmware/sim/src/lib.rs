@@ -37,7 +37,7 @@ pub use geometry::Pose;
 pub use plant::{Plant, Truth};
 pub use simulation::{Simulation, SimulationConfig};
 pub use sound::Sound;
-pub use sr04_firmware::board::{Duplex, PATIENCE_BYTES};
+pub use sr04_firmware::board::{Duplex, HC_12_PATIENCE_BYTES, PATIENCE_BYTES};
 pub use time::{SAMPLE_MS, TICK_MS};
 pub use trace::Trace;
 pub use world::{Material, Outline, OutlineKind, Point, World, WorldError};

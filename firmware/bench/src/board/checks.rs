@@ -12,6 +12,7 @@ use groundwave_protocol::telemetry::{Ack, Body, StateLine};
 use sr04_firmware::board::{Edges, Inputs, Sides};
 use sr04_firmware::memory::BOOTS_BYTES;
 
+use super::emulator::Loss;
 use super::house::{Hand, House};
 use crate::chip::Figures;
 use crate::operator::{OWNER, Operator, ROBOT_ID, Task};
@@ -147,11 +148,11 @@ impl Watched {
         }
     }
 
-    /// Does the queued tasks; returns whether power is lost meanwhile, in a write of the EEPROM, the next one counted
+    /// Does the queued tasks; returns whether the chip is reset meanwhile, in a write of the EEPROM, the next one counted
     /// as 1.
-    fn is_lost_in(&mut self, write: u16) -> Result<bool, String> {
+    fn is_lost_in(&mut self, write: u16, loss: Loss) -> Result<bool, String> {
         let boots = self.house.sent.len();
-        self.house.emulator.lose_power_in(write)?;
+        self.house.emulator.lose_in(write, loss)?;
         let end_ms = self.house.now_ms + TASKS_MS;
         let mut rest_ms = WRITES_MS;
         while rest_ms > 0 {
@@ -166,13 +167,19 @@ impl Watched {
                 return Err("the robot does not confirm its orders".to_owned());
             }
         }
-        self.house.emulator.lose_power_in(0)?;
+        self.house.emulator.lose_in(0, loss)?;
         Ok(false)
     }
 
-    /// Keeps another value of a parameter again and again. Power is lost in a write, each time `later` ones later, up to
+    /// Keeps another value of a parameter again and again. The chip is reset in a write, each time `later` ones later, up to
     /// the time that has fewer writes.
-    fn keep(&mut self, kept: &mut i32, mut write: u16, later: u16) -> Result<(), String> {
+    fn keep(
+        &mut self,
+        kept: &mut i32,
+        mut write: u16,
+        later: u16,
+        loss: Loss,
+    ) -> Result<(), String> {
         loop {
             let value = if *kept == 5 { 9 } else { 5 };
             let set = Order::SetParameter {
@@ -182,7 +189,7 @@ impl Watched {
             for order in [set, Order::KeepParameters] {
                 self.operator.queue(Task::Order(order));
             }
-            let is_lost = self.is_lost_in(write)?;
+            let is_lost = self.is_lost_in(write, loss)?;
             if !is_lost {
                 self.lose_power()?;
             }
@@ -192,7 +199,7 @@ impl Watched {
             let found = self.parameter(KEPT)?;
             if found != value && (found != *kept || !is_lost) {
                 return Err(format!(
-                    "power lost in write {write}: {found}, not {kept} or {value}"
+                    "{loss:?} lost in write {write}: {found}, not {kept} or {value}"
                 ));
             }
             *kept = found;
@@ -395,13 +402,15 @@ pub(crate) fn power_lost(programs: &Programs, seed: u64) -> Result<Figures, Stri
     let mut kept = 12;
     // Both copies of a blank memory have many writes, later ones only those of bytes that differ.
     for (write, later) in [(7, 0), (7, 0), (1, 1), (1, 1)] {
-        watched.keep(&mut kept, write, later)?;
+        watched.keep(&mut kept, write, later, Loss::Power)?;
     }
+    // A write goes on while the chip boots.
+    watched.keep(&mut kept, 1, 1, Loss::Voltage)?;
     // Both copies of the boot counter.
     for write in (1..=BOOTS_BYTES as u16).flat_map(|write| [write; 2]) {
         let boots = watched.newest_boots()?;
         watched.lose_power()?;
-        if !watched.is_lost_in(write)? {
+        if !watched.is_lost_in(write, Loss::Power)? {
             return Err(format!("a boot has no write {write}"));
         }
         watched.run_ms(FIRST_LINES_MS)?;
@@ -437,7 +446,7 @@ const RIGHT: Sides = Sides {
 
 /// Touches that the robot tells of in mode STOP.
 #[rustfmt::skip]
-const STANDING: [Touch; 13] = [
+const STANDING: [Touch; 18] = [
     ("left bumper", touch(|inputs| inputs.bumper.left = true), |state| state.bump == Bump::Left),
     ("centre bumper", touch(|inputs| inputs.bumper.center = true), |state| state.bump == Bump::Center),
     ("right bumper", touch(|inputs| inputs.bumper.right = true), |state| state.bump == Bump::Right),
@@ -446,6 +455,11 @@ const STANDING: [Touch; 13] = [
     ("no floor on the right", touch(|inputs| inputs.cliff = Some(Edges::AHEAD_RIGHT)), |state| state.cliff == Cliff::Right),
     ("left photocell", touch(|inputs| inputs.photo_left = Some(250)), |state| state.photo_left_pct > Some(90)),
     ("right photocell", touch(|inputs| inputs.photo_right = Some(250)), |state| state.photo_right_pct > Some(90)),
+    ("no floor beside the left wheel", touch(|inputs| inputs.cliff = Some(Edges::BESIDE_LEFT)), |state| state.cliff == Cliff::Left),
+    ("no floor beside the right wheel", touch(|inputs| inputs.cliff = Some(Edges::BESIDE_RIGHT)), |state| state.cliff == Cliff::Right),
+    ("no floor behind", touch(|inputs| inputs.cliff = Some(Edges::BEHIND)), |state| state.cliff == Cliff::Several),
+    ("no floor behind on the left", touch(|inputs| inputs.cliff = Some(Edges::BEHIND_LEFT)), |state| state.cliff == Cliff::Several),
+    ("no floor behind on the right", touch(|inputs| inputs.cliff = Some(Edges::BEHIND_RIGHT)), |state| state.cliff == Cliff::Several),
     ("charger", touch(|inputs| inputs.is_docked = true), |state| matches!(state.power, Power::Charging | Power::Docked)),
     ("left wheel", Hand { turns: LEFT, ..Hand::OFF }, |state| state.wheel_left_in_s > 0 && state.wheel_right_in_s == 0),
     ("right wheel", Hand { turns: RIGHT, ..Hand::OFF }, |state| state.wheel_right_in_s > 0 && state.wheel_left_in_s == 0),
@@ -483,12 +497,48 @@ pub(crate) fn by_hand(programs: &Programs, seed: u64) -> Result<Figures, String>
     for touch in PROWLING {
         watched.feel(touch)?;
     }
+    lifted(&mut watched)?;
     for touch in ARMED {
         watched.order([Order::Mode(Mode::Passive)])?;
         watched.run_ms(SETTLED_MS)?;
         watched.feel(touch)?;
     }
     watched.house.finish()
+}
+
+/// In the hand, a robot's wheels stand until its cliff guard is off.
+fn lifted(watched: &mut Watched) -> Result<(), String> {
+    let from = watched.house.lines.len();
+    watched.house.hand = touch(|inputs| inputs.cliff = Some(Edges::ALL));
+    watched.run_ms(TOUCH_MS)?;
+    for _ in 0..TOUCH_MS {
+        watched.step()?;
+        if watched.house.drives {
+            return Err("lifted: the wheels turn".to_owned());
+        }
+    }
+    let guard = |value| Order::SetParameter {
+        key: key("cliff-guard"),
+        value,
+    };
+    watched.order([guard(0)])?;
+    watched.run_ms(TOUCH_MS)?;
+    if !watched.house.drives {
+        return Err("lifted without a cliff guard: the wheels stand".to_owned());
+    }
+    watched.order([guard(1)])?;
+    watched.house.hand = Hand::OFF;
+    watched.run_ms(TOUCH_MS)?;
+    let mut told = watched.house.lines.iter().skip(from);
+    let is_told = told.any(|(_, line)| match &line.body {
+        Body::Text(text) => text.as_str().contains("no floor"),
+        _ => false,
+    });
+    if is_told {
+        Ok(())
+    } else {
+        Err("lifted: the robot does not say so".to_owned())
+    }
 }
 
 /// A board without sensors says so.

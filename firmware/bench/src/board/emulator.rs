@@ -27,10 +27,12 @@ pub(crate) struct Step {
     /// Pulse widths of both motors.
     pub(crate) widths: [u8; 2],
     pub(crate) port_a: u8,
-    pub(crate) leds_on: bool,
+    /// Carrier of the infrared LEDs; 0 while they are dark.
+    pub(crate) carrier_hz: u16,
     /// Sonars triggered.
     pub(crate) pinged: [bool; 2],
     pub(crate) tone_hz: u16,
+    /// Pulse of the servo; 0 if pulses do not come 50 times a second.
     pub(crate) servo_us: u16,
     /// Cycles in which the processor did not sleep.
     pub(crate) awake_cycles: u16,
@@ -49,6 +51,15 @@ pub(crate) struct ChipFigures {
     /// Received bytes that the program took too late.
     pub(crate) lost_bytes: u16,
     pub(crate) bits_per_s: u16,
+}
+
+/// What the chip loses when it is reset in a write of the EEPROM.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Loss {
+    /// RAM and the byte that is being written.
+    Power = 1,
+    /// Nothing: the write goes on.
+    Voltage = 4,
 }
 
 pub(crate) struct Emulator {
@@ -76,7 +87,8 @@ impl Emulator {
         command.extend(received);
         self.send(&command)?;
         let [left, right, port_a, flags] = self.read()?;
-        let [tone_hz, servo_us, awake_cycles] = [self.word()?, self.word()?, self.word()?];
+        let [carrier_hz, tone_hz] = [self.word()?, self.word()?];
+        let [servo_us, awake_cycles] = [self.word()?, self.word()?];
         let sent = self.bytes()?;
         let before = self.word()?;
         let mut traced = self.bytes()?;
@@ -86,8 +98,8 @@ impl Emulator {
         Ok(Step {
             widths: [left, right],
             port_a,
-            leds_on: flags & 1 != 0,
-            pinged: [flags & 2 != 0, flags & 4 != 0],
+            carrier_hz,
+            pinged: [flags & 1 != 0, flags & 2 != 0],
             tone_hz,
             servo_us,
             awake_cycles,
@@ -108,10 +120,10 @@ impl Emulator {
         self.send(b"P")
     }
 
-    /// Power is lost in the middle of a write of the EEPROM, 1 for the next one; 0 for none.
-    pub(crate) fn lose_power_in(&mut self, write: u16) -> Result<(), String> {
+    /// The chip is reset in the middle of a write of the EEPROM, 1 for the next one; 0 for none.
+    pub(crate) fn lose_in(&mut self, write: u16, loss: Loss) -> Result<(), String> {
         let [low, high] = write.to_le_bytes();
-        self.send(&[b'W', low, high])
+        self.send(&[b'W', low, high, loss as u8])
     }
 
     /// The supply's voltage drops for a moment.

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, Body, Line};
-use sr04_firmware::board::{ECHO_US_PER_IN, Edges, Inputs, Outputs, Side, Sides};
+use sr04_firmware::board::{ECHO_US_PER_IN, Echo, Edges, Inputs, Outputs, Side, Sides};
 use sr04_sim::{Conditions, Plant, SAMPLE_MS, TICK_MS, World};
 
+use super::at_pins::AtPins;
 use super::emulator::{Emulator, Pins, Step};
 use super::mirror::Mirror;
 use crate::chip::Figures;
@@ -20,12 +21,16 @@ const FULL_MV: u32 = 5000;
 /// Pulse of the servo from which the arm is up.
 const UP_US: u16 = 1500;
 
+/// What the infrared receivers take for their carrier: a TSSP4038's band.
+const CARRIER_HZ: std::ops::Range<u16> = 36_000..40_000;
+
 /// The house, the board in it and a robot on the host that gets what the board got.
 pub(crate) struct House {
     plant: Plant,
     pub(crate) emulator: Emulator,
     mirror: Mirror,
     pins: Pins,
+    at_pins: AtPins,
     leds_on: bool,
     /// Milliseconds since the start, and the first one before the chip's ticks.
     pub(crate) now_ms: u64,
@@ -93,6 +98,7 @@ impl House {
                 port_k: 0,
                 analog_mv: [0; 3],
             },
+            at_pins: AtPins::default(),
             leds_on: false,
             now_ms: 0,
             phase_ms: 0,
@@ -124,8 +130,11 @@ impl House {
         let (left, right) = self.plant.edges();
         let Sides { left: l, right: r } = self.hand.turns;
         let turned = |is_turned| u16::from(is_turned && self.now_ms.is_multiple_of(TURNED_MS));
-        self.pins.edges = [left + turned(l), right + turned(r)]
-            .map(|edges| u8::try_from(edges).unwrap_or(u8::MAX));
+        let edges = [left + turned(l), right + turned(r)];
+        for (all, edges) in self.at_pins.edges.iter_mut().zip(edges) {
+            *all += u64::from(edges);
+        }
+        self.pins.edges = edges.map(|edges| u8::try_from(edges).unwrap_or(u8::MAX));
         let step = self.emulator.step(&self.pins, received)?;
         self.follow(&step)?;
         self.hear(&step);
@@ -133,11 +142,11 @@ impl House {
             self.has_ticked = true;
             self.phase_ms = (self.now_ms + TICK_MS - 1) % TICK_MS;
         }
-        self.mirror.take(step.traced);
+        self.mirror.take(step.traced, self.at_pins);
         if let Some(after) = step.traced_after_reset {
             self.mirror.reset();
             self.sent.push(Vec::new());
-            self.mirror.take(after);
+            self.mirror.take(after, self.at_pins);
             self.forget();
         }
         Ok(step.sent)
@@ -178,6 +187,10 @@ impl House {
     fn set_pins(&mut self) {
         let mut inputs = self.plant.inputs();
         (self.hand.on_sensors)(&mut inputs);
+        // A world without a dock has no beacon.
+        inputs.beacon.get_or_insert_default();
+        let [latest, _] = self.at_pins.sensors;
+        self.at_pins.sensors = [inputs, latest];
         let bits = |levels: &[(bool, u8)]| {
             levels
                 .iter()
@@ -226,6 +239,11 @@ impl House {
         };
         let (pwm_left, pwm_right) = (width(0)?, width(1)?);
         self.drives = pwm_left != 0 || pwm_right != 0;
+        self.at_pins.now_ms = self.now_ms;
+        self.at_pins.is_reset = step.traced_after_reset.is_some();
+        self.at_pins.widths = [pwm_left, pwm_right];
+        self.at_pins.tone_hz = step.tone_hz;
+        self.at_pins.servo_us = step.servo_us;
         self.plant.apply(Outputs {
             pwm_left,
             pwm_right,
@@ -239,14 +257,18 @@ impl House {
                 let range_in = self.plant.ping(side);
                 let length_us =
                     range_in.map_or(NO_ECHO_US, |range_in| u32::from(range_in) * ECHO_US_PER_IN);
+                let echo = Echo::after_us(side, Some(length_us));
+                let [latest, _] = self.at_pins.pings;
+                self.at_pins.pings = [Some((self.now_ms, echo)), latest];
                 self.emulator.echo(number as u8, length_us)?;
             }
         }
-        if step.leds_on != self.leds_on || self.now_ms.is_multiple_of(SAMPLE_MS) {
-            self.leds_on = step.leds_on;
-            let (left, right) = self.plant.infrared(step.leds_on);
+        let leds_on = CARRIER_HZ.contains(&step.carrier_hz);
+        if leds_on != self.leds_on || self.now_ms.is_multiple_of(SAMPLE_MS) {
+            self.leds_on = leds_on;
+            let (left, right) = self.plant.infrared(leds_on);
             let mut seen = Sides { left, right };
-            if step.leds_on {
+            if leds_on {
                 seen = seen.or(self.hand.before);
             }
             self.pins.port_k =
@@ -302,7 +324,7 @@ impl House {
             downlink: self.sent.concat(),
             mean_tick_cycles: self.all_cycles * TICK_MS / self.now_ms.max(1),
             worst_tick_cycles: self.worst_cycles,
-            late_ticks: usize::from(late_ticks),
+            late_ticks: found.late_ticks.max(usize::from(late_ticks)),
             stack_bytes: usize::from(figures.stack_bytes),
             spare_bytes: usize::from(figures.spare_bytes),
         })

@@ -7,11 +7,14 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
 use sr04_firmware::robot::Robot;
-use sr04_replay::{BOOT, DOWNLINK, Port, boot, perform};
+use sr04_replay::{BOOT, DOWNLINK, Port, TICK, boot, perform};
+
+use super::at_pins::{AtPins, Watch};
 
 /// A part of what the chip tells.
 enum Part {
-    Bytes(Vec<u8>),
+    /// Bytes of a millisecond, and what is at the pins then.
+    Bytes(Vec<u8>, AtPins),
     Reset,
 }
 
@@ -22,6 +25,7 @@ pub(crate) struct Found {
     pub(crate) calls: usize,
     /// Bytes to the radio, between two resets.
     pub(crate) sent: Vec<Vec<u8>>,
+    pub(crate) late_ticks: usize,
 }
 
 /// The host's robot, in a thread of its own.
@@ -39,10 +43,10 @@ impl Mirror {
         }
     }
 
-    /// Takes what the chip has told.
-    pub(crate) fn take(&self, bytes: Vec<u8>) {
+    /// Takes what the chip has told in a millisecond.
+    pub(crate) fn take(&self, bytes: Vec<u8>, at_pins: AtPins) {
         // The thread has ended if it found a difference, which `finish` reports.
-        let _ = self.parts.send(Part::Bytes(bytes));
+        let _ = self.parts.send(Part::Bytes(bytes, at_pins));
     }
 
     /// The chip has reset itself, perhaps in the middle of a call.
@@ -71,9 +75,11 @@ struct Stream {
     bytes: VecDeque<u8>,
     state: State,
     difference: Option<String>,
-    /// First byte of the latest call, and its results.
-    kind: u8,
+    at_pins: AtPins,
+    /// Bytes of the latest call and of its results, and whether a reset cut it off.
+    call: Vec<u8>,
     results: Vec<u8>,
+    is_cut: bool,
 }
 
 impl Stream {
@@ -81,7 +87,10 @@ impl Stream {
     fn has_byte(&mut self) -> bool {
         while self.bytes.is_empty() && self.state == State::Runs {
             match self.parts.recv() {
-                Ok(Part::Bytes(bytes)) => self.bytes.extend(bytes),
+                Ok(Part::Bytes(bytes, at_pins)) => {
+                    self.bytes.extend(bytes);
+                    self.at_pins = at_pins;
+                }
                 Ok(Part::Reset) => self.state = State::Reset,
                 Err(_) => self.state = State::Over,
             }
@@ -91,34 +100,37 @@ impl Stream {
 
     /// The first byte of the next call.
     fn next_kind(&mut self) -> Option<u8> {
+        self.call.clear();
         self.results.clear();
+        self.is_cut = false;
         if !self.has_byte() {
             return None;
         }
-        self.kind = self.bytes.front().copied()?;
-        Some(self.kind)
+        self.bytes.front().copied()
     }
 }
 
 impl Port for Stream {
     fn read(&mut self) -> u8 {
-        if self.has_byte() {
-            self.bytes.pop_front().unwrap_or_default()
-        } else {
-            0
-        }
+        let has_byte = self.has_byte();
+        self.is_cut |= !has_byte;
+        let byte = self.bytes.pop_front().unwrap_or_default();
+        self.call.push(byte);
+        byte
     }
 
     fn write(&mut self, byte: u8) {
         self.results.push(byte);
-        if self.has_byte() {
+        let has_byte = self.has_byte();
+        self.is_cut |= !has_byte;
+        if has_byte {
             let chip = self.bytes.pop_front();
             if chip != Some(byte) {
                 self.difference.get_or_insert_with(|| {
                     format!(
                         "result {} of a call {:?}: the chip gives {chip:02x?}, the host {byte:#04x}",
                         self.results.len(),
-                        char::from(self.kind)
+                        char::from(self.call.first().copied().unwrap_or_default())
                     )
                 });
             }
@@ -132,12 +144,15 @@ fn mirror(parts: Receiver<Part>) -> Result<Found, String> {
         bytes: VecDeque::new(),
         state: State::Runs,
         difference: None,
-        kind: 0,
+        at_pins: AtPins::default(),
+        call: Vec::new(),
         results: Vec::new(),
+        is_cut: false,
     };
     let mut found = Found {
         calls: 0,
         sent: vec![Vec::new()],
+        late_ticks: 0,
     };
     let mut place: MaybeUninit<Robot> = MaybeUninit::uninit();
     loop {
@@ -153,12 +168,20 @@ fn mirror(parts: Receiver<Part>) -> Result<Found, String> {
         }
         stream.read();
         let robot = boot(&mut place, &mut stream);
+        let mut watch = Watch::default();
         while let Some(kind) = stream.next_kind() {
+            let begins = stream.at_pins;
             if !perform(robot, &mut stream) {
                 return Err("the chip boots without a reset".to_owned());
             }
             if let Some(difference) = stream.difference {
                 return Err(format!("call {}: {difference}", found.calls));
+            }
+            if kind == TICK && !stream.is_cut {
+                found.late_ticks += usize::from(watch.is_late(begins.now_ms));
+                watch
+                    .compare(&begins, &stream.call, &stream.at_pins, &stream.results)
+                    .map_err(|difference| format!("at {} ms: {difference}", begins.now_ms))?;
             }
             found.calls += 1;
             if kind == DOWNLINK

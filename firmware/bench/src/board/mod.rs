@@ -1,6 +1,7 @@
 //! The whole board of the Mega in the emulator: its pins in a simulated house, its radio at an operator or a real ground
 //! station.
 
+mod at_pins;
 mod checks;
 mod emulator;
 mod house;

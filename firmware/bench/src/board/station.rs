@@ -4,16 +4,17 @@ use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead, BufReader};
+use std::iter;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use groundwave_protocol::BYTES_PER_S;
 use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Body;
 use sr04_sim::serve::{Port, Pty};
+use sr04_sim::{ChannelSpec, Modem, Radio};
 
 use super::checks::Programs;
 use super::house::House;
@@ -49,7 +50,12 @@ struct Served {
 }
 
 impl Served {
-    fn start(programs: &Programs, program: &Path, world: &str, seed: u64) -> Result<Self, String> {
+    fn start(
+        programs: &Programs,
+        program: &Path,
+        channel: &ChannelSpec,
+        seed: u64,
+    ) -> Result<Self, String> {
         // Numbers are reused from the lowest, and a foreign station whose pseudo-terminal has gone opens its number again:
         // it would take the board's between two commands.
         let open = || Pty::open(None, false).map_err(|error| error.to_string());
@@ -58,9 +64,10 @@ impl Served {
             .collect::<Result<Vec<_>, _>>()?;
         let (pty, path) = open()?;
         drop(low);
-        let house = House::new(world, seed, &programs.emulator, program)?;
-        let (power, lost) = channel();
-        let thread = std::thread::spawn(move || serve(house, pty, &lost));
+        let house = House::new("open-room", seed, &programs.emulator, program)?;
+        let radio = Radio::new(channel, seed);
+        let (power, lost) = mpsc::channel();
+        let thread = std::thread::spawn(move || serve(house, radio, pty, &lost));
         Ok(Self {
             path,
             power,
@@ -87,10 +94,15 @@ impl Served {
 }
 
 /// Runs the board until the other end of `lost` is dropped.
-fn serve(mut house: House, mut pty: Pty, lost: &Receiver<()>) -> Result<House, String> {
+fn serve(
+    mut house: House,
+    mut radio: Radio,
+    mut pty: Pty,
+    lost: &Receiver<()>,
+) -> Result<House, String> {
     let begun = Instant::now();
     let mut behind = Duration::ZERO;
-    let (mut queue, mut byte_time) = (VecDeque::new(), 0);
+    let mut told = VecDeque::new();
     loop {
         match lost.recv_timeout(REST) {
             Ok(()) => house.emulator.lose_power()?,
@@ -100,21 +112,16 @@ fn serve(mut house: House, mut pty: Pty, lost: &Receiver<()>) -> Result<House, S
         let target = begun.elapsed().saturating_sub(behind) * TIMES_LIFE;
         let mut sent = Vec::new();
         while Duration::from_millis(house.now_ms) < target {
-            if queue.len() < AHEAD {
+            if radio.uplink_pending() < AHEAD {
                 let mut read = Vec::new();
                 pty.read(&mut read);
-                queue.extend(read);
+                radio.transmit(&read);
             }
-            byte_time = (byte_time + BYTES_PER_S).min(1000);
-            let byte = if byte_time == 1000 {
-                queue.pop_front()
-            } else {
-                None
-            };
-            if byte.is_some() {
-                byte_time = 0;
-            }
-            sent.extend(house.step(byte.as_slice())?);
+            let now_ms = house.now_ms;
+            let received: Vec<u8> = iter::from_fn(|| radio.poll_uplink(now_ms)).collect();
+            told.extend(house.step(&received)?);
+            radio.step(house.now_ms, || told.pop_front());
+            sent.extend(iter::from_fn(|| radio.poll_downlink(house.now_ms)));
             // A machine that is too slow lets the robot live more slowly.
             if sent.len() >= AHEAD {
                 break;
@@ -190,7 +197,7 @@ pub(crate) fn station(programs: &Programs, seed: u64) -> Result<Figures, String>
     fs::write(&route, points)
         .and_then(|()| fs::write(&script, commands))
         .map_err(|error| format!("{}: {error}", folder.path().display()))?;
-    let served = Served::start(programs, &programs.full, "open-room", seed)?;
+    let served = Served::start(programs, &programs.full, &ChannelSpec::default(), seed)?;
     let link = served.path.clone();
     let tried = (|| {
         watch_until(programs, &link, "A")?;
@@ -221,14 +228,18 @@ pub(crate) fn station(programs: &Programs, seed: u64) -> Result<Figures, String>
     house.finish()
 }
 
-/// Commands to a board whose radio takes turns.
+/// Commands to a board whose radio takes turns: HC-12 modules.
 pub(crate) fn half_duplex(programs: &Programs, seed: u64) -> Result<Figures, String> {
-    let served = Served::start(programs, &programs.half, "open-room", seed)?;
+    let modules = ChannelSpec {
+        modem: Some(Modem::Hc12),
+        ..ChannelSpec::default()
+    };
+    let served = Served::start(programs, &programs.half, &modules, seed)?;
     let link = served.path.clone();
     let send = |command: &[&str]| {
         groundwave(
             programs,
-            &[&["send", &link, "--radio", "half"], command].concat(),
+            &[&["send", &link, "--radio", "hc-12"], command].concat(),
         )
     };
     let tried = send(&["mode", "reactive"]).and_then(|_| send(&["stop"]));

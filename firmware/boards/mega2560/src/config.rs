@@ -2,7 +2,7 @@
 //! sensors it has.
 
 use groundwave_protocol::status_codes::{Layer, LayerMask};
-use sr04_firmware::board::{Duplex, Edges};
+use sr04_firmware::board::{Duplex, Edges, HC_12_PATIENCE_BYTES};
 
 /// Robot number, 1 to 99.
 pub const ROBOT_ID: u8 = 4;
@@ -10,14 +10,10 @@ pub const ROBOT_ID: u8 = 4;
 /// Speed of the radio in bits per second.
 pub const BAUD: u32 = 2400;
 
-/// Byte times of silence after which a half-duplex robot sends again: an HC-12 delays a byte by 80 ms each way, and the
-/// ground station takes its time.
-const HC12_PATIENCE_BYTES: u8 = 70;
-
 /// Turn-taking on the radio.
 pub const DUPLEX: Duplex = if cfg!(feature = "half-duplex") {
     Duplex::Half {
-        patience_bytes: HC12_PATIENCE_BYTES,
+        patience_bytes: HC_12_PATIENCE_BYTES,
     }
 } else {
     Duplex::Full

@@ -77,6 +77,8 @@ impl Memory {
 /// Counts this boot: at most 17 ms.
 #[inline(never)]
 pub fn count_boot() -> u16 {
+    // A write that a watchdog's reset or a brown-out met goes on.
+    while !eeprom_is_ready() {}
     let copy = |place: u16| {
         let mut bytes = [0; BOOTS_BYTES];
         for (byte, address) in bytes.iter_mut().zip(place..) {
