@@ -354,8 +354,11 @@ fn the_map_is_a_picture_for_terminals_that_show_pictures() {
         let text = demo.text();
         assert_eq!(has_braille(&text), !shows_pictures, "{text}");
         assert!(text.contains("── map") && text.contains('⌂'), "{text}");
+        // The picture follows its characters.
+        demo.wait_for_raw("the picture", |demo| {
+            demo.picture().is_some() == shows_pictures
+        });
         let picture = demo.picture();
-        assert_eq!(picture.is_some(), shows_pictures);
         if let Some(picture) = &picture {
             show_the_walls(&demo, picture);
         }

@@ -134,7 +134,10 @@ impl Screen<'_> {
     fn aside(&self) -> Option<Line<'_>> {
         let playback = self.ui.playback.as_ref()?;
         if let Some((Level::Info, said)) = &self.ui.aside {
-            return Some(Line::styled(format!("{} {said}", self.theme.glyphs.dot), self.theme.plain));
+            return Some(Line::styled(
+                format!("{} {said}", self.theme.glyphs.dot),
+                self.theme.plain,
+            ));
         }
         let said = self.ui.aside.as_ref().map(|(_, said)| said);
         if let Some(said) = said.or(playback.note.as_ref()) {

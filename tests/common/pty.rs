@@ -138,7 +138,7 @@ impl OnTerminal {
     /// The picture that a terminal with the kitty graphics protocol shows, if any.
     pub fn picture(&self) -> Option<Picture> {
         let raw = String::from_utf8_lossy(&self.raw);
-        let (mut picture, mut data) = (None, String::new());
+        let (mut picture, mut arriving, mut data) = (None, None, String::new());
         let mut parts = raw.split("\x1b_G");
         let mut before = parts.next()?;
         for part in parts {
@@ -149,15 +149,14 @@ impl OnTerminal {
             let (control, chunk) = sequence.split_once(';').unwrap_or((sequence, ""));
             if control.contains("a=d") {
                 picture = None;
-            } else {
-                if control.contains("a=T") {
-                    data.clear();
-                    picture = Some(Picture::begin(before, control));
-                }
-                data.push_str(chunk);
+            } else if control.contains("a=T") {
+                data.clear();
+                arriving = Some(Picture::begin(before, control));
             }
-            if let Some(picture) = picture.as_mut().filter(|_| control.ends_with("m=0")) {
-                picture.decode(&data);
+            data.push_str(chunk);
+            if let Some(mut whole) = arriving.take_if(|_| control.ends_with("m=0")) {
+                whole.decode(&data);
+                picture = Some(whole);
             }
             before = after;
         }
