@@ -54,13 +54,18 @@ impl Drop for Host {
 #[test]
 fn a_command_beyond_the_level_names_both_levels() {
     let robot = Host::start(2, 8);
-    let (_, error) = expect(1, &["send", &robot.path, "param", "save"]);
+    let (_, error) = expect(5, &["send", &robot.path, "param", "save"]);
     let words = "needs level 5, the robot has level 2";
     assert!(error.contains(words), "{error}");
-    let (out, _) = expect(1, &["send", "--json", &robot.path, "scan"]);
+    let (out, _) = expect(5, &["send", "--json", &robot.path, "scan"]);
     for part in ["\"code\":\"beyond-level\"", "\"has\":2,\"needs\":4"] {
         assert!(out.contains(part), "{out}");
     }
+    // The first answers of a robot of level 4 arrive before its level.
+    let robot = Host::start(4, 8);
+    let (_, error) = expect(5, &["send", &robot.path, "param", "save"]);
+    let words = "needs level 5, the robot has level 4";
+    assert!(error.contains(words), "{error}");
 }
 
 #[test]
@@ -70,7 +75,7 @@ fn a_list_beyond_the_capacity_names_both_counts() {
     fs::write(&route, "1,10\n".repeat(9)).unwrap();
     let route = route.to_str().unwrap();
     let words = "has 9 waypoints, the robot holds 8";
-    let (_, error) = expect(1, &["send", &robot.path, "route", route]);
+    let (_, error) = expect(5, &["send", &robot.path, "route", route]);
     assert!(error.contains(words), "{error}");
 
     let mut watch = OnTerminal::start(GROUNDWAVE, &["watch", &robot.path], 120, 40);

@@ -6,7 +6,7 @@ use std::fs;
 use std::process::Command;
 
 use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
-use crate::pty::OnTerminal;
+use crate::pty::{OnTerminal, Picture};
 use foxglove::messages::Log;
 use prost::Message;
 use serde_json::Value;
@@ -354,16 +354,78 @@ fn the_map_is_a_picture_for_terminals_that_show_pictures() {
         let text = demo.text();
         assert_eq!(has_braille(&text), !shows_pictures, "{text}");
         assert!(text.contains("── map") && text.contains('⌂'), "{text}");
+        // The picture follows its characters.
+        demo.wait_for_raw("the picture", |demo| {
+            demo.picture().is_some() == shows_pictures
+        });
+        let picture = demo.picture();
+        if let Some(picture) = &picture {
+            show_the_walls(&demo, picture);
+        }
         // A window covers the picture, which comes back behind the map.
         demo.type_keys("?");
         demo.wait_for("the help", |text| {
             text.contains("STOP (Ctrl-S while typing)")
         });
+        demo.wait_for_raw("no picture", |demo| demo.picture().is_none());
         demo.type_keys(ESC);
         demo.wait_for("the map", |text| {
             let is_covered = text.contains("STOP (Ctrl-S while typing)");
             !is_covered && text.contains("── map") && has_braille(text) != shows_pictures
         });
+        // The picture has the colours of the theme.
+        demo.wait_for_raw("the picture", |demo| {
+            demo.picture().is_some() == shows_pictures
+        });
+        demo.type_keys("\x14");
+        demo.wait_for("the theme", |text| text.contains("theme light"));
+        let palette = |picture: &Option<Picture>| picture.as_ref().map(|it| it.palette.clone());
+        demo.wait_for_raw("its colours", |demo| {
+            !shows_pictures || palette(&demo.picture()) != palette(&picture)
+        });
+        leave(demo);
+    }
+}
+
+/// Checks that a picture lies within the map's panel, and that it has walls.
+fn show_the_walls(demo: &OnTerminal, picture: &Picture) {
+    let (column, row) = place(demo, "── map");
+    let (top, left) = picture.place;
+    assert!(
+        usize::from(top) > row && usize::from(left) >= column,
+        "{:?}",
+        picture.place
+    );
+    let (columns, rows) = picture.cells;
+    assert_eq!(picture.size, (columns * 8, rows * 16));
+    assert!(u32::from(left) + columns <= 81 && u32::from(top) + rows <= 25);
+    let lit = picture.pixels.iter().filter(|pixel| **pixel > 0).count() as u32;
+    // The walls of a house are many lines, and most of the floor is free.
+    assert!(
+        (columns * 8..columns * rows * 64).contains(&lit),
+        "{lit} pixels"
+    );
+}
+
+/// Terminals that draw octants themselves get them, others braille characters.
+#[test]
+fn the_map_has_octants_on_terminals_that_draw_them() {
+    for (program, version, octants) in [
+        ("ghostty", "1.1.0", true),
+        ("WezTerm", "20250608-074531-abcdef", true),
+        ("WezTerm", "20240203-110809-5046fc22", false),
+    ] {
+        let program = format!("TERM_PROGRAM={program}");
+        let version = format!("TERM_PROGRAM_VERSION={version}");
+        let arguments = [&*program, &*version, GROUNDWAVE, "demo"];
+        let mut demo = OnTerminal::start("env", &arguments, 80, 24);
+        demo.wait_for("the robot", |text| {
+            text.contains("walls: simulator's truth")
+        });
+        let text = demo.text();
+        let has = |first, last| text.contains(|c: char| (first..=last).contains(&c));
+        assert_eq!(has('\u{1CD00}', '\u{1CDE5}'), octants, "{program}: {text}");
+        assert_eq!(has('\u{2801}', '\u{28FF}'), !octants, "{program}: {text}");
         leave(demo);
     }
 }
@@ -489,13 +551,17 @@ fn a_stalled_terminal_delays_only_drawing() {
     }
     watch.type_keys(" ");
     other.wait_for_new("STOP", |told| told["mode"] == "stop");
-    let before = watch.taken;
+    let before = watch.raw.len();
     watch.go_on();
     watch.wait_for("what is so by now", |text| {
         text.contains("NOBODY holds the motors: stopped")
     });
     // The current frame and the newest one, without the forty between.
-    assert!(watch.taken - before < 40_000, "{}", watch.taken - before);
+    assert!(
+        watch.raw.len() - before < 40_000,
+        "{}",
+        watch.raw.len() - before
+    );
     leave(watch);
     let (recorded, _) = expect(0, &["export", "-o", "-", capture, "--to", "jsonl"]);
     let recorded: Vec<Value> = recorded

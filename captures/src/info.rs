@@ -77,8 +77,7 @@ pub struct Info {
     pub robot: Option<Robot>,
     /// Number of restarts of the robot: changes of the boot counter or backward jumps of the uptime.
     pub restarts: u64,
-    /// Distance between the reported positions, inches. In raw text without times, the way in a gap of 100 lines or more may count as a
-    /// reset of the odometer, because the sequence does not show how long the gap lasted.
+    /// Distance between the reported positions, inches, across gaps too.
     pub distance_in: f64,
     /// Behaviours that controlled the motors, in per cent of the ticks between the first and the last line C.
     pub holders: Vec<HolderShare>,

@@ -12,7 +12,7 @@ use crate::world::{DONE, Rng, STOPPED, US_PER_BYTE, Uart, failed, replaced, rout
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::arq::{CommandStatus, Config, Failure, Fop, FopEvent, Shortfall, Task};
 use groundwave_protocol::command::Order;
-use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::parameter;
 use groundwave_protocol::status_codes::{LayerMask, Mode};
@@ -142,6 +142,8 @@ struct World {
     bit_error_rate: f64,
     events: Vec<FopEvent>,
     lines: Vec<Line>,
+    /// Whether the station hears no line I.
+    skips_abilities: bool,
 }
 
 impl World {
@@ -160,6 +162,7 @@ impl World {
             bit_error_rate: 0.0,
             events: Vec::new(),
             lines: Vec::new(),
+            skips_abilities: false,
         }
     }
 
@@ -182,8 +185,12 @@ impl World {
         let sent = self.robot.exchange(heard);
         if let Some(byte) = self.down.pass(sent, &mut self.rng, self.bit_error_rate) {
             self.fop.handle_carrier(self.now_us);
-            if let Some(received) = self.decoder.lines(&[byte]).next() {
-                if let groundwave_protocol::decoder::Received::Line(line, _) = &received {
+            let received = self.decoder.lines(&[byte]).next().filter(|received| {
+                let is_abilities = matches!(received, Received::Line(line, _) if matches!(line.body, Body::Abilities(_)));
+                !(is_abilities && self.skips_abilities)
+            });
+            if let Some(received) = received {
+                if let Received::Line(line, _) = &received {
                     self.lines.push(*line);
                 }
                 self.fop.handle_received(self.now_us, &received);
@@ -449,24 +456,20 @@ fn orders_beyond_the_level_or_the_body_are_refused() {
         (4, Order::Scan, Outcome::NotFitted),
     ] {
         let mut world = World::new(level, 0);
-        // The robot refuses an order that leaves before line I arrives.
-        let event = world.deliver(Task::Order(order));
         let refused = FopEvent::Task(CommandStatus::Refused(outcome));
         let beyond = failed(Failure::BeyondLevel(Shortfall {
             has: level.into(),
             needs: order.level().into(),
         }));
-        let is_beyond = order.level() > level && event == beyond;
-        // From level 4 on, lines K answer before line I.
-        let is_refused = (order.level() <= level || level >= 4) && event == refused;
-        assert!(
-            is_beyond || is_refused,
-            "level {level}, {order:?}: {event:?}"
-        );
+        let is_beyond = order.level() > level;
+        // From level 4 on, lines K answer before line I; the refusal waits for it.
+        let event = world.deliver(Task::Order(order));
+        let wanted = if is_beyond { beyond } else { refused };
+        assert_eq!(event, wanted, "level {level}, {order:?}");
         world.run(5);
         let sent = world.uplink.len();
         assert!(world.fop.start(world.now_us, Task::Order(order)));
-        if order.level() > level {
+        if is_beyond {
             world.fop.handle_timeout(world.now_us);
             assert_eq!(
                 world.fop.poll_event(),
@@ -479,6 +482,31 @@ fn orders_beyond_the_level_or_the_body_are_refused() {
         }
         assert_eq!(world.deliver(Task::Order(layers(0b1001_0001))), DONE);
     }
+}
+
+/// A refused order waits for the robot's first line I; STOP and a robot that sends none end the wait.
+#[test]
+fn a_refusal_waits_for_the_first_line_of_abilities() {
+    let refused = FopEvent::Task(CommandStatus::Refused(Outcome::Unknown));
+    let wait_us = |world: &mut World| {
+        let sent = world.now_us;
+        assert!(world.fop.start(sent, Task::Order(Order::KeepParameters)));
+        world.skips_abilities = true;
+        world.run(2);
+        assert!(world.fop.is_busy());
+        assert!(!world.fop.start(sent, Task::Order(Order::Scan)));
+        sent
+    };
+
+    let mut world = World::new(4, 0);
+    let sent = wait_us(&mut world);
+    assert_eq!(world.finish(), refused);
+    assert!(world.now_us - sent < 10_000_000, "{}", world.now_us - sent);
+
+    let mut world = World::new(4, 0);
+    wait_us(&mut world);
+    assert_eq!(world.stop(), STOPPED);
+    assert!(world.events.contains(&refused), "{:?}", world.events);
 }
 
 /// Above 2400 baud the robot pauses, also between lines K.

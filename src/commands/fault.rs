@@ -28,7 +28,7 @@ pub enum Exit {
     NotConfirmed = 3,
     /// The link cannot be opened.
     NoLink = 4,
-    /// The robot refused.
+    /// The robot refused, or reports that it cannot do it.
     Refused = 5,
     /// The link is receive-only.
     ReceiveOnly = 6,
@@ -59,7 +59,7 @@ impl Exit {
                 "the robot did not confirm in time, and has the whole old route or the whole new one; or a condition was not met"
             }
             Self::NoLink => "the link cannot be opened: missing, busy or no permission",
-            Self::Refused => "the robot refused, for the reason given",
+            Self::Refused => "the robot refused or cannot do it, for the reason given",
             Self::ReceiveOnly => "the link is receive-only",
         }
     }

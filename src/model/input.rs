@@ -390,7 +390,7 @@ impl Ui {
 
     fn ask_for(&mut self, request: Request) {
         if self.is_replay() {
-            self.aside = Some(NO_ROBOT.to_owned());
+            self.aside = Some((Level::Warning, NO_ROBOT.to_owned()));
             return;
         }
         let (text, then) = match &request {

@@ -140,7 +140,7 @@ impl Ui {
         for effect in effects {
             match effect {
                 Effect::Send(_) | Effect::CancelCommands if is_replay => {
-                    self.aside = Some(NO_ROBOT.to_owned());
+                    self.aside = Some((Level::Warning, NO_ROBOT.to_owned()));
                     is_dropped = true;
                 }
                 Effect::Send(request) if request != Request::Stop => asked.push(request),
@@ -148,7 +148,7 @@ impl Ui {
                     if other == Effect::Send(Request::Stop) {
                         let aside =
                             "STOP is sent to the robot now; <playback-newest> shows its status";
-                        self.aside = Some(self.with_keys(aside));
+                        self.aside = Some((Level::Warning, self.with_keys(aside)));
                     }
                     rest.push(other);
                 }
@@ -192,7 +192,7 @@ impl Ui {
                 }
                 if self.shows_past() {
                     let aside = "it is sent to the robot now; <playback-newest> shows its status";
-                    self.aside = Some(self.with_keys(aside));
+                    self.aside = Some((Level::Warning, self.with_keys(aside)));
                 }
                 requests.into_iter().map(Effect::Send).collect()
             }
@@ -365,8 +365,9 @@ mod tests {
         assert_eq!(scene.type_text("a"), std::slice::from_ref(&mark));
         scene.type_text("lamp fell");
         assert_eq!(scene.press(&[KeyCode::Enter]), []);
-        let aside = scene.model.ui.aside.as_deref();
-        assert_eq!(aside, Some("note: lamp fell"), "nothing is recorded");
+        let aside = scene.model.ui.aside.as_ref();
+        let said = (Level::Info, "note: lamp fell".to_owned());
+        assert_eq!(aside, Some(&said), "nothing is recorded");
         scene.event(Event::Recording(Recording {
             mcap: Some("evening.mcap".to_owned()),
             ..Recording::default()

@@ -101,7 +101,7 @@ pub struct Ui {
     /// Index in the table of the alarm that the arrows chose.
     pub(crate) alarm: Option<usize>,
     /// Message shown until the next key while the screen shows another moment.
-    pub(crate) aside: Option<String>,
+    pub(crate) aside: Option<(Level, String)>,
     /// Feedback to the last key, and its time.
     pub(super) passing: Option<(Moment, Passing)>,
     pub(super) tour: Tour,
@@ -176,7 +176,9 @@ impl Ui {
             Event::RouteSaved { path, saved } => self.take_saved(&path, &saved),
             Event::Runs(runs) => changed = self.take_runs(runs),
             Event::Overlaid(overlaid) => changed = self.take_overlaid(overlaid),
-            Event::Notice(notice) if self.is_replay() => self.aside = Some(notice.text),
+            Event::Notice(notice) if self.is_replay() => {
+                self.aside = Some((notice.level, notice.text));
+            }
             Event::Command {
                 id,
                 status: CommandStatus::Refused(_) | CommandStatus::Failed(_),
@@ -290,7 +292,7 @@ impl Ui {
     /// Warns in the log and, while the screen shows another moment, beside it.
     pub(super) fn warn(&mut self, text: &str) {
         self.note(Level::Warning, text);
-        self.aside = Some(text.to_owned());
+        self.aside = Some((Level::Warning, text.to_owned()));
     }
 
     /// A text with key names in place of action names; see [`Keymap::with_keys`](super::keys::Keymap::with_keys).

@@ -8,6 +8,7 @@ use ratatui::text::{Line, Span};
 
 use super::status::{file_name, shortened};
 use super::{Screen, columns, put, width_of};
+use crate::event::Level;
 use crate::hint::shell_word;
 use crate::model::news::{News, Passing};
 use crate::model::{Overlay, Panel, Purpose};
@@ -132,8 +133,14 @@ impl Screen<'_> {
     /// The hint while the screen shows the past: news, or the target of commands.
     fn aside(&self) -> Option<Line<'_>> {
         let playback = self.ui.playback.as_ref()?;
-        let said = self.ui.aside.as_ref().or(playback.note.as_ref());
-        if let Some(said) = said {
+        if let Some((Level::Info, said)) = &self.ui.aside {
+            return Some(Line::styled(
+                format!("{} {said}", self.theme.glyphs.dot),
+                self.theme.plain,
+            ));
+        }
+        let said = self.ui.aside.as_ref().map(|(_, said)| said);
+        if let Some(said) = said.or(playback.note.as_ref()) {
             return Some(Line::styled(format!("! {said}"), self.theme.warning));
         }
         if playback.is_partial {

@@ -27,8 +27,8 @@ pub struct OnTerminal {
     /// Whether the reader stops reading.
     blind: Arc<AtomicBool>,
     stall: Arc<Stall>,
-    /// Number of bytes processed.
-    pub taken: usize,
+    /// All bytes processed.
+    pub raw: Vec<u8>,
     keys: Box<dyn Write + Send>,
     pub child: Program,
     master: Box<dyn MasterPty + Send>,
@@ -88,7 +88,7 @@ impl OnTerminal {
             reader,
             blind,
             stall,
-            taken: 0,
+            raw: Vec::new(),
             keys: pair.master.take_writer().expect("its input"),
             child: Program(child),
             master: pair.master,
@@ -135,6 +135,34 @@ impl OnTerminal {
         String::from_utf8(bytes.expect("Base64")).expect("UTF-8")
     }
 
+    /// The picture that a terminal with the kitty graphics protocol shows, if any.
+    pub fn picture(&self) -> Option<Picture> {
+        let raw = String::from_utf8_lossy(&self.raw);
+        let (mut picture, mut arriving, mut data) = (None, None, String::new());
+        let mut parts = raw.split("\x1b_G");
+        let mut before = parts.next()?;
+        for part in parts {
+            // The last sequence may be unfinished.
+            let Some((sequence, after)) = part.split_once("\x1b\\") else {
+                break;
+            };
+            let (control, chunk) = sequence.split_once(';').unwrap_or((sequence, ""));
+            if control.contains("a=d") {
+                picture = None;
+            } else if control.contains("a=T") {
+                data.clear();
+                arriving = Some(Picture::begin(before, control));
+            }
+            data.push_str(chunk);
+            if let Some(mut whole) = arriving.take_if(|_| control.ends_with("m=0")) {
+                whole.decode(&data);
+                picture = Some(whole);
+            }
+            before = after;
+        }
+        picture
+    }
+
     pub fn is_alternate(&self) -> bool {
         self.screen.screen().alternate_screen()
     }
@@ -142,6 +170,18 @@ impl OnTerminal {
     /// Waits until the screen matches.
     pub fn wait_for(&mut self, what: &str, mut shown: impl FnMut(&str) -> bool) {
         self.wait_for_terminal(what, |screen| shown(&screen.contents()));
+    }
+
+    /// Waits until the bytes of the program match.
+    pub fn wait_for_raw(&mut self, what: &str, mut reached: impl FnMut(&Self) -> bool) {
+        let deadline = Instant::now() + PATIENCE;
+        while !reached(self) {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let Ok(bytes) = self.output.recv_timeout(left) else {
+                panic!("never saw: {what}. The screen:\n{}", self.text());
+            };
+            self.process(&bytes);
+        }
     }
 
     /// Waits until the terminal matches.
@@ -164,7 +204,7 @@ impl OnTerminal {
     }
 
     fn process(&mut self, bytes: &[u8]) {
-        self.taken += bytes.len();
+        self.raw.extend_from_slice(bytes);
         self.screen.process(bytes);
     }
 
@@ -225,6 +265,53 @@ impl OnTerminal {
             thread::yield_now();
         }
         panic!("it never ended. The screen:\n{}", self.text());
+    }
+}
+
+/// A picture of the kitty graphics protocol.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// Row and column of its top left cell, counted from 1.
+    pub place: (u16, u16),
+    /// Number of columns and rows that it covers.
+    pub cells: (u32, u32),
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+    pub palette: Vec<u8>,
+    /// Index in the palette of each pixel; 0 is transparent.
+    pub pixels: Vec<u8>,
+}
+
+impl Picture {
+    /// A picture without pixels, with the place to which the terminal moved the cursor before it.
+    fn begin(before: &str, control: &str) -> Self {
+        let number = |text: &str| text.parse().expect("a number");
+        let (_, place) = before.rsplit_once("\x1b[").expect("a place");
+        let (row, column) = place.split_once(';').expect("a row and a column");
+        let value = |key: &str| {
+            let found = control.split(',').find_map(|part| part.strip_prefix(key));
+            u32::from(number(found.expect("a size")))
+        };
+        Self {
+            place: (number(row), number(column.trim_end_matches('H'))),
+            cells: (value("c="), value("r=")),
+            ..Self::default()
+        }
+    }
+
+    fn decode(&mut self, data: &str) {
+        let png = BASE64_STANDARD.decode(data).expect("Base64");
+        let decoder = png::Decoder::new(std::io::Cursor::new(png));
+        let mut reader = decoder.read_info().expect("a PNG");
+        let mut packed = vec![0; reader.output_buffer_size().expect("a size")];
+        reader.next_frame(&mut packed).expect("pixels");
+        let info = reader.info();
+        self.size = (info.width, info.height);
+        self.palette = info.palette.as_deref().expect("a palette").to_vec();
+        self.pixels = packed
+            .iter()
+            .flat_map(|byte| [byte >> 4, byte & 0xF])
+            .collect();
     }
 }
 

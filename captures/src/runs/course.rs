@@ -130,7 +130,7 @@ pub(super) mod tests {
     use super::*;
 
     use groundwave_protocol::status_codes::Drive;
-    use groundwave_protocol::telemetry::{Ack, Line, StateLine};
+    use groundwave_protocol::telemetry::{Ack, CountersLine, FirmwareVersion, Line, StateLine};
 
     /// A line A of a robot at a place.
     fn state(sequence: u8, (x_in, y_in): Place) -> Line {
@@ -212,6 +212,81 @@ pub(super) mod tests {
             state(65, (98.0, 30.0)),
         );
         assert_eq!(course.odometer_resets(), 0);
+    }
+
+    /// A course in text without times: a line C, a line A at the origin, one 200 in away after 101 lines, and a line C.
+    fn after_a_gap(passed_s: u32) -> Course {
+        let clock = |sequence, uptime_s| Line {
+            sequence,
+            body: Body::Counters(CountersLine {
+                robot_id: 7,
+                uptime_s,
+                boots: 0,
+                version: FirmwareVersion::default(),
+                ticks_won: [0; 9],
+                frames_heard: 0,
+                frames_rejected: 0,
+                ticks_late: 0,
+                bumps: 0,
+                failsafe: None,
+            }),
+            ack: Ack::default(),
+        };
+        let mut course = Course::default();
+        for line in [
+            clock(10, 100),
+            state(11, (0.0, 0.0)),
+            state(12, (200.0, 0.0)),
+            state(13, (201.0, 0.0)),
+            clock(14, 100 + passed_s),
+            state(15, (202.0, 0.0)),
+        ] {
+            take(&mut course, Duration::ZERO, line);
+        }
+        course
+    }
+
+    #[test]
+    fn the_robots_clock_tells_a_gap_of_hundreds_of_lines_from_a_reset() {
+        let driven = after_a_gap(35);
+        assert_eq!(driven.odometer_resets(), 0);
+        assert!((driven.distance_in() - 202.0).abs() < 1e-9);
+        let reset = after_a_gap(1);
+        assert_eq!(reset.odometer_resets(), 1);
+        assert!((reset.distance_in() - 2.0).abs() < 1e-9);
+        assert_eq!(reset.points(), [(200.0, 0.0), (202.0, 0.0)]);
+    }
+
+    #[test]
+    fn without_a_clock_a_gap_is_no_reset() {
+        let mut course = Course::default();
+        take(&mut course, Duration::ZERO, state(11, (0.0, 0.0)));
+        take(&mut course, Duration::ZERO, state(13, (200.0, 0.0)));
+        assert_eq!(course.odometer_resets(), 0);
+        take(&mut course, Duration::ZERO, state(14, (0.0, 0.0)));
+        assert_eq!(course.odometer_resets(), 1);
+    }
+
+    /// However many lines are cut from raw text, the robot drove no farther and reset nothing.
+    #[test]
+    fn lines_cut_from_raw_text_are_not_a_reset() {
+        let text = include_bytes!("../../house-clean.txt");
+        let lines: Vec<Received> = Decoder::default().lines(text).collect();
+        let course = |cut: std::ops::Range<usize>| {
+            let mut course = Course::default();
+            for received in lines[..cut.start].iter().chain(&lines[cut.end..]) {
+                course.take(Duration::ZERO, received);
+            }
+            course
+        };
+        let all = course(0..0);
+        for start in (15..60).step_by(5) {
+            for count in [1, 99, 100, 101, 150, 200, 250] {
+                let rest = course(start..start + count);
+                assert_eq!(rest.odometer_resets(), 0, "{count} lines from {start} on");
+                assert!(rest.distance_in() <= all.distance_in() + 1e-6);
+            }
+        }
     }
 
     #[test]

@@ -67,6 +67,8 @@ pub(super) struct Fold {
     places: VecDeque<(Duration, Place)>,
     counters: Counters,
     has_restarted: bool,
+    /// Whether the next point is in another frame than the last.
+    is_apart: bool,
     active: [bool; 2],
     bumps: Bumps,
     mode: Option<Mode>,
@@ -144,6 +146,12 @@ impl Fold {
             self.track.marks.push((self.place(), text));
         }
         let step = self.odometer.take(at, received);
+        if let Some((Step::Reset, (x_in, y_in))) = step {
+            self.is_apart = true;
+            if !std::mem::take(&mut self.has_restarted) {
+                self.happen(Event::OdometerReset, (x_in as f32, y_in as f32));
+            }
+        }
         if let Received::Line(line, _) = received {
             self.take_body(&line.body, step.map(|(step, _)| step));
         }
@@ -173,12 +181,9 @@ impl Fold {
         let point = Point {
             place,
             holder: state.layers.holder().map_or(Holder::Prowl, Holder::Layer),
-            is_apart: step != Some(Step::Driven),
+            is_apart: std::mem::take(&mut self.is_apart) || step == Some(Step::First),
             line: self.counters.lines + self.counters.ack_lines,
         };
-        if step == Some(Step::Reset) && !std::mem::take(&mut self.has_restarted) {
-            self.happen(Event::OdometerReset, place);
-        }
         self.track.heading_deg = state.theta_deg;
         self.add(point);
         self.last = Some(point);

@@ -3,6 +3,7 @@
 //! An acknowledgement that was latched after a frame's last byte was sent but does not show the frame's effect proves that the frame
 //! was lost. A timer covers the time without any line.
 
+mod abilities;
 mod hearing;
 mod interface;
 mod late;
@@ -10,16 +11,18 @@ mod sending;
 mod session;
 mod turn;
 
+pub use abilities::DRIVE_LEVEL;
 pub use interface::{Config, Duplex, FopEvent, Task};
 
 use super::US_PER_BYTE;
 use super::pacer::Pacer;
 use super::quality::Quality;
-use super::status::{CommandStatus, Failure, Shortfall};
+use super::status::{CommandStatus, Failure};
 use super::transfer::Transfer;
 use crate::command::{Command, Key, Order, RECEIPT_MAX};
-use crate::telemetry::{AbilitiesLine, Ack, Detail, Outcome};
+use crate::telemetry::{AbilitiesLine, Ack, Detail};
 use crate::{BYTES_PER_S, LINE_BYTES, WAYPOINTS_MAX, Waypoint};
+use abilities::Unexplained;
 use turn::{Carrier, Turn};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -117,11 +120,6 @@ const STOP_PERIOD_US: u64 = 300_000;
 const SEQUENCE_LAST: u8 = 63;
 const TAG_LAST: u8 = 15;
 
-/// Lowest levels at which a robot keeps lists, and obeys hand drive (SPEC.md section 1).
-const LISTS_LEVEL: u8 = 3;
-/// Lowest level of robots that can be driven by hand.
-pub const DRIVE_LEVEL: u8 = 4;
-
 /// Number of digest mismatches after which a list fails.
 const MISMATCHES_MAX: u8 = 3;
 
@@ -167,6 +165,8 @@ pub struct Fop {
     /// Number of receipts made.
     receipts: u16,
     work: Option<Work>,
+    /// A refused task that waits for the robot's first line I.
+    unexplained: Option<Unexplained>,
     outstanding: Option<Outstanding>,
     frames: u32,
     mismatches: u8,
@@ -207,6 +207,7 @@ impl Fop {
             drive_count: 0,
             receipts: 0,
             work: None,
+            unexplained: None,
             outstanding: None,
             frames: 0,
             mismatches: 0,
@@ -222,7 +223,7 @@ impl Fop {
     /// Whether a task is in progress.
     #[must_use]
     pub const fn is_busy(&self) -> bool {
-        self.work.is_some()
+        self.work.is_some() || self.unexplained.is_some()
     }
 
     /// Whether a session of this station is open, by the latest acknowledgement.
@@ -262,19 +263,13 @@ impl Fop {
         self.pacer.set_rate(rate);
     }
 
-    /// The robot's abilities, from its latest line I; `None` before such a line, and for robots with all abilities.
-    #[must_use]
-    pub const fn abilities(&self) -> Option<&AbilitiesLine> {
-        self.abilities.as_ref()
-    }
-
     fn is_half_duplex(&self) -> bool {
         self.duplex == Duplex::Half
     }
 
     /// Begins a task; returns `false` if another task is in progress or the list cannot be sent.
     pub fn start(&mut self, now_us: u64, task: Task<'_>) -> bool {
-        if self.work.is_some() || !can_be_sent(task) {
+        if self.is_busy() || !can_be_sent(task) {
             return false;
         }
         self.work = Some(match task {
@@ -340,13 +335,6 @@ impl Fop {
         });
     }
 
-    /// Whether the robot obeys hand drive, as far as known.
-    #[must_use]
-    pub fn can_be_driven(&self) -> bool {
-        self.abilities
-            .is_none_or(|robot| robot.level >= DRIVE_LEVEL)
-    }
-
     /// A receipt that no other station makes, and that this station does not repeat for seconds.
     fn next_receipt(&mut self) -> u16 {
         self.receipts = self.receipts.wrapping_add(1);
@@ -373,48 +361,15 @@ impl Fop {
         self.lose_session(Failure::CannotHear);
     }
 
-    /// The final status of a task that the robot cannot carry out, by its line I; `None` if it can.
-    fn beyond(&self) -> Option<CommandStatus> {
-        let robot = self.abilities.as_ref()?;
-        let (level, capacity) = (robot.level, robot.capacity);
-        let beyond_level = |needs: u8| {
-            CommandStatus::Failed(Failure::BeyondLevel(Shortfall {
-                has: level.into(),
-                needs: needs.into(),
-            }))
-        };
-        Some(match self.work.as_ref()? {
-            Work::List(_) if level < LISTS_LEVEL => beyond_level(LISTS_LEVEL),
-            Work::List(list) if list.count() > capacity => {
-                CommandStatus::Failed(Failure::BeyondCapacity(Shortfall {
-                    has: capacity,
-                    needs: list.count(),
-                }))
-            }
-            Work::Order(order) if order.level() > level => beyond_level(order.level()),
-            Work::Order(Order::Mode(mode)) if !robot.has_mode(*mode) => {
-                CommandStatus::Refused(Outcome::NotFitted)
-            }
-            _ => return None,
-        })
-    }
-
-    /// Ends a task that the robot cannot carry out, unless its command has been sent.
-    fn refuse_beyond(&mut self) {
-        if self.outstanding.is_none()
-            && let Some(end) = self.beyond()
-        {
-            self.work = None;
-            self.push(FopEvent::Task(end));
-        }
-    }
-
     /// Handles timers that are due.
     pub fn handle_timeout(&mut self, now_us: u64) {
         if self.is_unheard() {
             self.refuse_unheard();
         }
         self.refuse_beyond();
+        if self.explained_by_us().is_some_and(|us| now_us >= us) {
+            self.settle_refusal();
+        }
         if self
             .stopping
             .is_some_and(|s| now_us >= s.since_us + self.give_up_us())
@@ -467,7 +422,7 @@ impl Fop {
         {
             return Some(0);
         }
-        if self.outstanding.is_none() && self.beyond().is_some() {
+        if self.beyond().is_some() {
             return Some(0);
         }
         let silence = self
@@ -510,6 +465,7 @@ impl Fop {
             self.pacer.poll_timeout(),
             silence,
             give_up,
+            self.explained_by_us(),
             drive.filter(|_| free || !self.is_open()),
             stop.filter(|_| free),
             keepalive.filter(|_| free),

@@ -29,6 +29,7 @@ pub(in super::super) fn failed(request: &Request, failure: Failure) -> Fault {
     let exit = match failure {
         Failure::ReceiveOnly => Exit::ReceiveOnly,
         Failure::TimedOut => Exit::NotConfirmed,
+        Failure::BeyondLevel(_) | Failure::BeyondCapacity(_) => Exit::Refused,
         _ => Exit::Failed,
     };
     Fault::new(exit, format!("`{request}`: {failure}"))

@@ -131,8 +131,8 @@ fn a_robot_below_level_4_is_not_driven() {
     }));
     assert_eq!(scene.type_text("d"), []);
     assert_eq!(scene.model.ui.overlay, Overlay::None);
-    let aside = scene.model.ui.aside.as_deref();
-    assert!(aside.is_some_and(|text| text.contains("needs level 4, the robot has level 3")));
+    let aside = scene.model.ui.aside.as_ref();
+    assert!(aside.is_some_and(|(_, text)| text.contains("needs level 4, the robot has level 3")));
 }
 
 #[test]

@@ -108,6 +108,7 @@ impl Fop {
             Body::Abilities(abilities) => {
                 self.abilities = Some(*abilities);
                 self.follow_rate();
+                self.settle_refusal();
                 self.refuse_beyond();
             }
             _ => {}
@@ -213,7 +214,7 @@ impl Fop {
                 self.outstanding = None;
                 // Only arriving waypoints count as progress: activation may fail repeatedly.
                 news |= ack.outcome != Outcome::ListIncomplete;
-                self.conclude(ack.outcome);
+                self.conclude(now_us, ack.outcome);
             } else if outstanding
                 .ends_us
                 .is_some_and(|ends_us| ends_us <= latched_us)
@@ -226,7 +227,7 @@ impl Fop {
         }
     }
 
-    fn conclude(&mut self, outcome: Outcome) {
+    fn conclude(&mut self, now_us: u64, outcome: Outcome) {
         match (&mut self.work, outcome) {
             (None, _) | (Some(Work::List(_)), Outcome::ListIncomplete) => {}
             (Some(Work::List(transfer)), Outcome::DigestMismatch)
@@ -236,20 +237,15 @@ impl Fop {
                 self.tag = next_tag(self.tag);
                 transfer.restart(self.tag);
             }
-            (Some(work), _) => {
+            (Some(work), Outcome::Done) => {
                 let digest = match work {
                     Work::List(transfer) => Some(transfer.digest()),
                     Work::Order(Order::Activate { digest, .. }) => Some(*digest),
                     Work::Order(_) => None,
                 };
-                let end = match outcome {
-                    Outcome::Done => CommandStatus::Confirmed { digest },
-                    // The first line I may come after the command has been sent.
-                    refused => self.beyond().unwrap_or(CommandStatus::Refused(refused)),
-                };
-                self.work = None;
-                self.push(FopEvent::Task(end));
+                self.end(CommandStatus::Confirmed { digest });
             }
+            (Some(_), refused) => self.refuse(now_us, refused),
         }
     }
 }

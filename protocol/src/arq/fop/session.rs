@@ -94,6 +94,7 @@ impl Fop {
     }
 
     pub(super) fn fail(&mut self, failure: Failure) {
+        self.settle_refusal();
         if self.outstanding.take().is_some() {
             // The robot may have received the command, so this session cannot use its sequence again.
             self.session = Session::None;
