@@ -169,8 +169,8 @@ struct Trial {
     /// Commands executed in this session.
     taken: HashSet<Vec<u8>>,
     executions: Vec<Execution>,
-    /// Number of STOPs taken by the robot.
-    stops: usize,
+    /// The stations' processes whose STOPs the robot took.
+    stops: Vec<u64>,
     totals: Totals,
 }
 
@@ -198,7 +198,7 @@ impl Trial {
             session_ms: 0,
             taken: HashSet::new(),
             executions: Vec::new(),
-            stops: 0,
+            stops: Vec::new(),
             totals: Totals::default(),
         }
     }
@@ -371,7 +371,7 @@ impl Trial {
             id,
             request,
             executions_before: self.executions.len(),
-            stops_before: self.stops,
+            stops_before: self.stops.len(),
             give_up_at: has_client.then(|| now + Duration::from_secs(timeout_s)),
         });
         self.take_events(n);
@@ -386,10 +386,10 @@ impl Trial {
         let count = 1 + self.rng.below(30) as usize;
         let recorded = self.recorded.split_off(from);
         for frame in recorded.iter().take(count) {
-            let obeyed = self.executions.len() + self.stops;
+            let obeyed = self.executions.len() + self.stops.len();
             self.deliver(&[b"\n", &frame[..]].concat());
             self.totals.refused_replays +=
-                usize::from(obeyed == self.executions.len() + self.stops);
+                usize::from(obeyed == self.executions.len() + self.stops.len());
         }
         self.recorded.extend(recorded);
     }
@@ -464,7 +464,8 @@ impl Trial {
             self.simulation.deliver_uplink(&[byte]);
             let stop = self.receiver.handle_byte(byte, ROBOT_ID, None);
             if matches!(stop, Some(Message::Stop(_))) {
-                self.stops += 1;
+                let sent = self.sent.get(&self.reached);
+                self.stops.extend(sent.map(|sent| sent.process));
                 let robot = self.simulation.robot();
                 let is_obeyed = robot.mode() == Mode::Stop && robot.motion() == Motion::STILL;
                 assert!(is_obeyed, "STOP is not obeyed: {}", self.context());
@@ -575,8 +576,9 @@ impl Trial {
         self.totals.confirmed += usize::from(is_confirmed);
         if ended.request == Request::Stop {
             self.totals.stops += 1;
-            let is_true = self.stops > ended.stops_before;
-            assert!(is_true, "confirmed without a STOP: {ended:?}; {context}");
+            // The other operator may have ended its own STOP already.
+            let is_true = self.stops[ended.stops_before..].contains(&process);
+            assert!(is_true, "confirmed without its STOP: {ended:?}; {context}");
             return;
         }
         let robot = self.simulation.robot();

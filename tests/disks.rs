@@ -19,7 +19,7 @@ fn a_full_disk_is_reported_and_the_robot_is_still_watched() {
     let folder = scratch("full");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "50"]);
     let path = folder.join("run.mcap");
-    let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" \"$@\"";
+    let script = "ulimit -f 100; exec \"$0\" \"$@\"";
     let mut watch = Telling::start_as(
         "sh",
         &[
@@ -52,7 +52,7 @@ fn a_full_disk_is_reported_and_the_robot_is_still_watched() {
 #[test]
 fn a_disk_too_full_to_begin_keeps_nothing_and_claims_nothing() {
     let folder = scratch("too-full");
-    let script = "cd \"$0\"; trap '' XFSZ; ulimit -f 8; exec \"$@\"";
+    let script = "cd \"$0\"; ulimit -f 8; exec \"$@\"";
     let output = Command::new("sh")
         .args(["-c", script])
         .arg(&folder)
@@ -81,7 +81,7 @@ fn a_disk_too_full_to_begin_keeps_nothing_and_claims_nothing() {
 fn after_a_full_disk_one_key_records_on() {
     let folder = scratch("full-dashboard");
     let sim = Sim::start(&["--listen", "127.0.0.1:0", "--time-factor", "50"]);
-    let script = "cd \"$0\"; trap '' XFSZ; ulimit -f 60; exec \"$@\"";
+    let script = "cd \"$0\"; ulimit -f 60; exec \"$@\"";
     let folder = folder.to_str().unwrap();
     let arguments = [
         "-c", script, folder, GROUNDWAVE, "watch", &sim.path, "--record", "run.mcap",
@@ -94,6 +94,17 @@ fn after_a_full_disk_one_key_records_on() {
     watch.wait_for("the next recording", |text| text.contains("groundwave-2"));
     watch.type_keys("q");
     watch.wait();
+}
+
+/// Replay copies standard input to a temporary file.
+#[test]
+fn a_temporary_folder_that_does_not_exist_is_named() {
+    let script = "TMPDIR=/nonexistent exec \"$0\" replay - < captures/house-clean.txt";
+    let mut replay = OnTerminal::start("sh", &["-c", script, GROUNDWAVE], 120, 40);
+    assert_eq!(replay.wait(), 1);
+    let text = replay.text();
+    assert!(text.contains("in /nonexistent: not found"), "{text}");
+    assert!(text.contains("set TMPDIR"), "{text}");
 }
 
 #[test]
@@ -137,7 +148,7 @@ fn a_disk_that_is_full_stops_a_recovery_and_changes_nothing() {
     let middle = bad.len() / 2;
     bad[middle] ^= 1;
     fs::write(&path, &bad).unwrap();
-    let script = "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\"";
+    let script = "ulimit -f 4; exec \"$0\" \"$@\"";
     let output = Command::new("sh")
         .args(["-c", script, GROUNDWAVE, "recover", name])
         .output()

@@ -367,6 +367,34 @@ fn a_named_pipe_stops_no_command() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// A device may send bytes for ever, so no command reads it as a capture.
+#[test]
+fn a_device_is_not_read_as_a_capture() {
+    let folder = scratch("devices");
+    for arguments in [
+        &["info", "/dev/zero"][..],
+        &["verify", "/dev/zero"],
+        &["verify", SAMPLE, "--raw", "/dev/zero"],
+        &["runs", "/dev/zero"],
+        &["compare", CLEAN, "/dev/zero"],
+        &["export", "--to", "csv", "-o", "-", "/dev/zero"],
+        &["export", "--to", "mcap", "/dev/zero", "-o", "a.mcap"],
+        &["export", "--to", "raw", "/dev/zero", "-o", "a.txt"],
+        &["cut", "/dev/zero", "--from", "1s", "-o", "a.txt"],
+        &["songs", "/dev/zero"],
+        &["label", "/dev/zero"],
+        &["recover", "/dev/zero"],
+        &["replay", "/dev/zero"],
+    ] {
+        let output = run_in(&folder, arguments);
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert!(err.contains("it is a device"), "{arguments:?}: {err}");
+        assert!(err.contains("groundwave record"), "{arguments:?}: {err}");
+        assert!(!output.status.success(), "{arguments:?}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
 #[test]
 fn a_text_file_has_a_limit() {
     let folder = scratch("long");

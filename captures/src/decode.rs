@@ -9,14 +9,14 @@ mod events;
 use std::io::{self, Write};
 use std::time::Duration;
 
-use groundwave_lines::{Content, OwnLine, Recognizer};
-use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_lines::{Content, OwnLine};
+use groundwave_protocol::decoder::Received;
+use serde_json::to_writer;
 
-use super::chunk::set_time;
-use super::diagnosis::{Diagnosis, Finding};
+use super::diagnosis::{Diagnosis, Finding, Line};
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
-use super::own_lines::{DescribedFields, Line, each_line, recognizer};
+use super::own_lines::recognizer;
 use super::runs::label::Note;
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
@@ -52,7 +52,6 @@ pub fn decode(
     format: Format,
     output: &mut impl Write,
 ) -> Result<Decoded, DecodeError> {
-    let mut decoder = Decoder::default();
     if format == Format::Csv {
         write_header(output)?;
     }
@@ -60,17 +59,20 @@ pub fn decode(
         format,
         output,
         record: Vec::new(),
-        diagnosis: Diagnosis::default(),
         notes: Notes::of(notes),
+        own_lines: 0,
     };
-    let result = records.write_all(capture, &mut decoder);
-    let mistakes = records.diagnosis.findings();
+    let mut diagnosis = None;
+    let result = records.write_all(capture, &mut diagnosis);
+    let own_lines = records.own_lines;
     output.flush()?;
-    let counters = decoder.counters();
-    result.map(|own_lines| Decoded {
+    result?;
+    let diagnosis = diagnosis.unwrap_or_default();
+    let counters = diagnosis.counters();
+    Ok(Decoded {
         bytes: counters.bytes,
         lines: counters.lines + counters.ack_lines + own_lines,
-        mistakes,
+        mistakes: diagnosis.findings(),
     })
 }
 
@@ -90,8 +92,9 @@ struct Records<'a, W> {
     format: Format,
     output: &'a mut W,
     record: Vec<u8>,
-    diagnosis: Diagnosis,
     notes: Notes<'a>,
+    /// Number of lines of the robot's own with values.
+    own_lines: u64,
 }
 
 /// Notes still to be written, in descending order of their moments.
@@ -119,15 +122,12 @@ impl<W: Write> Records<'_, W> {
     fn write_all(
         &mut self,
         capture: &mut Capture,
-        decoder: &mut Decoder,
-    ) -> Result<u64, DecodeError> {
-        let mut own_lines = 0;
+        diagnosis: &mut Option<Diagnosis>,
+    ) -> Result<(), DecodeError> {
         let (mut outages, mut now) = (OutageList::default(), Duration::ZERO);
         let mut written = 0;
-        let mut own: Option<Recognizer> = None;
-        let mut described = DescribedFields::default();
         loop {
-            let table = if own.is_none() {
+            let table = if diagnosis.is_none() {
                 capture.session_ahead()?
             } else {
                 None
@@ -139,37 +139,24 @@ impl<W: Write> Records<'_, W> {
             self.write_notes(now)?;
             match piece {
                 Piece::Received(bytes) => {
-                    let own = own.get_or_insert_with(|| recognizer(table.as_ref()));
-                    set_time(decoder, at);
-                    self.diagnosis.take(bytes);
-                    each_line(
-                        decoder,
-                        own,
-                        &mut described,
-                        bytes,
-                        |line, counters| match line {
-                            Line::Wire(received) => {
-                                outages.handle_line(at, &received, counters);
-                                self.write_line(at, &received)
-                            }
-                            Line::Own(line) => {
-                                own_lines += u64::from(matches!(line.content, Content::Values(_)));
-                                self.write_own(at, &line)
-                            }
-                        },
-                    )?;
+                    let diagnosis =
+                        diagnosis.get_or_insert_with(|| Diagnosis::new(recognizer(table.as_ref())));
+                    diagnosis.set_time(at);
+                    diagnosis.each_line(bytes, |line, counters| match line {
+                        Line::Wire(received) => {
+                            outages.handle_line(at, received, counters);
+                            self.write_line(at, received)
+                        }
+                        Line::Own(line) => self.write_own(at, line),
+                    })?;
                 }
                 Piece::Missing(_) | Piece::Damaged(_) => {
-                    decoder.skip();
-                    self.diagnosis.skip();
-                    own.iter_mut().for_each(Recognizer::interrupt);
+                    diagnosis.iter_mut().for_each(Diagnosis::skip);
                     outages.handle_missing();
                 }
                 Piece::Event(event) => {
                     if event.is_loss_of_link() {
-                        decoder.interrupt();
-                        self.diagnosis.skip();
-                        own.iter_mut().for_each(Recognizer::interrupt);
+                        diagnosis.iter_mut().for_each(Diagnosis::interrupt);
                     }
                     outages.handle_event(at, &event);
                     if let Some(event) = EventRecord::of(at, &event) {
@@ -187,7 +174,7 @@ impl<W: Write> Records<'_, W> {
             self.write_event(now, &EventRecord::of_outage(outage))?;
         }
         self.write_notes(Duration::MAX)?;
-        Ok(own_lines)
+        Ok(())
     }
 
     /// Writes the notes whose moment has come.
@@ -209,13 +196,21 @@ impl<W: Write> Records<'_, W> {
 
     /// Writes a line of the robot's own: one object, or a row for each value.
     fn write_own(&mut self, at: Duration, line: &OwnLine) -> io::Result<()> {
-        for record in EventRecord::of_own(line, self.format) {
-            self.write_event(at, &record)?;
+        match &line.content {
+            Content::Damaged => Ok(()),
+            Content::Text => self.write_event(at, &EventRecord::of_own(line, &[])),
+            Content::Values(samples) => {
+                self.own_lines += 1;
+                if self.format == Format::Jsonl || samples.is_empty() {
+                    return self.write_event(at, &EventRecord::of_own(line, samples));
+                }
+                let mut rows = samples.iter().map(EventRecord::of_value);
+                rows.try_for_each(|row| self.write_event(at, &row))
+            }
         }
-        Ok(())
     }
 
-    fn write_event(&mut self, at: Duration, event: &EventRecord) -> io::Result<()> {
+    fn write_event(&mut self, at: Duration, event: &EventRecord<'_>) -> io::Result<()> {
         self.record.clear();
         match self.format {
             Format::Jsonl => event.write_json(&mut self.record, at),
@@ -247,14 +242,19 @@ pub fn write_json(output: &mut Vec<u8>, at: Duration, received: &Received) -> io
         let Some(value) = value else {
             return Ok(());
         };
-        write!(output, ",\"{name}\":")?;
+        write_name(output, name)?;
         match value {
-            Value::Text(text) => Ok(serde_json::to_writer(&mut *output, text)?),
-            Value::Word(word) => write!(output, "\"{word}\""),
+            Value::Text(text) | Value::Word(text) => Ok(to_writer(&mut *output, text)?),
             number => write_number(output, number),
         }
     })?;
     output.write_all(b"}\n")
+}
+
+/// Appends the name of a field that is not the first of its object.
+fn write_name(output: &mut Vec<u8>, name: &str) -> io::Result<()> {
+    let mut parts = [",\"", name, "\":"].into_iter();
+    parts.try_for_each(|part| output.write_all(part.as_bytes()))
 }
 
 fn write_csv(output: &mut Vec<u8>, at: Duration, received: &Received) -> io::Result<()> {
@@ -288,12 +288,15 @@ fn write_csv_text(output: &mut Vec<u8>, text: &str) -> io::Result<()> {
 }
 
 fn write_seconds(output: &mut Vec<u8>, at: Duration) -> io::Result<()> {
-    write!(output, "{}.{:03}", at.as_secs(), at.subsec_millis())
+    to_writer(&mut *output, &at.as_secs())?;
+    let milliseconds = at.subsec_millis();
+    let digit = |unit: u32| b'0' + (milliseconds / unit % 10) as u8;
+    output.write_all(&[b'.', digit(100), digit(10), digit(1)])
 }
 
 fn write_number(output: &mut Vec<u8>, value: Value<'_>) -> io::Result<()> {
     match value {
-        Value::Integer(value) => write!(output, "{value}"),
+        Value::Integer(value) => Ok(to_writer(output, &value)?),
         Value::Decimal(value) => write!(output, "{value:.1}"),
         Value::Word(text) | Value::Text(text) => output.write_all(text.as_bytes()),
     }

@@ -89,6 +89,19 @@ pub const fn is_named_pipe(_: &Path) -> bool {
     false
 }
 
+/// Whether the path is a device that sends bytes one by one, such as a serial port or a terminal.
+#[cfg(unix)]
+pub(crate) fn is_device(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    fs::metadata(path).is_ok_and(|about| about.file_type().is_char_device())
+}
+
+/// Whether the path is a device that sends bytes one by one, such as a serial port or a terminal.
+#[cfg(not(unix))]
+pub(crate) const fn is_device(_: &Path) -> bool {
+    false
+}
+
 /// Opens a file for writing. Refuses a named pipe that no program begins to read within a second, because opening one waits
 /// for the reader.
 ///

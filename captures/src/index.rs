@@ -20,6 +20,7 @@ use super::CaptureError;
 use super::source::{Form, HEAD_BYTES, ROUTE_HEAD_BYTES, is_route, open_file};
 use crate::event::Landmark;
 use crate::event::{Moment, Truth};
+use crate::hint;
 use crate::pieces::PiecePosition;
 
 pub use crate::pieces::Piece;
@@ -159,7 +160,14 @@ fn spool(from: &mut dyn Read, path: &Path) -> Result<Box<dyn SeekableReader + Se
         path: path.to_owned(),
         error,
     };
-    let mut spool = unlinked_file().map_err(read_error)?;
+    let mut spool = unlinked_file().map_err(|error| {
+        let folder = std::env::temp_dir();
+        read_error(io::Error::other(format!(
+            "its copy cannot be created in {}: {}; set TMPDIR to another folder",
+            folder.display(),
+            hint::words(&error)
+        )))
+    })?;
     io::copy(from, &mut spool).map_err(read_error)?;
     read(Arc::new(spool), path)
 }

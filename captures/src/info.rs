@@ -3,7 +3,6 @@
 mod survey;
 mod text;
 
-use groundwave_protocol::decoder::Decoder;
 use serde::Serialize;
 
 use super::Capture;
@@ -189,14 +188,10 @@ impl Info {
     /// Reads a capture to its end, or as far as it can be read.
     #[must_use]
     pub fn read(capture: &mut Capture) -> Self {
-        let mut decoder = Decoder::default();
         let mut survey = Survey::default();
-        let result = survey.take_all(capture, &mut decoder);
-        survey.into_info(
-            capture,
-            decoder.counters(),
-            result.err().map(|e| e.to_string()),
-        )
+        let (diagnosis, result) = survey.take_all(capture);
+        let problem = result.err().map(|error| error.to_string());
+        survey.into_info(capture, &diagnosis, problem)
     }
 
     /// Adds the operator's label of the run.

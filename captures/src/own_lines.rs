@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use groundwave_lines::{Content, Field, Limits, OwnLine, Recognizer, Sample, Value, runs};
-use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_lines::{Content, Field, Limits, OwnLine, Recognizer, Sample, Value};
+use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{Body, FIELDS_MAX};
 
 use crate::session::Session;
@@ -106,58 +106,8 @@ impl DescribedFields {
     }
 }
 
-/// A line of Groundwave's form, or one of the robot's own.
-pub(super) enum Line {
-    Wire(Box<Received>),
-    Own(OwnLine),
-}
-
-/// Passes each line in received bytes, with the decoder's totals right after it, to `take`.
-///
-/// # Errors
-/// The errors of `take`.
-pub(super) fn each_line<E>(
-    decoder: &mut Decoder,
-    own: &mut Recognizer,
-    described: &mut DescribedFields,
-    bytes: &[u8],
-    mut take: impl FnMut(Line, &Counters) -> Result<(), E>,
-) -> Result<(), E> {
-    for run in runs(bytes) {
-        let before = intact(decoder.counters());
-        let damaged = decoder.counters().damaged;
-        let mut rest = run;
-        while let Some(received) = decoder.next_own_line(&mut rest) {
-            let values = match &received {
-                Received::Line(line, _) => described.take(&line.body),
-                Received::Ack(_) => None,
-            };
-            take(Line::Wire(Box::new(received)), decoder.counters())?;
-            if let Some(values) = values {
-                take(Line::Own(values), decoder.counters())?;
-            }
-        }
-        let is_wire = intact(decoder.counters()) != before;
-        if let Some(line) = own.take(run, is_wire) {
-            decoder.disown(run.len(), damaged);
-            take(Line::Own(line), decoder.counters())?;
-        }
-    }
-    Ok(())
-}
-
-/// Whether received bytes contain an intact line, or a line of the robot's own with values.
-pub fn has_line(decoder: &mut Decoder, own: &mut Recognizer, bytes: &[u8]) -> bool {
-    let described = &mut DescribedFields::default();
-    let found = each_line(decoder, own, described, bytes, |line, _| match line {
-        Line::Own(line) if !matches!(line.content, Content::Values(_)) => Ok(()),
-        Line::Own(_) | Line::Wire(_) => Err(()),
-    });
-    found.is_err()
-}
-
 /// Number of intact Groundwave lines, of any robot.
-pub(super) const fn intact(counters: &Counters) -> u64 {
+pub(crate) const fn intact(counters: &Counters) -> u64 {
     counters.lines + counters.ack_lines
 }
 

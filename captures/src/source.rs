@@ -72,12 +72,19 @@ pub(super) fn is_route(head: &[u8]) -> bool {
         })
 }
 
-/// Opens the file of a capture.
+/// Opens the file of a capture. Refuses a device, because its bytes may have no end.
 ///
 /// # Errors
 /// If the file cannot be opened.
 pub fn open_file(path: &Path) -> Result<File, CaptureError> {
-    files::open(path).map_err(|error| CaptureError::Open {
+    let opened = if files::is_device(path) {
+        Err(io::Error::other(
+            "it is a device, whose bytes may have no end; record them first: groundwave record DEVICE",
+        ))
+    } else {
+        files::open(path)
+    };
+    opened.map_err(|error| CaptureError::Open {
         path: path.to_owned(),
         error,
     })

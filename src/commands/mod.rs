@@ -56,6 +56,7 @@ pub use fault::{Exit, Fault};
 
 use crate::hint;
 use crate::io::open_files;
+use crate::io::signals::survive_file_limit;
 use crate::safe_text::{self, SafeWriter};
 
 /// Parses the command line.
@@ -75,6 +76,7 @@ pub fn parse() -> Result<Cli, clap::Error> {
 #[must_use]
 pub fn run(cli: &Cli) -> ExitCode {
     watch_for_panics();
+    survive_file_limit();
     match check_open_files(open_files::ANY_COMMAND).and_then(|()| dispatch(cli)) {
         // The hook has reported the panic.
         Ok(()) if HAS_PANICKED.load(Ordering::Relaxed) => ExitCode::from(Exit::Failed as u8),

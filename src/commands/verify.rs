@@ -6,9 +6,8 @@ use std::path::Path;
 
 use super::cli::Verify;
 use super::{Exit, Fault, batch, input, out};
-use crate::capture::source::Form;
+use crate::capture::source::{Form, open_file};
 use crate::capture::verify::{RawCopy, Verdict, verify_mcap, verify_raw};
-use crate::capture::{CaptureError, files};
 
 pub(super) fn run(options: &Verify) -> Result<(), Fault> {
     let captures = batch::files(&options.captures)?;
@@ -59,13 +58,10 @@ fn raw_file(options: &Verify, path: &Path) -> Result<Option<RawCopy>, Fault> {
     let Some(raw) = options.raw.clone().or_else(raw) else {
         return Ok(None);
     };
-    match files::open(&raw) {
-        Ok(file) => Ok(Some(RawCopy {
-            source: Box::new(file),
-            is_named: options.raw.is_some(),
-        })),
-        Err(error) => Err(Fault::from(CaptureError::Open { path: raw, error })),
-    }
+    Ok(Some(RawCopy {
+        source: Box::new(open_file(&raw)?),
+        is_named: options.raw.is_some(),
+    }))
 }
 
 fn write(options: &Verify, path: &Path, verdict: &Verdict) -> io::Result<()> {

@@ -91,6 +91,16 @@ impl Signals {
     }
 }
 
+/// From now on, a write beyond the system's limit of a file's length fails; by default, its signal ends the program.
+pub fn survive_file_limit() {
+    #[cfg(unix)]
+    {
+        let signal = rustix::process::Signal::XFSZ.as_raw();
+        // Without a handler, the signal has its default effect.
+        let _ = signal_hook::flag::register(signal, std::sync::Arc::default());
+    }
+}
+
 /// Exit code of an interrupted program.
 const INTERRUPTED: i32 = 130;
 

@@ -1,23 +1,34 @@
-//! Records of commands, marks, notes, alarms and outages.
+//! Records of commands, marks, notes, alarms, outages and lines of the robot's own.
 
 use std::io::{self, Write};
 use std::time::Duration;
 
-use groundwave_lines::{Content, OwnLine, Sample, Value as OwnValue};
-use serde_json::{Map, Value, json};
+use groundwave_lines::{OwnLine, Sample, Value};
+use serde_json::to_writer;
 
-use super::{Format, Telemetry, write_commas, write_csv_text, write_seconds};
+use super::{Telemetry, write_commas, write_csv_text, write_name, write_seconds};
 use crate::messages::{StationEvent, StationEventKind};
 use crate::outages::Outage;
 use crate::runs::label::Note;
 
-/// A command's or an alarm's new status, a mark, a note or an outage.
-#[derive(Clone, Debug, Default)]
-pub(super) struct EventRecord(Map<String, Value>);
+/// A command's or an alarm's new status, a mark, a note, an outage or a line of the robot's own: some of the fields, in
+/// their order.
+#[derive(Clone, Debug)]
+pub(super) struct EventRecord<'a>(Vec<(&'static str, Cell<'a>)>);
 
-impl EventRecord {
+/// The content of a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cell<'a> {
+    Empty,
+    Text(&'a str),
+    Integer(u64),
+    Number(f64),
+    Values(&'a [Sample]),
+}
+
+impl<'a> EventRecord<'a> {
     /// Names of the fields, in the order of a table.
-    pub(super) const FIELDS: [&str; 19] = [
+    pub(super) const FIELDS: [&'static str; 19] = [
         // `command`, `mark`, `note`, `outage`, `alarm` or `own`.
         "event",
         // Number of the command.
@@ -56,90 +67,98 @@ impl EventRecord {
     ];
 
     /// The record of an event; `None` for other kinds.
-    pub(super) fn of(at: Duration, event: &StationEvent) -> Option<Self> {
-        let value = match event.kind.as_ref()? {
-            StationEventKind::Command(event) => json!({
-                "event": "command",
-                "command_id": event.command_id,
-                "status": event.status,
-                "command": event.command,
-                "code": event.code,
-                "by": event.by,
-            }),
-            StationEventKind::Mark(mark) => json!({
-                "event": "mark",
-                "status": if mark.is_set { "set" } else { "cleared" },
-                "begin_s": milliseconds(at.saturating_sub(Duration::from_nanos(mark.ago_ns))),
-            }),
-            StationEventKind::Alarm(alarm) => json!({
-                "event": "alarm",
-                "status": alarm.status,
-                "code": alarm.code,
-                "begin_s": milliseconds(at.saturating_sub(Duration::from_nanos(alarm.ago_ns))),
-                "severity": alarm.severity,
-                "value": alarm.value,
-                "limit": alarm.limit,
-                "unit": Some(&alarm.unit).filter(|unit| !unit.is_empty()),
-                "shelved_s": alarm.shelved_ns.map(|ns| milliseconds(Duration::from_nanos(ns))),
-            }),
+    pub(super) fn of(at: Duration, event: &'a StationEvent) -> Option<Self> {
+        let ago = |ns| milliseconds(at.saturating_sub(Duration::from_nanos(ns)));
+        let text = |text: &'a Option<String>| text.as_deref().into();
+        Some(Self(match event.kind.as_ref()? {
+            StationEventKind::Command(event) => vec![
+                ("event", "command".into()),
+                ("command_id", event.command_id.into()),
+                ("status", Cell::Text(&event.status)),
+                ("command", text(&event.command)),
+                ("code", text(&event.code)),
+                ("by", text(&event.by)),
+            ],
+            StationEventKind::Mark(mark) => vec![
+                ("event", "mark".into()),
+                ("status", if mark.is_set { "set" } else { "cleared" }.into()),
+                ("begin_s", ago(mark.ago_ns).into()),
+            ],
+            StationEventKind::Alarm(alarm) => vec![
+                ("event", "alarm".into()),
+                ("status", alarm.status.as_str().into()),
+                ("code", alarm.code.as_str().into()),
+                ("begin_s", ago(alarm.ago_ns).into()),
+                ("severity", alarm.severity.as_str().into()),
+                ("limit", alarm.limit.into()),
+                (
+                    "unit",
+                    Some(&*alarm.unit).filter(|unit| !unit.is_empty()).into(),
+                ),
+                (
+                    "shelved_s",
+                    alarm
+                        .shelved_ns
+                        .map(|ns| milliseconds(Duration::from_nanos(ns)))
+                        .into(),
+                ),
+                ("value", alarm.value.into()),
+            ],
             _ => return None,
-        };
-        Some(Self::from(value))
+        }))
     }
 
-    /// The records of a line of the robot's own: one in JSON, one for each value in CSV.
-    pub(super) fn of_own(line: &OwnLine, format: Format) -> Vec<Self> {
-        let samples = match &line.content {
-            Content::Values(samples) => &samples[..],
-            Content::Text => &[],
-            Content::Damaged => return Vec::new(),
+    /// The record of a line of the robot's own.
+    pub(super) fn of_own(line: &'a OwnLine, values: &'a [Sample]) -> Self {
+        let values = if values.is_empty() {
+            Cell::Empty
+        } else {
+            Cell::Values(values)
         };
-        let value = |sample: &Sample| match &sample.value {
-            OwnValue::Number(number) => json!(number),
-            OwnValue::Text(text) => json!(&**text),
-        };
-        if format == Format::Jsonl || samples.is_empty() {
-            let values = samples.iter();
-            let values = values.map(|sample| (sample.field.name.clone(), value(sample)));
-            let values: Map<_, _> = values.collect();
-            return vec![Self::from(json!({
-                "event": "own",
-                "own": line.text,
-                "values": (!values.is_empty()).then_some(values),
-            }))];
-        }
-        let rows = samples.iter().map(|sample| {
-            Self::from(json!({
-                "event": "own",
-                "field": sample.field.name,
-                "value": value(sample),
-            }))
-        });
-        rows.collect()
+        Self(vec![
+            ("event", "own".into()),
+            ("own", line.text.as_str().into()),
+            ("values", values),
+        ])
+    }
+
+    /// The record of one value in a line of the robot's own.
+    pub(super) fn of_value(sample: &'a Sample) -> Self {
+        Self(vec![
+            ("event", "own".into()),
+            ("field", sample.field.name.as_str().into()),
+            ("value", (&sample.value).into()),
+        ])
     }
 
     /// The record of a note in the label.
-    pub(super) fn of_note(note: &Note) -> Self {
-        Self::from(json!({ "event": "note", "note": note.text }))
+    pub(super) fn of_note(note: &'a Note) -> Self {
+        Self(vec![
+            ("event", "note".into()),
+            ("note", note.text.as_str().into()),
+        ])
     }
 
     /// The record of an outage.
     pub(super) fn of_outage(outage: &Outage) -> Self {
-        Self::from(json!({
-            "event": "outage",
-            "code": outage.cause.code(),
-            "begin_s": milliseconds(outage.begin),
-            "end_s": outage.end.map(milliseconds),
-            "lines_lost": outage.lost.min,
-            "lines_lost_max": outage.lost.max,
-        }))
+        Self(vec![
+            ("event", "outage".into()),
+            ("code", outage.cause.code().into()),
+            ("begin_s", milliseconds(outage.begin).into()),
+            ("end_s", outage.end.map(milliseconds).into()),
+            ("lines_lost", Cell::Integer(outage.lost.min)),
+            ("lines_lost_max", Cell::Integer(outage.lost.max)),
+        ])
     }
 
     pub(super) fn write_json(&self, output: &mut Vec<u8>, at: Duration) -> io::Result<()> {
         output.write_all(b"{\"at_s\":")?;
         write_seconds(output, at)?;
-        for (name, value) in self.fields().filter(|(_, value)| !value.is_null()) {
-            write!(output, ",\"{name}\":{value}")?;
+        for (name, cell) in &self.0 {
+            if *cell != Cell::Empty {
+                write_name(output, name)?;
+                cell.write_json(output)?;
+            }
         }
         output.write_all(b"}\n")
     }
@@ -147,31 +166,84 @@ impl EventRecord {
     pub(super) fn write_csv(&self, output: &mut Vec<u8>, at: Duration) -> io::Result<()> {
         write_seconds(output, at)?;
         write_commas(output, Telemetry::FIELDS.len())?;
-        for (_, value) in self.fields() {
+        let mut cells = self.0.iter().peekable();
+        for name in Self::FIELDS {
             output.write_all(b",")?;
-            match value {
-                Value::Null => {}
-                Value::String(text) => write_csv_text(output, text)?,
-                other => write!(output, "{other}")?,
+            match cells.next_if(|(of, _)| *of == name) {
+                None | Some((_, Cell::Empty)) => {}
+                Some((_, Cell::Text(text))) => write_csv_text(output, text)?,
+                Some((_, cell)) => cell.write_json(output)?,
             }
         }
         output.write_all(b"\n")
     }
+}
 
-    fn fields(&self) -> impl Iterator<Item = (&str, &Value)> {
-        Self::FIELDS
-            .into_iter()
-            .map(|name| (name, self.0.get(name).unwrap_or(&Value::Null)))
+impl Cell<'_> {
+    fn write_json(&self, output: &mut Vec<u8>) -> io::Result<()> {
+        match self {
+            Self::Empty => Ok(()),
+            Self::Text(text) => Ok(to_writer(output, text)?),
+            Self::Integer(integer) => Ok(to_writer(output, integer)?),
+            Self::Number(number) => Ok(to_writer(output, number)?),
+            Self::Values(samples) => {
+                let mut separator = b'{';
+                for (at, sample) in samples.iter().enumerate() {
+                    // Of a field that a line contains twice, the last value counts.
+                    if is_repeated(sample, &samples[at + 1..]) {
+                        continue;
+                    }
+                    output.push(std::mem::replace(&mut separator, b','));
+                    to_writer(&mut *output, &sample.field.name)?;
+                    output.push(b':');
+                    Cell::from(&sample.value).write_json(output)?;
+                }
+                output.write_all(b"}")
+            }
+        }
     }
 }
 
-impl From<Value> for EventRecord {
-    fn from(value: Value) -> Self {
-        match value {
-            Value::Object(fields) => Self(fields),
-            _ => Self::default(),
+impl<'a> From<&'a str> for Cell<'a> {
+    fn from(text: &'a str) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl From<u32> for Cell<'_> {
+    fn from(integer: u32) -> Self {
+        Self::Integer(integer.into())
+    }
+}
+
+impl From<f64> for Cell<'_> {
+    fn from(number: f64) -> Self {
+        if number.is_finite() {
+            Self::Number(number)
+        } else {
+            Self::Empty
         }
     }
+}
+
+impl<'a> From<&'a Value> for Cell<'a> {
+    fn from(value: &'a Value) -> Self {
+        match value {
+            Value::Number(number) => (*number).into(),
+            Value::Text(text) => Self::Text(text),
+        }
+    }
+}
+
+impl<'a, T: Into<Self>> From<Option<T>> for Cell<'a> {
+    fn from(cell: Option<T>) -> Self {
+        cell.map_or(Self::Empty, Into::into)
+    }
+}
+
+/// Whether a line contains the field of a sample again.
+fn is_repeated(sample: &Sample, later: &[Sample]) -> bool {
+    later.iter().any(|it| it.field.name == sample.field.name)
 }
 
 /// Seconds, rounded to milliseconds.

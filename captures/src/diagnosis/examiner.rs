@@ -120,7 +120,7 @@ impl Examiner {
         });
         if let Some(line) = without_end {
             let place = "lines have no end".to_owned();
-            let line = line[..LINE_BYTES - 2].to_vec();
+            let line = &line[..LINE_BYTES - 2];
             self.suspect(kind::LINE_END, false, line, Some(79), place);
             return;
         }
@@ -128,7 +128,7 @@ impl Examiner {
         let line = ends.find_map(|(end, byte)| {
             let line = bytes.get(end.checked_sub(LINE_BYTES - 2)?..end)?;
             let is_line = *byte == b'\r' && begins(line) && begins(&bytes[end + 1..]);
-            is_line.then(|| line.to_vec())
+            is_line.then_some(line)
         });
         if let Some(line) = line {
             let place = "lines end with CR alone".to_owned();
@@ -138,23 +138,25 @@ impl Examiner {
 
     fn take_line(&mut self, last: Option<(Received, u64)>, before: &Counters, decoder: &Decoder) {
         self.row += 1;
-        let mut line = std::mem::take(&mut self.piece);
-        line.pop();
+        let mut piece = std::mem::take(&mut self.piece);
+        let line = piece.strip_suffix(b"\n").unwrap_or(&piece);
         let counters = decoder.counters();
         if before.other_robot.is_none()
             && let Some(other) = counters.other_robot
         {
             let place = format!("robot {other} is on the channel, too");
-            self.suspect(kind::TWO_ROBOTS, true, line.clone(), None, place)
+            self.suspect(kind::TWO_ROBOTS, true, line, None, place)
                 .is_refused = false;
         }
         if let Some((received, noise)) = last {
-            self.take_intact(&received, &line, noise);
+            self.take_intact(&received, line, noise);
         } else if counters.field_rejected > before.field_rejected {
-            self.take_unreadable(&line, decoder);
+            self.take_unreadable(line, decoder);
         } else if counters.lines + counters.ack_lines == before.lines + before.ack_lines {
             self.take_damaged(line);
         }
+        piece.clear();
+        self.piece = piece;
     }
 
     fn take_unreadable(&mut self, line: &[u8], decoder: &Decoder) {
@@ -164,23 +166,23 @@ impl Examiner {
         // The line ends the piece; noise may precede it.
         let is_long = last(line, LINE_BYTES - 1).is_some_and(|line| is_sealed(line, 74));
         let length = if is_long { LINE_BYTES } else { ACK_LINE_BYTES };
-        let line = last(line, length - 1).unwrap_or(line).to_vec();
+        let line = last(line, length - 1).unwrap_or(line);
         let column = usize::from(error.column);
-        let misread = forms::judge(&line, column);
+        let misread = forms::judge(line, column);
         self.suspect(misread.kind, true, line, Some(column), misread.place);
     }
 
-    fn take_damaged(&mut self, line: Vec<u8>) {
+    fn take_damaged(&mut self, line: &[u8]) {
         let letter = line.first().copied().unwrap_or_default();
-        if begins(&line) {
+        if begins(line) {
             *self.damaged.entry(letter).or_default() += 1;
         }
-        if let Some((kind, column, place)) = shape(&line) {
+        if let Some((kind, column, place)) = shape(line) {
             self.suspect(kind, false, line, column, place);
             return;
         }
         let Some(content) = line.strip_suffix(b"\r") else {
-            self.unexplained += u64::from(begins(&line));
+            self.unexplained += u64::from(begins(line));
             return;
         };
         let misread = begins(content).then(|| misread(content)).flatten();
@@ -188,13 +190,7 @@ impl Examiner {
             let place = place(letter, column);
             // The line is as the robot sent it, so its fields are judged, too.
             if let Some((column, misread)) = misread {
-                self.suspect(
-                    misread.kind,
-                    false,
-                    line.clone(),
-                    Some(column),
-                    misread.place,
-                );
+                self.suspect(misread.kind, false, line, Some(column), misread.place);
             }
             self.suspect(kind, false, line, Some(column), place);
         } else if begins(content) {
@@ -235,7 +231,7 @@ impl Examiner {
         self.gaps += 1;
         let text = String::from_utf8_lossy(&gap).escape_default().to_string();
         let place = format!("between two lines: \"{text}\"");
-        self.suspect(kind::BETWEEN, false, gap, None, place)
+        self.suspect(kind::BETWEEN, false, &gap, None, place)
             .is_refused = false;
     }
 
@@ -264,14 +260,8 @@ impl Examiner {
                 kind::WRAP,
             ]
             .contains(&kind);
-            self.suspect(
-                kind,
-                is_sure,
-                line.to_vec(),
-                Some(column),
-                place(letter, column),
-            )
-            .is_refused = false;
+            self.suspect(kind, is_sure, line, Some(column), place(letter, column))
+                .is_refused = false;
         }
         self.take_gap(received, taken.is_next);
     }
@@ -280,7 +270,7 @@ impl Examiner {
         &mut self,
         kind: &'static Kind,
         is_sure: bool,
-        line: Vec<u8>,
+        line: &[u8],
         column: Option<usize>,
         place: String,
     ) -> &mut Finding {
@@ -296,7 +286,7 @@ impl Examiner {
         let finding = self.suspects.entry(key).or_insert_with(|| Finding {
             kind,
             row,
-            line,
+            line: line.to_vec(),
             column,
             place,
             count: 0,

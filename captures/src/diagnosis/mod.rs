@@ -1,4 +1,4 @@
-//! Finds mistakes in a robot's lines, and distinguishes them from damage by the radio.
+//! Reads a robot's lines, finds mistakes in them, and distinguishes these from damage by the radio.
 //!
 //! A valid checksum with an unreadable field is always the robot's mistake: the radio produces one in 10^9 damaged
 //! lines. A wrong checksum or shape is the robot's mistake if it recurs and a usual mistake explains it.
@@ -11,12 +11,16 @@ pub mod kind;
 #[cfg(test)]
 mod tests;
 
+use std::convert::Infallible;
 use std::time::Duration;
 
-use groundwave_lines::{Content, Recognizer, runs};
-use groundwave_protocol::decoder::{Counters, Decoder};
+use groundwave_lines::{Content, OwnLine, Recognizer, runs};
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use kind::Kind;
 use serde::{Serialize, Serializer};
+
+use crate::chunk::set_time;
+use crate::own_lines::{DescribedFields, intact};
 
 pub use examiner::Examiner;
 
@@ -67,13 +71,20 @@ pub fn clause(findings: &[Finding]) -> Option<String> {
     Some(first.clause() + &others)
 }
 
-/// Collects the mistakes in a stream of bytes.
+/// A line of Groundwave's form, or one of the robot's own.
+pub(crate) enum Line<'a> {
+    Wire(&'a Received),
+    Own(&'a OwnLine),
+}
+
+/// Reads the lines in a stream of bytes, and collects the robot's mistakes in them.
 #[derive(Debug, Default)]
 pub struct Diagnosis {
     decoder: Decoder,
     examiner: Examiner,
     own: Recognizer,
     own_lines: u64,
+    described: DescribedFields,
 }
 
 impl Diagnosis {
@@ -88,17 +99,50 @@ impl Diagnosis {
 
     /// Takes bytes of the robot.
     pub fn take(&mut self, bytes: &[u8]) {
+        let Ok(()) = self.each_line(bytes, |_, _| Ok::<(), Infallible>(()));
+    }
+
+    /// Takes bytes of the robot; passes each line, with the decoder's totals right after it, to `take`.
+    ///
+    /// # Errors
+    /// The errors of `take`.
+    pub(crate) fn each_line<E>(
+        &mut self,
+        bytes: &[u8],
+        mut take: impl FnMut(Line<'_>, &Counters) -> Result<(), E>,
+    ) -> Result<(), E> {
         for run in runs(bytes) {
             let before = *self.decoder.counters();
             let mut rest = run;
             let mut last = None;
             while let Some(received) = self.decoder.next_own_line(&mut rest) {
-                last = Some((received, self.decoder.counters().noise_bytes));
+                let counters = self.decoder.counters();
+                take(Line::Wire(&received), counters)?;
+                if let Received::Line(line, _) = &received
+                    && let Some(values) = self.described.take(&line.body)
+                {
+                    take(Line::Own(&values), counters)?;
+                }
+                last = Some((received, counters.noise_bytes));
             }
-            let own = self.own.take(run, last.is_some());
-            self.own_lines += u64::from(own.is_some_and(|it| it.content != Content::Damaged));
+            let is_wire = intact(self.decoder.counters()) != intact(&before);
+            if let Some(line) = self.own.take(run, is_wire) {
+                self.own_lines += u64::from(line.content != Content::Damaged);
+                self.decoder.disown(run.len(), before.damaged);
+                take(Line::Own(&line), self.decoder.counters())?;
+            }
             self.examiner.take(run, last, &before, &self.decoder);
         }
+        Ok(())
+    }
+
+    /// Whether bytes of the robot contain an intact line, or a line of the robot's own with values.
+    pub fn finds_line(&mut self, bytes: &[u8]) -> bool {
+        let found = self.each_line(bytes, |line, _| match line {
+            Line::Own(line) if !matches!(line.content, Content::Values(_)) => Ok(()),
+            Line::Own(_) | Line::Wire(_) => Err(()),
+        });
+        found.is_err()
     }
 
     /// Takes the receiver's clock when bytes have arrived.
@@ -106,9 +150,25 @@ impl Diagnosis {
         self.examiner.take_time(now);
     }
 
+    /// Sets the time of the next bytes in the decoder, which counts lost lines.
+    pub(crate) const fn set_time(&mut self, at: Duration) {
+        set_time(&mut self.decoder, at);
+    }
+
     /// Takes a place where bytes are missing.
     pub fn skip(&mut self) {
         self.decoder.skip();
+        self.break_off();
+    }
+
+    /// Takes an interruption of the link: lines sent meanwhile are lost.
+    pub(crate) fn interrupt(&mut self) {
+        self.decoder.interrupt();
+        self.break_off();
+    }
+
+    /// Drops the unfinished line.
+    fn break_off(&mut self) {
         self.examiner.skip();
         self.own.interrupt();
     }

@@ -3,8 +3,7 @@
 use std::convert::Infallible;
 use std::time::Duration;
 
-use groundwave_lines::Recognizer;
-use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::decoder::Received;
 use groundwave_protocol::status_codes::Layer;
 use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line};
 use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
@@ -12,11 +11,11 @@ use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 use super::{HolderShare, Info, LineCounts, Robot, Sent};
 use crate::bumps::Bumps;
 use crate::chunk::Chunk;
-use crate::diagnosis::Diagnosis;
+use crate::diagnosis::{Diagnosis, Line as AnyLine};
 use crate::gaps::Gaps;
 use crate::odometer::Odometer;
 use crate::outages::OutageList;
-use crate::own_lines::{DescribedFields, Line as AnyLine, OwnSummary, each_line, recognizer};
+use crate::own_lines::{OwnSummary, recognizer};
 use crate::session::Session;
 use crate::statistics::{self, BITS_PER_BYTE, Damaged, Loss, OtherRobot, per_cent, share_pct};
 use crate::words::layer_word;
@@ -53,25 +52,36 @@ pub(super) struct Survey {
     noise: statistics::Gaps,
     outages: OutageList,
     own: OwnSummary,
-    diagnosis: Diagnosis,
 }
 
 impl Survey {
+    /// Reads a capture to its end; returns the counts and the mistakes in its lines.
     pub(super) fn take_all(
         &mut self,
         capture: &mut Capture,
-        decoder: &mut Decoder,
+    ) -> (Diagnosis, Result<(), CaptureError>) {
+        let mut diagnosis = None;
+        let result = self.take_chunks(capture, &mut diagnosis);
+        (diagnosis.unwrap_or_default(), result)
+    }
+
+    fn take_chunks(
+        &mut self,
+        capture: &mut Capture,
+        diagnosis: &mut Option<Diagnosis>,
     ) -> Result<(), CaptureError> {
-        let mut own: Option<Recognizer> = None;
-        let mut described = DescribedFields::default();
         while let Some(chunk) = capture.next_chunk()? {
-            let own = own.get_or_insert_with(|| recognizer(chunk.session));
-            chunk.tell(decoder);
+            let diagnosis =
+                diagnosis.get_or_insert_with(|| Diagnosis::new(recognizer(chunk.session)));
+            diagnosis.set_time(chunk.at);
             if chunk.is_interrupted() {
                 self.gaps.interrupt();
-                own.interrupt();
                 self.noise.interrupt();
-                self.diagnosis.skip();
+                if chunk.is_after_missing {
+                    diagnosis.skip();
+                } else {
+                    diagnosis.interrupt();
+                }
             }
             self.outages.handle_chunk(&chunk);
             let Chunk { at, bytes, .. } = chunk;
@@ -82,16 +92,15 @@ impl Survey {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
             };
-            self.diagnosis.take(bytes);
-            let Ok(()) = each_line(decoder, own, &mut described, bytes, |line, counters| {
+            let Ok(()) = diagnosis.each_line(bytes, |line, counters| {
                 match line {
-                    AnyLine::Own(line) => self.own.take(&line),
+                    AnyLine::Own(line) => self.own.take(line),
                     AnyLine::Wire(received) => {
-                        self.outages.handle_line(at, &received, counters);
-                        self.gaps.take_line(at, &received, counters);
+                        self.outages.handle_line(at, received, counters);
+                        self.gaps.take_line(at, received, counters);
                         self.noise.take_line(counters);
-                        self.odometer.take(at, &received);
-                        self.take(&received);
+                        self.odometer.take(at, received);
+                        self.take(received);
                     }
                 }
                 Ok::<(), Infallible>(())
@@ -153,9 +162,10 @@ impl Survey {
     pub(super) fn into_info(
         self,
         capture: &Capture,
-        seen: &Counters,
+        diagnosis: &Diagnosis,
         problem: Option<String>,
     ) -> Info {
+        let seen = diagnosis.counters();
         let ticks: u64 = self.ticks.iter().sum();
         let names = Layer::ALL.into_iter().map(layer_word).chain(["prowl"]);
         let mut holders: Vec<HolderShare> = names
@@ -207,7 +217,7 @@ impl Survey {
             mistakes: if is_own {
                 Vec::new()
             } else {
-                self.diagnosis.findings()
+                diagnosis.findings()
             },
             other: OtherRobot::of(seen),
             outages: capture.outages(self.outages),

@@ -17,6 +17,8 @@ const SONAR_RAD: f64 = 7.5 / 180.0 * std::f64::consts::PI;
 #[derive(Debug, Default)]
 pub(super) struct Encoder {
     buffer: Vec<u8>,
+    /// The latest message of bytes; its memory is used again.
+    raw: RawBytes,
 }
 
 impl Encoder {
@@ -27,10 +29,12 @@ impl Encoder {
     }
 
     pub(super) fn raw(&mut self, stream_offset: u64, bytes: &[u8]) {
-        self.encode(&RawBytes {
-            stream_offset,
-            data: bytes.to_vec(),
-        });
+        let mut raw = std::mem::take(&mut self.raw);
+        raw.stream_offset = stream_offset;
+        raw.data.clear();
+        raw.data.extend_from_slice(bytes);
+        self.encode(&raw);
+        self.raw = raw;
     }
 
     pub(super) fn telemetry(&mut self, received: &Received) {

@@ -10,17 +10,17 @@ mod raw_file;
 mod recording;
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::io::{self, Read, Write};
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Counters, Decoder};
+use groundwave_protocol::decoder::Counters;
 use serde::Serialize;
 
 use super::source::Form;
 use super::text::TextReader;
 use super::topics::RAW_RX;
-use crate::chunk::set_time;
-use crate::diagnosis::{Diagnosis, Finding};
+use crate::diagnosis::{Diagnosis, Finding, Line};
 use crate::gaps::Gaps;
 use crate::messages::StationEvent;
 use crate::outages::{Outage, OutageList};
@@ -206,7 +206,6 @@ pub fn verify_raw(source: impl Read) -> io::Result<Verdict> {
 /// Counts lines, gaps and outages in a stream.
 #[derive(Default)]
 struct Lines {
-    decoder: Decoder,
     gaps: Gaps,
     outages: OutageList,
     diagnosis: Diagnosis,
@@ -216,7 +215,6 @@ struct Lines {
 impl Lines {
     /// Takes a place where bytes are missing.
     fn skip(&mut self) {
-        self.decoder.skip();
         self.diagnosis.skip();
         self.gaps.interrupt();
         self.outages.handle_missing();
@@ -225,35 +223,35 @@ impl Lines {
     /// Takes an event of the station.
     fn take_event(&mut self, event: &StationEvent, at: Duration) {
         if event.is_loss_of_link() {
-            self.decoder.interrupt();
-            self.diagnosis.skip();
+            self.diagnosis.interrupt();
             self.gaps.interrupt();
         }
         self.outages.handle_event(at, event);
     }
 
-    fn take(&mut self, mut bytes: &[u8], at: Duration, verdict: &mut Verdict) {
+    fn take(&mut self, bytes: &[u8], at: Duration, verdict: &mut Verdict) {
         let shown = |counters: &Counters| counters.lost().min - counters.hidden.min;
-        let mut before = shown(self.decoder.counters());
-        set_time(&mut self.decoder, at);
-        self.diagnosis.take(bytes);
+        let mut before = shown(self.diagnosis.counters());
+        self.diagnosis.set_time(at);
         self.end = self.end.max(at);
-        while let Some(received) = self.decoder.next_own_line(&mut bytes) {
-            let counters = self.decoder.counters();
-            self.outages.handle_line(at, &received, counters);
-            self.gaps.take_line(at, &received, counters);
-            let counted = shown(counters);
-            // The number of lost lines may decrease after a late line or a reboot.
-            let lost = counted.saturating_sub(before);
-            before = counted;
-            if lost > 0 && verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
-                let until_s = at.as_secs_f64();
-                verdict.worst_gap = Some(Gap {
-                    lines: lost,
-                    until_s,
-                });
+        let Ok(()) = self.diagnosis.each_line(bytes, |line, counters| {
+            if let Line::Wire(received) = line {
+                self.outages.handle_line(at, received, counters);
+                self.gaps.take_line(at, received, counters);
+                let counted = shown(counters);
+                // The number of lost lines may decrease after a late line or a reboot.
+                let lost = counted.saturating_sub(before);
+                before = counted;
+                if lost > 0 && verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
+                    let until_s = at.as_secs_f64();
+                    verdict.worst_gap = Some(Gap {
+                        lines: lost,
+                        until_s,
+                    });
+                }
             }
-        }
+            Ok::<(), Infallible>(())
+        });
     }
 
     fn finish(self, verdict: &mut Verdict) {
@@ -269,7 +267,7 @@ impl Lines {
                 verdict.worst_gap = Some(Gap { lines, until_s });
             }
         }
-        let counters = self.decoder.counters();
+        let counters = self.diagnosis.counters();
         verdict.bytes = counters.bytes;
         verdict.lines = counters.intact();
         verdict.loss = Loss::of(counters);

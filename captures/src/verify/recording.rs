@@ -136,7 +136,7 @@ impl Check {
                 return Ok(());
             }
         };
-        let received = self.lines.decoder.counters().bytes;
+        let received = self.lines.diagnosis.counters().bytes;
         let received = received.saturating_add(self.verdict.missing_bytes);
         let Some(missing) = raw.stream_offset.checked_sub(received) else {
             let at = raw.stream_offset;

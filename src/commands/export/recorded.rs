@@ -3,10 +3,6 @@
 use std::io::{self, Cursor, Read, Write};
 use std::path::Path;
 
-use crate::capture::own_lines::has_line;
-use groundwave_lines::Recognizer;
-use groundwave_protocol::decoder::Decoder;
-
 use super::super::cli::Export;
 use super::super::input::{self, Source};
 use super::super::output::{Output, Target, check_form};
@@ -15,6 +11,7 @@ use super::super::{Exit, Fault};
 use super::Made;
 use crate::capture::CaptureError;
 use crate::capture::convert::{ConvertError, convert_raw};
+use crate::capture::diagnosis::Diagnosis;
 use crate::capture::source::Form;
 use crate::capture::text::TextReader;
 use crate::capture::when::When;
@@ -114,8 +111,7 @@ fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
         kept: Vec::new(),
     };
     let mut reader = TextReader::new(&mut copy);
-    let mut decoder = Decoder::default();
-    let mut own = Recognizer::default();
+    let mut diagnosis = Diagnosis::default();
     let mut bytes = 0;
     let failed = |error| input::cannot_read(path, error);
     while bytes < LOOK_BYTES {
@@ -123,7 +119,7 @@ fn with_a_line(path: &Path, source: Source) -> Result<Source, Fault> {
             return Err(Fault::no_lines(path, bytes));
         };
         bytes += piece.radio.len() as u64;
-        if has_line(&mut decoder, &mut own, piece.radio) {
+        if diagnosis.finds_line(piece.radio) {
             break;
         }
     }

@@ -1,10 +1,15 @@
 //! Values in columns, with or without a header.
 
 use std::borrow::Cow;
+use std::sync::LazyLock;
 
 use super::{Cell, CellValue, is_label, number, with_unit};
 use crate::FIELDS_MAX;
 use crate::field::Field;
+
+/// Names of columns without a header.
+static UNNAMED: LazyLock<Vec<String>> =
+    LazyLock::new(|| (1..=FIELDS_MAX).map(|n| format!("c{n}")).collect());
 
 /// The columns of a robot's lines, as far as known.
 #[derive(Clone, Debug, Default)]
@@ -49,14 +54,13 @@ impl Columns {
 
     /// Reads a line; returns `None` if it has no columns.
     pub(crate) fn take<'a>(&mut self, line: &'a str) -> Option<Row<'a>> {
-        let words = split(line)?;
-        let count = words.len();
-        let values: Vec<_> = words.iter().map(|word| value(word)).collect();
-        let is_numeric =
-            |value: &Option<CellValue<'_>>| matches!(value, Some(CellValue::Number(_)));
-        let has_numbers = values.iter().any(is_numeric);
-        let is_tabular = line.contains([';', '\t', ',', ':']);
-        if !has_numbers && is_tabular && self.take_header(&words) {
+        let mut cells = split(line, cell)?;
+        let count = cells.len();
+        let has_numbers = cells
+            .iter()
+            .any(|cell| matches!(cell.value, CellValue::Number(_)));
+        let is_tabular = || line.contains([';', '\t', ',', ':']);
+        if !has_numbers && is_tabular() && self.take_header(&split(line, |word| word)?) {
             return Some(Row::Header);
         }
         let has_names = self.names.len() == count;
@@ -64,10 +68,10 @@ impl Columns {
             return None;
         }
         // Without a header, only the first column may be a text, such as a time of day.
-        let are_values = values
+        let are_values = cells
             .iter()
             .skip(usize::from(count > 1))
-            .all(Option::is_some);
+            .all(|cell| !matches!(cell.value, CellValue::Text(_)));
         if !(has_numbers && (has_names || are_values)) {
             self.previous = None;
             return None;
@@ -77,20 +81,14 @@ impl Columns {
         if !has_names {
             self.names.clear();
         }
-        let cells = words
-            .into_iter()
-            .zip(values)
-            .enumerate()
-            .map(|(at, (word, value))| {
-                let text = || CellValue::Text(word);
-                let name = match self.names.get(at) {
-                    Some((name, _)) => name.clone(),
-                    None => format!("c{}", at + 1),
-                };
-                Cell::new(name, value.unwrap_or_else(text))
-            });
+        for (at, cell) in cells.iter_mut().enumerate() {
+            cell.name = match self.names.get(at) {
+                Some((name, _)) => Cow::Owned(name.clone()),
+                None => Cow::Borrowed(&UNNAMED[at]),
+            };
+        }
         Some(Row::Values {
-            cells: cells.collect(),
+            cells,
             is_sure: self.is_known || has_names,
         })
     }
@@ -121,6 +119,12 @@ impl Columns {
     }
 }
 
+/// A cell whose name is not known yet.
+fn cell(word: Cow<'_, str>) -> Cell<'_> {
+    let value = value(&word);
+    Cell::new("", value.unwrap_or(CellValue::Text(word)))
+}
+
 /// A cell's value: a number (also with a decimal comma) or nothing; `None` for a text.
 fn value<'a>(word: &str) -> Option<CellValue<'a>> {
     if word.is_empty() {
@@ -132,20 +136,22 @@ fn value<'a>(word: &str) -> Option<CellValue<'a>> {
     })
 }
 
-/// The words of a line, ignoring a separator at its end; `None` if there are too many.
-fn split(line: &str) -> Option<Vec<Cow<'_, str>>> {
+/// The words of a line, each passed to `make`, ignoring a separator at the end; `None` if there are too many.
+fn split<'a, T>(line: &'a str, make: impl Fn(Cow<'a, str>) -> T) -> Option<Vec<T>> {
     let separator = [';', '\t', ',']
         .into_iter()
         .find(|separator| line.contains(*separator));
-    let words: Vec<Cow<'_, str>> = match separator {
-        Some(_) if line.contains('"') => split_quoted(line, separator?),
+    let of_line = |word: &'a str| make(Cow::Borrowed(word));
+    let words: Vec<T> = match separator {
+        Some(separator) if line.contains('"') => split_quoted(line, separator)
+            .into_iter()
+            .map(make)
+            .collect(),
         Some(separator) => {
             let line = line.strip_suffix(separator).unwrap_or(line);
-            line.split(separator)
-                .map(|word| Cow::Borrowed(word.trim()))
-                .collect()
+            line.split(separator).map(str::trim).map(of_line).collect()
         }
-        None => line.split_whitespace().map(Cow::Borrowed).collect(),
+        None => line.split_whitespace().map(of_line).collect(),
     };
     (1..=FIELDS_MAX).contains(&words.len()).then_some(words)
 }
