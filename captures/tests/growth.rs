@@ -12,11 +12,11 @@ use groundwave_captures::source::Capture;
 use groundwave_captures::verify::{verify_mcap, verify_raw};
 
 /// Number of bytes of the shorter capture; the longer one has four times as many.
-const BYTES: usize = 400_000;
+const BYTES: usize = 1_600_000;
 const FACTOR: u64 = 4;
 
-/// Four chunks of a recording: whole chunks are read, also where a capture ends in one.
-const ROUNDING_BYTES: u64 = 4 << 20;
+/// A buffer more or less.
+const ROUNDING_BYTES: u64 = 1 << 20;
 
 /// Memory of any reader, bytes.
 const MEMORY_BYTES: u64 = 64 << 20;
@@ -30,7 +30,7 @@ fn capture(piece: &[u8], bytes: usize) -> &'static [u8] {
 }
 
 fn open(bytes: &'static [u8]) -> Capture {
-    Capture::read(Path::new("a"), Box::new(bytes)).unwrap()
+    Capture::read(Path::new("a"), Box::new(bytes)).expect("a capture")
 }
 
 /// Checks the allocations of a reader for a capture and for one that is four times as long.
@@ -54,7 +54,7 @@ fn check(what: &str, captures: [&'static [u8]; 2], read: impl Fn(&'static [u8]))
 }
 
 fn export(bytes: &'static [u8], format: Format) {
-    decode(&mut open(bytes), &[], format, &mut io::sink()).unwrap();
+    decode(&mut open(bytes), &[], format, &mut io::sink()).expect("an export");
 }
 
 #[test]
