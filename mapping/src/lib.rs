@@ -1,11 +1,14 @@
 //! Maps of the floor from a robot's telemetry lines alone.
 //!
 //! [`LocalMap`] takes lines A in the order in which they were received and knows where obstacles stand around the robot.
-//! It reads no clock and no file, and equal lines give equal maps.
+//! [`Compass`] finds from the directions of walls how far the odometer is off, and why. Neither reads a clock or a file, and equal
+//! lines give equal results.
 
+mod compass;
 mod grid;
 mod local;
 mod pose;
 mod sensors;
 
+pub use compass::{Compass, CorrectedPose, Ellipse, Interval, Wheels};
 pub use local::LocalMap;

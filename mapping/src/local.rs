@@ -28,10 +28,6 @@ const JUMP_IN: f64 = 60.0;
 /// Log-odds from which a cell is shown as an obstacle: 4 to 1.
 const OBSTACLE: f64 = 1.4;
 
-/// Mean age of an echo when its line begins, seconds, and distance of the wheels, inches.
-const ECHO_AGE_S: f64 = 0.14;
-const TRACK_IN: f64 = 10.0;
-
 /// A line A and the distance driven up to it.
 #[derive(Clone, Copy, Debug)]
 struct Reading {
@@ -118,23 +114,9 @@ fn pose_of(state: &StateLine) -> Pose {
 /// Adds the readings of a line to a map.
 fn learn(grid: &mut Grid, state: &StateLine) {
     let pose = pose_of(state);
-    let (left_in_s, right_in_s) = (
-        f64::from(state.wheel_left_in_s),
-        f64::from(state.wheel_right_in_s),
-    );
-    let (x_in, y_in) = pose.point(0.0, -f64::midpoint(left_in_s, right_in_s) * ECHO_AGE_S);
-    let pinged_at = Pose {
-        x_in,
-        y_in,
-        theta_rad: pose.theta_rad - (left_in_s - right_in_s) / TRACK_IN * ECHO_AGE_S,
-    };
-    for (side, range_in) in [
-        (sonar::Side::Left, state.sonar_left_in),
-        (sonar::Side::Right, state.sonar_right_in),
-    ] {
-        if let Some(range_in) = range_in {
-            sonar::update(grid, pinged_at, side, f64::from(range_in));
-        }
+    let pinged_at = sonar::pinged_at(pose, state);
+    for (side, range_in) in sonar::ranges(state) {
+        sonar::update(grid, pinged_at, side, range_in);
     }
     infrared::update(grid, pose, detections(state));
     body::update_outline(grid, pose);

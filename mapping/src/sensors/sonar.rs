@@ -4,6 +4,8 @@
 //! for map building", 1997: a reading that a known wall contradicts is a mirrored one, and says nothing of the floor
 //! behind that wall.
 
+use groundwave_protocol::telemetry::StateLine;
+
 use super::Ray;
 use crate::grid::{CELL_IN, Grid};
 use crate::pose::Pose;
@@ -53,11 +55,40 @@ impl Side {
 }
 
 /// A ranger's place, and the bearing of its axis.
-fn eye(pose: Pose, side: Side) -> ((f64, f64), f64) {
+pub(crate) fn eye(pose: Pose, side: Side) -> ((f64, f64), f64) {
     (
         pose.point(side.sign() * RIGHT_IN, AHEAD_IN),
         pose.theta_rad + side.sign() * MOUNT_RAD,
     )
+}
+
+/// Mean age of an echo when its line begins, seconds, and distance of the wheels, inches.
+const ECHO_AGE_S: f64 = 0.14;
+const TRACK_IN: f64 = 10.0;
+
+/// Pose at the time of the echoes of a line, from the pose of the line.
+pub(crate) fn pinged_at(pose: Pose, state: &StateLine) -> Pose {
+    let (left_in_s, right_in_s) = (
+        f64::from(state.wheel_left_in_s),
+        f64::from(state.wheel_right_in_s),
+    );
+    let (x_in, y_in) = pose.point(0.0, -f64::midpoint(left_in_s, right_in_s) * ECHO_AGE_S);
+    Pose {
+        x_in,
+        y_in,
+        theta_rad: pose.theta_rad - (left_in_s - right_in_s) / TRACK_IN * ECHO_AGE_S,
+    }
+}
+
+/// The echoes of a line.
+pub(crate) fn ranges(state: &StateLine) -> impl Iterator<Item = (Side, f64)> {
+    let sides = [
+        (Side::Left, state.sonar_left_in),
+        (Side::Right, state.sonar_right_in),
+    ];
+    sides
+        .into_iter()
+        .filter_map(|(side, range_in)| Some((side, f64::from(range_in?))))
 }
 
 /// Adds the evidence of an echo.

@@ -1,0 +1,344 @@
+//! A compass from the walls of a rectangular house: how far the odometer's heading is off.
+
+mod drift;
+mod reckoning;
+mod walls;
+
+use std::time::Duration;
+
+use groundwave_protocol::status_codes::{Bump, Drive};
+use groundwave_protocol::telemetry::{Body, Line, ParameterLine, StateLine};
+
+use crate::pose::Pose;
+use crate::sensors::sonar;
+use drift::{Drift, Estimate, Motion};
+pub use reckoning::Ellipse;
+use reckoning::Reckoning;
+use walls::{DIRECTIONS, Stretch};
+
+/// Movement after which echoes are new.
+const MOVED_IN: f64 = 1.5;
+const TURNED_DEG: f64 = 3.0;
+
+/// Variance of the heading error, square degrees: per inch, per degree turned, and per second of a contact.
+const PER_IN: f64 = 0.002;
+const PER_DEG: f64 = 0.001;
+const PER_CONTACT_S: f64 = 2.0;
+
+/// Time between two lines after which the path between them is unknown, and what a robot does meanwhile: mean and greatest
+/// speed, and contacts a second.
+const GAP: Duration = Duration::from_secs(3);
+const MEAN_IN_S: f64 = 4.7;
+const MOST_IN_S: f64 = 12.0;
+const CONTACTS_S: f64 = 0.2;
+
+/// Difference of a wheel's speed from its command from which the wheel is held, in/s: more than a robot gains in 0.3 s.
+const HELD_IN_S: i16 = 8;
+
+/// Distance between two lines that no robot drives, inches.
+const JUMP_IN: f64 = 60.0;
+
+/// Distance of the wheels and diameter of the nominal ones, inches.
+const TRACK_IN: f64 = 10.0;
+const NOMINAL_WHEEL_IN: f64 = 5.0;
+
+/// Factor on the deviation of the wheels' difference: slips at contacts have a side, too.
+const ALIKE: f64 = 1.7;
+
+/// Factor from a standard deviation to the half of a 95 % interval.
+const HALF_95: f64 = 1.96;
+
+/// A value with the half of its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The value.
+    pub value: f64,
+    /// Half of the 95 % interval.
+    pub half: f64,
+}
+
+impl Interval {
+    fn of(estimate: Estimate) -> Self {
+        Self {
+            value: estimate.value,
+            half: HALF_95 * estimate.deviation,
+        }
+    }
+}
+
+/// The robot's pose as the compass has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CorrectedPose {
+    /// X, inches.
+    pub x_in: f64,
+    /// Y, inches.
+    pub y_in: f64,
+    /// Heading, degrees from 0 to 360, clockwise from +Y.
+    pub theta_deg: Interval,
+    /// Where the true position is, around X and Y.
+    pub ellipse: Ellipse,
+}
+
+/// Diameters of the wheels, inches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wheels {
+    /// Left wheel.
+    pub left_in: f64,
+    /// Right wheel.
+    pub right_in: f64,
+}
+
+/// The wheels that the robot has reported.
+#[derive(Clone, Copy, Debug, Default)]
+struct Gauge {
+    left_in: Option<f64>,
+    right_in: Option<f64>,
+}
+
+/// Estimates the true pose since the odometer's pose was last set, and how unequal the wheels are.
+///
+/// It takes the robot's lines in the order in which they were received.
+#[derive(Clone, Debug, Default)]
+pub struct Compass {
+    last: Option<(Duration, StateLine)>,
+    resets: Option<u8>,
+    boots: Option<u16>,
+    gauge: Gauge,
+    /// Odometry since the stretch began, with the known error of the wheels taken off.
+    pose: Pose,
+    echoes_at: Option<Pose>,
+    stretch: Stretch,
+    motion: Motion,
+    drift: Drift,
+    reckoning: Reckoning,
+}
+
+impl Compass {
+    /// Takes a line that arrived at a time.
+    pub fn handle_line(&mut self, now: Duration, line: &Line) {
+        match &line.body {
+            Body::State(state) => self.take_state(now, state),
+            Body::Status(status) => {
+                let was_reset = self
+                    .resets
+                    .is_some_and(|resets| resets != status.odometer_resets);
+                self.resets = Some(status.odometer_resets);
+                let has_restarted = self.boots.is_some_and(|boots| boots != status.boots);
+                self.boots = Some(status.boots);
+                if has_restarted {
+                    *self = Self {
+                        resets: self.resets,
+                        boots: self.boots,
+                        ..Self::default()
+                    };
+                } else if was_reset {
+                    self.restart();
+                }
+            }
+            Body::Parameter(parameter) => self.take_parameter(parameter),
+            _ => {}
+        }
+    }
+
+    /// True heading minus the odometer's, degrees; `None` if it may be wrong by a quarter turn.
+    #[must_use]
+    pub fn heading_error_deg(&self) -> Option<Interval> {
+        let (error, is_lost) = self.drift.heading(self.motion);
+        (!is_lost).then_some(Interval::of(error))
+    }
+
+    /// The true pose; `None` before a line, and if the heading may be wrong by a quarter turn.
+    #[must_use]
+    pub fn pose(&self) -> Option<CorrectedPose> {
+        let (_, last) = self.last.as_ref()?;
+        let error = self.heading_error_deg()?;
+        Some(CorrectedPose {
+            x_in: self.reckoning.x_in,
+            y_in: self.reckoning.y_in,
+            theta_deg: Interval {
+                value: (f64::from(last.theta_deg) + error.value).rem_euclid(360.0),
+                half: error.half,
+            },
+            ellipse: self.reckoning.ellipse(),
+        })
+    }
+
+    /// Growth of the heading error by unequal wheels, degrees per inch driven.
+    #[must_use]
+    pub fn growth_deg_per_in(&self) -> Interval {
+        let growth = Interval::of(self.drift.per_in());
+        Interval {
+            half: ALIKE * growth.half,
+            ..growth
+        }
+    }
+
+    fn take_parameter(&mut self, parameter: &ParameterLine) {
+        let value_in = f64::from(parameter.value) / 1000.0;
+        let (known, sign) = match parameter.name.as_str() {
+            "wheel-left" => (&mut self.gauge.left_in, -1.0),
+            "wheel-right" => (&mut self.gauge.right_in, 1.0),
+            _ => return,
+        };
+        let change = match known.replace(value_in) {
+            Some(before) if before > 0.0 => {
+                Some(sign * (value_in / before - 1.0) / TRACK_IN * 1.0_f64.to_degrees())
+            }
+            // The present wheels may differ from those with which the robot drove until now.
+            _ => (value_in - NOMINAL_WHEEL_IN).abs().lt(&1e-6).then_some(0.0),
+        };
+        if change != Some(0.0) {
+            self.drift.pass(self.motion);
+            self.drift.regauge(change);
+            let theta_rad = self.pose.theta_rad;
+            self.begin();
+            self.pose.theta_rad = theta_rad;
+        }
+    }
+
+    /// The wheels for which the odometer's heading would not drift; `None` before the robot has reported the present ones.
+    #[must_use]
+    pub fn wheels(&self) -> Option<Wheels> {
+        let (left_in, right_in) = (self.gauge.left_in?, self.gauge.right_in?);
+        let larger = self.wheel_difference().value / 2.0;
+        Some(Wheels {
+            left_in: left_in * (1.0 + larger),
+            right_in: right_in * (1.0 - larger),
+        })
+    }
+
+    /// How much larger the left wheel is than the parameters say, as a share of the right one.
+    #[must_use]
+    pub fn wheel_difference(&self) -> Interval {
+        let growth = self.growth_deg_per_in();
+        let share = |per_in_deg: f64| per_in_deg.to_radians() * TRACK_IN;
+        Interval {
+            value: share(growth.value),
+            half: share(growth.half),
+        }
+    }
+
+    fn restart(&mut self) {
+        self.drift.restart();
+        self.last = None;
+        self.begin();
+    }
+
+    fn begin(&mut self) {
+        self.pose = Pose::default();
+        self.echoes_at = None;
+        self.stretch = Stretch::default();
+        self.motion = Motion::default();
+    }
+
+    fn take_state(&mut self, now: Duration, state: &StateLine) {
+        if state.drive == Drive::OdometerReset {
+            self.restart();
+        }
+        let Some((then, last)) = self.last.replace((now, *state)) else {
+            self.pose.theta_rad = f64::from(state.theta_deg).to_radians();
+            self.reckoning = Reckoning::at(position_in(state));
+            return;
+        };
+        let elapsed = now.saturating_sub(then);
+        let turn_deg = f64::from((state.theta_deg + 540 - last.theta_deg) % 360) - 180.0;
+        let (from, to) = (position_in(&last), position_in(state));
+        let (x_in, y_in) = (to.0 - from.0, to.1 - from.1);
+        let chord_in = libm::hypot(x_in, y_in);
+        let seconds = elapsed.as_secs_f64();
+        if chord_in > JUMP_IN.max(MOST_IN_S * seconds * 1.5) {
+            self.restart();
+            return self.take_state(now, state);
+        }
+        let middle = (f64::from(last.theta_deg) + turn_deg / 2.0).to_radians();
+        let (sin, cos) = libm::sincos(middle);
+        let (ahead_in, right_in) = (x_in * sin + y_in * cos, x_in * cos - y_in * sin);
+        let growth = self.drift.per_in();
+        let (mut path_in, mut contact_s) = (ahead_in, 0.0);
+        if elapsed > GAP {
+            path_in = chord_in.max(MEAN_IN_S * seconds);
+            let unknown_deg = libm::hypot(growth.value, growth.deviation) * path_in / 2.0;
+            self.motion.variance += unknown_deg * unknown_deg;
+            contact_s = CONTACTS_S * seconds;
+            self.stretch = Stretch::default();
+        }
+        let is_touching = !matches!(state.bump, Bump::None | Bump::NotFitted)
+            || state.drive == Drive::Stalled
+            || is_held(state);
+        if is_touching {
+            contact_s += seconds.min(2.0);
+        }
+        self.motion.path_in += path_in;
+        self.motion.turn_deg += turn_deg;
+        self.motion.variance +=
+            PER_IN * path_in.abs() + PER_DEG * turn_deg.abs() + PER_CONTACT_S * contact_s;
+        let (error, _) = self.drift.heading(self.motion);
+        self.reckoning
+            .advance((x_in, y_in), error, path_in.abs(), contact_s);
+        self.stretch.drive(path_in.abs());
+
+        let turn_rad = (turn_deg + growth.value * path_in).to_radians();
+        let between = Pose {
+            theta_rad: self.pose.theta_rad + turn_rad / 2.0,
+            ..self.pose
+        };
+        let (x_in, y_in) = between.point(right_in, ahead_in);
+        self.pose = Pose {
+            x_in,
+            y_in,
+            theta_rad: self.pose.theta_rad + turn_rad,
+        };
+        self.take_echoes(state);
+        if self.stretch.is_complete() {
+            self.measure(f64::from(state.theta_deg));
+        }
+    }
+
+    fn take_echoes(&mut self, state: &StateLine) {
+        let is_new = self.echoes_at.is_none_or(|last| {
+            self.pose.distance_in(last) > MOVED_IN
+                || (self.pose.theta_rad - last.theta_rad).abs() > TURNED_DEG.to_radians()
+        });
+        if !is_new {
+            return;
+        }
+        self.echoes_at = Some(self.pose);
+        let pinged_at = sonar::pinged_at(self.pose, state);
+        for (side, range_in) in sonar::ranges(state) {
+            self.stretch.add(sonar::eye(pinged_at, side), range_in);
+        }
+    }
+
+    /// Compares the walls of the finished stretch with what was expected.
+    fn measure(&mut self, theta_deg: f64) {
+        let likelihood = self.stretch.likelihood(self.pose.theta_rad);
+        self.drift.update(self.motion, |wall_deg| {
+            let at = (wall_deg - theta_deg).rem_euclid(DIRECTIONS as f64);
+            let low = at as usize % DIRECTIONS;
+            let share = at - libm::floor(at);
+            likelihood[low] * (1.0 - share) + likelihood[(low + 1) % DIRECTIONS] * share
+        });
+        let theta_rad = theta_deg.to_radians();
+        self.begin();
+        self.pose.theta_rad = theta_rad;
+    }
+}
+
+fn position_in(state: &StateLine) -> (f64, f64) {
+    (
+        f64::from(state.x_tenths_in) / 10.0,
+        f64::from(state.y_tenths_in) / 10.0,
+    )
+}
+
+/// Whether a wheel lags behind its command by more than it takes to speed up.
+fn is_held(state: &StateLine) -> bool {
+    let (velocity, rotation) = (
+        i16::from(state.velocity_in_s),
+        i16::from(state.rotation_in_s),
+    );
+    let lag = |commanded: i16, measured: i8| (commanded - i16::from(measured)).abs();
+    let left = lag(velocity + rotation / 2, state.wheel_left_in_s);
+    let right = lag(velocity - rotation / 2, state.wheel_right_in_s);
+    left.max(right) > HELD_IN_S
+}
