@@ -76,3 +76,9 @@ pub use rotation::Rotation;
 pub use session::Session;
 pub use session_writer::{SessionWriter, TopicWriter};
 pub use source::Capture;
+
+/// Folder of the sample recordings in this crate's package, for tests.
+#[must_use]
+pub fn samples() -> &'static std::path::Path {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+}

@@ -349,7 +349,7 @@ mod tests {
             "demo-commands.mcap",
             "living-room-bursts.txt",
         ] {
-            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+            let folder = groundwave_captures::samples();
             let bytes = std::fs::read(folder.join(name)).unwrap();
             // The last piece may be of any kind.
             let ends = match name {
@@ -364,7 +364,7 @@ mod tests {
 
     #[test]
     fn a_line_cut_off_by_a_lost_link_is_not_an_error() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+        let folder = groundwave_captures::samples();
         let bytes = std::fs::read(folder.join("house-clean.txt")).unwrap();
         let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();
         let mut write = |topic, at_s: u64, data: &[u8]| {
@@ -409,7 +409,7 @@ mod tests {
     /// Where an appended run begins, neither the screen nor `info` counts lost lines.
     #[test]
     fn an_appended_run_is_a_restart_and_no_alarm() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+        let folder = groundwave_captures::samples();
         let bytes = std::fs::read(folder.join("house-clean.txt")).unwrap();
         let whole = bytes.len() - bytes.len() % 80;
         let (info, scene) = assert_the_same(bytes[..whole].repeat(3));
@@ -439,7 +439,7 @@ mod tests {
         /// A live station, `info` and the replay have the same figures, for every fate of the lines.
         #[test]
         fn live_and_replayed_figures_are_equal(fates in prop::collection::vec(any_fate(), 1..4)) {
-            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+            let folder = groundwave_captures::samples();
             let sample = std::fs::read(folder.join("house-clean.txt")).unwrap();
             let mut lines = sample.chunks_exact(80).enumerate();
             let mut mcap = TopicWriter::new(Vec::new(), CHUNK_BYTES).unwrap();

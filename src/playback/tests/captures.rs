@@ -5,8 +5,7 @@ use super::*;
 /// Text with timestamps shows the same robot at the times of its timestamps.
 #[test]
 fn stamped_text_is_played_at_its_own_times() {
-    let plain =
-        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let plain = std::fs::read(groundwave_captures::samples().join("house-clean.txt"));
     let plain = plain.unwrap();
     let mut stamped = Vec::new();
     for (n, line) in plain.split_inclusive(|&byte| byte == b'\n').enumerate() {
@@ -73,7 +72,7 @@ fn stamped_text_is_played_at_its_own_times() {
 
 #[test]
 fn damaged_capture_is_shown_up_to_the_damage_with_the_reason() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/demo-commands.mcap");
+    let path = groundwave_captures::samples().join("demo-commands.mcap");
     let whole = std::fs::read(path).unwrap();
     let lines = |bytes: &[u8]| {
         let reader = index::read(Arc::new(bytes.to_vec()), Path::new("x.mcap"));

@@ -64,7 +64,7 @@ const PIECES_MAX: usize = 25_000;
 
 #[test]
 fn no_key_waits_for_a_long_part_without_a_line() {
-    let lines = std::fs::read("captures/house-clean.txt").unwrap();
+    let lines = std::fs::read(groundwave_captures::samples().join("house-clean.txt")).unwrap();
     let (begin, end) = lines.split_at(8000);
     let noise = vec![b'x'; 16 << 20];
     let stamped: Vec<u8> = begin

@@ -28,7 +28,7 @@ fn text_of(facts: &Facts) -> String {
 }
 
 fn capture(name: &str) -> Box<dyn SeekableReader + Send> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+    let folder = groundwave_captures::samples();
     index::open(&folder.join(name)).unwrap()
 }
 

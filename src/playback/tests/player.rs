@@ -16,8 +16,7 @@ fn player(name: &str) -> Player<CaptureState> {
 /// A target in the unread part is reached once it has been read.
 #[test]
 fn jump_into_the_unread_part_waits_for_it() {
-    let calm =
-        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let calm = std::fs::read(groundwave_captures::samples().join("house-clean.txt"));
     let calm = calm.unwrap();
     let day = calm.repeat(60);
     let lines = 60 * 359;
@@ -229,8 +228,7 @@ fn marks_with_a_text_say_it_when_gone_to() {
 #[test]
 fn marks_of_a_recorded_session_come_back() {
     use crate::playback::Mark;
-    let plain =
-        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let plain = std::fs::read(groundwave_captures::samples().join("house-clean.txt"));
     let plain = plain.unwrap();
     let session = Session {
         link: "radio".to_owned(),

@@ -117,7 +117,7 @@ fn jumps_find_every_landmark_and_nothing_else() {
 /// A long capture opens at once, is partial at first, and then exact.
 #[test]
 fn moment_of_an_unread_capture_is_partial_and_then_exact() {
-    let day = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/house-clean.txt"));
+    let day = std::fs::read(groundwave_captures::samples().join("house-clean.txt"));
     let day = day.unwrap().repeat(40);
     let (mut whole, end) = read_whole(text(&day));
     let at = end / 10 * 9;
@@ -143,7 +143,7 @@ fn moment_of_an_unread_capture_is_partial_and_then_exact() {
 /// Nearby landmarks of an unread day are the same as in a read one.
 #[test]
 fn jump_in_an_unread_capture_searches_nearby_first() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+    let folder = groundwave_captures::samples();
     let day = std::fs::read(folder.join("house-clean.txt")).unwrap();
     let day = day.repeat(40);
     let (mut whole, end) = read_whole(text(&day));
@@ -173,7 +173,7 @@ fn jump_in_an_unread_capture_searches_nearby_first() {
 /// in a read one.
 #[test]
 fn nearby_command_in_an_unread_capture_is_found() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+    let folder = groundwave_captures::samples();
     let calm = std::fs::read(folder.join("house-clean.txt")).unwrap();
     let session = Session {
         link: "radio".to_owned(),

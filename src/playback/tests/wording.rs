@@ -97,7 +97,7 @@ fn reword(topic: &str, data: &[u8], texts: &mut Vec<String>) -> Option<Vec<u8>> 
 
 /// The demo with further events, unchanged or with every text reworded, and its texts.
 fn recording(is_reworded: bool) -> (Vec<u8>, Vec<String>) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures/demo-commands.mcap");
+    let path = groundwave_captures::samples().join("demo-commands.mcap");
     let demo = std::fs::read(path).unwrap();
     let messages: Vec<mcap::Message<'_>> = mcap::MessageStream::new(&demo)
         .unwrap()

@@ -11,7 +11,7 @@ const SECONDS: usize = 20;
 
 /// The robot's bytes: 80-byte lines, three per second.
 fn robot() -> Vec<u8> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
+    let path = groundwave_captures::samples().join("house-clean.txt");
     let mut bytes = std::fs::read(path).expect("the capture");
     bytes.truncate(80 * 3 * SECONDS);
     bytes
