@@ -384,7 +384,6 @@ fn a_device_is_not_read_as_a_capture() {
         &["songs", "/dev/zero"],
         &["label", "/dev/zero"],
         &["recover", "/dev/zero"],
-        &["replay", "/dev/zero"],
     ] {
         let output = run_in(&folder, arguments);
         let err = String::from_utf8(output.stderr).unwrap();

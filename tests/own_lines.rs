@@ -194,7 +194,7 @@ fn values_are_recorded_exported_and_counted() {
         let (out, _) = expect(0, &["export", capture, "--to", "jsonl", "-o", "-"]);
         assert_eq!(
             out.lines()
-                .filter(|line| line.contains("\"values\":{\"mode\":\"auto\",\"temp\":9.5}"))
+                .filter(|line| line.contains("\"values\":{\"temp\":9.5,\"mode\":\"auto\"}"))
                 .count(),
             5,
             "{out}"

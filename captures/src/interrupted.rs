@@ -102,7 +102,7 @@ pub fn set_aside(path: &Path) -> Result<Option<PathBuf>, CaptureError> {
     Ok(Some(aside))
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
     use crate::session::Session;
@@ -110,7 +110,6 @@ mod tests {
     use std::fs::File;
 
     /// The recording's name with `.interrupted` would be too long.
-    #[cfg(unix)]
     #[test]
     fn an_interrupted_recording_that_cannot_be_renamed_is_reported() {
         let folder = tempfile::tempdir().unwrap();

@@ -23,6 +23,7 @@ use super::record::RECORD_BYTES_MAX;
 use super::repair::{Damage, Problem};
 use super::schema::DESCRIPTORS;
 use super::session_writer::{CHUNK_BYTES, SessionWriter};
+use super::source::open_file;
 use super::temporary::Temporary;
 
 use super::recovery::LISTED_MAX;
@@ -47,6 +48,8 @@ const TABLE: &str = "recovery";
 /// # Errors
 /// If the file is not a recording or is in use, or a disk fails. The file is then unchanged.
 pub fn recover(path: &Path) -> Result<Recovery, CaptureError> {
+    // Before a lock, which a device may not have.
+    open_file(path)?;
     let lock = Lock::take(path).map_err(|error| CaptureError::Open {
         path: path.to_owned(),
         error,
