@@ -173,7 +173,8 @@ impl Facts {
         }
     }
 
-    /// Describes what the robot does when the operator leaves; `None` if no line was received.
+    /// Describes what the robot does when the operator leaves, and the commands that it did not confirm; `None` if no line was
+    /// received.
     #[must_use]
     pub fn last_words(&self, now: Moment) -> Option<String> {
         let state = self.robot.state?;
@@ -192,7 +193,9 @@ impl Facts {
         let failsafe = failsafe::standing(&self.robot, &self.ledger);
         let failsafe = failsafe.filter(|(link, _)| *link != Letter::Ok);
         let failsafe = failsafe.map(|(_, says)| format!("; failsafe: {says}"));
-        Some(does + &failsafe.unwrap_or_default())
+        let open: Vec<String> = self.ledger.open().map(Request::to_string).collect();
+        let open = (!open.is_empty()).then(|| format!("; not confirmed: {}", open.join(", ")));
+        Some(does + &failsafe.unwrap_or_default() + &open.unwrap_or_default())
     }
 
     /// Latest time for the next [`Event::Tick`]: when the next pending alarm is due.

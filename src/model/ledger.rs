@@ -74,7 +74,13 @@ pub(crate) struct Ledger {
 impl Ledger {
     /// Whether a command waits for its confirmation.
     pub(crate) fn is_busy(&self) -> bool {
-        self.entries.iter().any(|entry| !entry.is_over())
+        self.open().next().is_some()
+    }
+
+    /// The commands that wait for their confirmation, oldest first.
+    pub(super) fn open(&self) -> impl Iterator<Item = &Request> {
+        let open = self.entries.iter().filter(|entry| !entry.is_over());
+        open.map(|entry| &entry.request)
     }
 
     /// Takes a new status of a command; returns the command's entry, if known.

@@ -217,3 +217,15 @@ fn the_last_words_name_the_mode_and_the_failsafe() {
     let silent = "the robot was in mode stop when last heard, 12 s ago";
     assert_eq!(said(&scene).as_deref(), Some(silent));
 }
+
+#[test]
+fn the_last_words_name_commands_without_confirmation() {
+    let mut scene = Scene::new(Config::default());
+    scene.hear();
+    let confirmed = CommandStatus::Confirmed { digest: None };
+    scene.command(1, Request::Mode(Mode::GoHome), confirmed);
+    scene.ask(2, Request::Stop);
+    let said = scene.model.facts.last_words(scene.now);
+    let unconfirmed = "the robot is still in mode prowl; not confirmed: stop";
+    assert_eq!(said.as_deref(), Some(unconfirmed));
+}
