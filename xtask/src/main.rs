@@ -28,6 +28,9 @@ type Step = (&'static str, fn() -> Result<(), String>);
 /// Options of every build: one set of features, so that dependencies are built once.
 const EVERYTHING: [&str; 3] = ["--workspace", "--all-features", "--locked"];
 
+/// Tests in which programs talk to each other in real time.
+const IN_REAL_TIME: [&str; 2] = ["examples::", "edges::"];
+
 const CHECK: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", clippy),
@@ -142,8 +145,13 @@ fn clippy() -> Result<(), String> {
     cargo(&arguments.concat())
 }
 
+/// Runs every test; those of programs in real time by themselves, because the others use every core for minutes.
 fn test() -> Result<(), String> {
-    cargo(&[&["test"], &EVERYTHING[..]].concat())
+    let skipped = IN_REAL_TIME.map(|name| ["--skip", name]).concat();
+    for names in [&skipped[..], &IN_REAL_TIME] {
+        cargo(&[&["test"], &EVERYTHING[..], &["--"], names].concat())?;
+    }
+    Ok(())
 }
 
 fn doc() -> Result<(), String> {
