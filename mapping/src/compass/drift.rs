@@ -101,8 +101,7 @@ impl Drift {
         }
     }
 
-    /// Takes a change of the wheels' parameters: the growth changes by so many degrees per inch, `None` if by an unknown
-    /// amount.
+    /// Takes a change of the growth by the wheels' parameters, degrees per inch; `None` if it is unknown.
     pub(super) fn regauge(&mut self, change: Option<f64>) {
         for filter in &mut self.filters {
             if let Some(change) = change {

@@ -10,7 +10,7 @@ use groundwave_protocol::status_codes::{Bump, Drive};
 use groundwave_protocol::telemetry::{Body, Line, ParameterLine, StateLine};
 
 use crate::pose::Pose;
-use crate::sensors::sonar;
+use crate::sensors::sonar::{self, TRACK_IN};
 use drift::{Drift, Estimate, Motion};
 pub use reckoning::Ellipse;
 use reckoning::Reckoning;
@@ -38,8 +38,7 @@ const HELD_IN_S: i16 = 8;
 /// Distance between two lines that no robot drives, inches.
 const JUMP_IN: f64 = 60.0;
 
-/// Distance of the wheels and diameter of the nominal ones, inches.
-const TRACK_IN: f64 = 10.0;
+/// Diameter of the nominal wheels, inches.
 const NOMINAL_WHEEL_IN: f64 = 5.0;
 
 /// Factor on the deviation of the wheels' difference: slips at contacts have a side, too.
@@ -173,29 +172,6 @@ impl Compass {
         }
     }
 
-    fn take_parameter(&mut self, parameter: &ParameterLine) {
-        let value_in = f64::from(parameter.value) / 1000.0;
-        let (known, sign) = match parameter.name.as_str() {
-            "wheel-left" => (&mut self.gauge.left_in, -1.0),
-            "wheel-right" => (&mut self.gauge.right_in, 1.0),
-            _ => return,
-        };
-        let change = match known.replace(value_in) {
-            Some(before) if before > 0.0 => {
-                Some(sign * (value_in / before - 1.0) / TRACK_IN * 1.0_f64.to_degrees())
-            }
-            // The present wheels may differ from those with which the robot drove until now.
-            _ => (value_in - NOMINAL_WHEEL_IN).abs().lt(&1e-6).then_some(0.0),
-        };
-        if change != Some(0.0) {
-            self.drift.pass(self.motion);
-            self.drift.regauge(change);
-            let theta_rad = self.pose.theta_rad;
-            self.begin();
-            self.pose.theta_rad = theta_rad;
-        }
-    }
-
     /// The wheels for which the odometer's heading would not drift; `None` before the robot has reported the present ones.
     #[must_use]
     pub fn wheels(&self) -> Option<Wheels> {
@@ -215,6 +191,29 @@ impl Compass {
         Interval {
             value: share(growth.value),
             half: share(growth.half),
+        }
+    }
+
+    fn take_parameter(&mut self, parameter: &ParameterLine) {
+        let value_in = f64::from(parameter.value) / 1000.0;
+        let (known, sign) = match parameter.name.as_str() {
+            "wheel-left" => (&mut self.gauge.left_in, -1.0),
+            "wheel-right" => (&mut self.gauge.right_in, 1.0),
+            _ => return,
+        };
+        let change = match known.replace(value_in) {
+            Some(before) if before > 0.0 => {
+                Some(sign * (value_in / before - 1.0) / TRACK_IN * 1.0_f64.to_degrees())
+            }
+            // The present wheels may differ from those with which the robot drove until now.
+            _ => ((value_in - NOMINAL_WHEEL_IN).abs() < 1e-6).then_some(0.0),
+        };
+        if change != Some(0.0) {
+            self.drift.pass(self.motion);
+            self.drift.regauge(change);
+            let theta_rad = self.pose.theta_rad;
+            self.begin();
+            self.pose.theta_rad = theta_rad;
         }
     }
 

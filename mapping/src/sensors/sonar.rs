@@ -62,9 +62,11 @@ pub(crate) fn eye(pose: Pose, side: Side) -> ((f64, f64), f64) {
     )
 }
 
-/// Mean age of an echo when its line begins, seconds, and distance of the wheels, inches.
+/// Mean age of an echo when its line begins, seconds.
 const ECHO_AGE_S: f64 = 0.14;
-const TRACK_IN: f64 = 10.0;
+
+/// Distance of the wheels, inches.
+pub(crate) const TRACK_IN: f64 = 10.0;
 
 /// Pose at the time of the echoes of a line, from the pose of the line.
 pub(crate) fn pinged_at(pose: Pose, state: &StateLine) -> Pose {

@@ -14,7 +14,7 @@ const SERVO_LEAST_US: u16 = 500;
 const SERVO_UP_US: u16 = 1500;
 const SERVO_MOST_US: u16 = 2500;
 
-/// Counts in a tick that one reading of an encoder may lag, and in how many counts the wheel's size makes one.
+/// Counts by which a reading may lag behind the edges, and counts to which the wheel's size may add one.
 const COUNTS_LAG: i64 = 3;
 const COUNTS_ROUNDING: i64 = 500;
 
@@ -151,14 +151,14 @@ fn compare_inputs(inputs: &Inputs, at_pins: &AtPins) -> Result<(), String> {
 }
 
 fn compare_outputs(outputs: &Outputs, at_pins: &AtPins) -> Result<(), String> {
+    if at_pins.is_reset {
+        return Ok(());
+    }
     let pulse_us = if outputs.arm_up {
         SERVO_UP_US..SERVO_MOST_US
     } else {
         SERVO_LEAST_US..SERVO_UP_US
     };
-    if at_pins.is_reset {
-        return Ok(());
-    }
     let [newest, _] = at_pins.pings;
     let is_pinged = |side: Side| {
         newest.is_some_and(|(at_ms, echo)| at_pins.now_ms - at_ms <= 1 && echo.side == side)

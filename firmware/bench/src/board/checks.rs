@@ -7,37 +7,22 @@ use groundwave_protocol::BYTES_PER_S;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Key, Message, Open, Order, Slots};
 use groundwave_protocol::parameter::key;
-use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Mode, Power};
+use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Mode};
 use groundwave_protocol::telemetry::{Ack, Body, StateLine};
-use sr04_firmware::board::{Edges, Inputs, Sides};
 use sr04_firmware::memory::BOOTS_BYTES;
 
 use super::emulator::Loss;
-use super::house::{Hand, House};
+use super::house::House;
+use super::watched::{FIRST_LINES_MS, KEPT, Watched};
 use crate::chip::Figures;
 use crate::operator::{OWNER, Operator, ROBOT_ID, Task};
 use crate::scenario::Scenario;
-
-/// Most bytes that a step takes.
-const STEP_BYTES: usize = 255;
 
 /// Speed of the radio; 1 % of it is no fault.
 const RADIO_BITS_PER_S: u16 = 2400;
 
 /// Duration of a session while the radio is busy.
 const SESSION_MS: u64 = 10_000;
-
-/// Time in which a robot tells its first lines.
-const FIRST_LINES_MS: u64 = 5000;
-
-/// Time in which the operator's tasks are done.
-const TASKS_MS: u64 = 30_000;
-
-/// Time in which the robot has written its parameters, 3.4 ms a byte.
-const WRITES_MS: u64 = 600;
-
-/// Parameter that is kept.
-const KEPT: &str = "top-speed";
 
 /// Programs that the checks run.
 #[derive(Debug)]
@@ -53,190 +38,6 @@ pub(crate) struct Programs {
     pub(crate) panic_at: u32,
     /// The ground station's program.
     pub(crate) groundwave: PathBuf,
-}
-
-/// A house with an operator at the radio.
-struct Watched {
-    house: House,
-    operator: Operator,
-    /// Bytes on their way to the board, and the time when they have come.
-    queue: VecDeque<u8>,
-    busy_to_ms: u64,
-}
-
-impl Watched {
-    /// The whole program in a world.
-    fn start(programs: &Programs, world: &str, seed: u64) -> Result<Self, String> {
-        Ok(Self {
-            house: House::new(world, seed, &programs.emulator, &programs.full)?,
-            operator: Operator::default(),
-            queue: VecDeque::new(),
-            busy_to_ms: 0,
-        })
-    }
-
-    fn step(&mut self) -> Result<(), String> {
-        let count = self.queue.len().min(STEP_BYTES);
-        let received: Vec<u8> = self.queue.drain(..count).collect();
-        for byte in self.house.step(&received)? {
-            self.operator.receive(byte);
-        }
-        let now_ms = self.house.now_ms;
-        if let Some(ack) = self.house.ack
-            && now_ms >= self.busy_to_ms
-        {
-            let bytes = self.operator.transmit(now_ms, ack);
-            self.busy_to_ms = now_ms + bytes.len() as u64 * 1000 / u64::from(BYTES_PER_S) + 1;
-            self.queue.extend(bytes);
-        }
-        Ok(())
-    }
-
-    fn run_ms(&mut self, ms: u64) -> Result<(), String> {
-        for _ in 0..ms {
-            self.step()?;
-        }
-        Ok(())
-    }
-
-    /// Lets the robot do orders one after the other.
-    fn order(&mut self, orders: impl IntoIterator<Item = Order>) -> Result<(), String> {
-        for order in orders {
-            self.operator.queue(Task::Order(order));
-        }
-        let end_ms = self.house.now_ms + TASKS_MS;
-        while !self.operator.is_idle() {
-            if self.house.now_ms > end_ms {
-                return Err("the robot does not confirm its orders".to_owned());
-            }
-            self.step()?;
-        }
-        Ok(())
-    }
-
-    /// Power is lost and restored.
-    fn lose_power(&mut self) -> Result<(), String> {
-        self.house.emulator.lose_power()?;
-        self.forget();
-        Ok(())
-    }
-
-    /// Another boot needs another session, which the operator opens when it has heard of it.
-    fn forget(&mut self) {
-        self.operator = Operator::default();
-        self.house.forget();
-        self.queue.clear();
-    }
-
-    /// Touches the robot; an error unless a line tells.
-    fn feel(&mut self, (what, hand, shows): Touch) -> Result<(), String> {
-        self.house.hand = hand;
-        let from = self.house.lines.len();
-        self.run_ms(TOUCH_MS)?;
-        self.house.hand = Hand::OFF;
-        let told: Vec<StateLine> = (self.house.lines.iter().skip(from))
-            .filter_map(|(_, line)| match &line.body {
-                Body::State(state) => Some(*state),
-                _ => None,
-            })
-            .collect();
-        self.run_ms(TOUCH_MS)?;
-        if told.iter().any(shows) {
-            Ok(())
-        } else {
-            Err(format!("{what}: the robot tells {:?}", told.last()))
-        }
-    }
-
-    /// Does the queued tasks; returns whether the chip is reset meanwhile, in a write of the EEPROM, the next one counted
-    /// as 1.
-    fn is_lost_in(&mut self, write: u16, loss: Loss) -> Result<bool, String> {
-        let boots = self.house.sent.len();
-        self.house.emulator.lose_in(write, loss)?;
-        let end_ms = self.house.now_ms + TASKS_MS;
-        let mut rest_ms = WRITES_MS;
-        while rest_ms > 0 {
-            self.step()?;
-            if self.house.sent.len() > boots {
-                self.forget();
-                return Ok(true);
-            }
-            if self.operator.is_idle() {
-                rest_ms -= 1;
-            } else if self.house.now_ms > end_ms {
-                return Err("the robot does not confirm its orders".to_owned());
-            }
-        }
-        self.house.emulator.lose_in(0, loss)?;
-        Ok(false)
-    }
-
-    /// Keeps another value of a parameter again and again. The chip is reset in a write, each time `later` ones later, up to
-    /// the time that has fewer writes.
-    fn keep(
-        &mut self,
-        kept: &mut i32,
-        mut write: u16,
-        later: u16,
-        loss: Loss,
-    ) -> Result<(), String> {
-        loop {
-            let value = if *kept == 5 { 9 } else { 5 };
-            let set = Order::SetParameter {
-                key: key(KEPT),
-                value,
-            };
-            for order in [set, Order::KeepParameters] {
-                self.operator.queue(Task::Order(order));
-            }
-            let is_lost = self.is_lost_in(write, loss)?;
-            if !is_lost {
-                self.lose_power()?;
-            }
-            while self.house.ack.is_none() {
-                self.step()?;
-            }
-            let found = self.parameter(KEPT)?;
-            if found != value && (found != *kept || !is_lost) {
-                return Err(format!(
-                    "{loss:?} lost in write {write}: {found}, not {kept} or {value}"
-                ));
-            }
-            *kept = found;
-            if !is_lost {
-                return Ok(());
-            }
-            write += later;
-        }
-    }
-
-    fn newest_boots(&self) -> Result<u16, String> {
-        let told = self.house.bodies(|body| match body {
-            Body::Status(status) => Some(status.boots),
-            _ => None,
-        });
-        told.last().copied().ok_or("no line B".to_owned())
-    }
-
-    /// Value of a parameter that the robot tells.
-    fn parameter(&mut self, name: &str) -> Result<i32, String> {
-        let from = self.house.lines.len();
-        self.order([Order::ReadParameter { key: key(name) }])?;
-        for _ in 0..FIRST_LINES_MS {
-            let told = self.house.lines.iter().skip(from);
-            let mut values = told.filter_map(|(_, line)| match &line.body {
-                Body::Parameter(parameter) if parameter.name.as_str() == name => {
-                    Some(parameter.value)
-                }
-                _ => None,
-            });
-            if let Some(value) = values.next_back() {
-                return Ok(value);
-            }
-            self.step()?;
-        }
-        Err(format!("no line P about {name}"))
-    }
 }
 
 /// The board drives through its pins, with the operator's tour, and a host's robot gets what it gets.
@@ -423,122 +224,6 @@ pub(crate) fn power_lost(programs: &Programs, seed: u64) -> Result<Figures, Stri
         return Err("a boot changed a parameter".to_owned());
     }
     watched.house.finish()
-}
-
-/// A touch and the state that the robot then tells.
-type Touch = (&'static str, Hand, fn(&StateLine) -> bool);
-
-const fn touch(on_sensors: fn(&mut Inputs)) -> Hand {
-    Hand {
-        on_sensors,
-        ..Hand::OFF
-    }
-}
-
-const LEFT: Sides = Sides {
-    left: true,
-    right: false,
-};
-const RIGHT: Sides = Sides {
-    left: false,
-    right: true,
-};
-
-/// Touches that the robot tells of in mode STOP.
-#[rustfmt::skip]
-const STANDING: [Touch; 18] = [
-    ("left bumper", touch(|inputs| inputs.bumper.left = true), |state| state.bump == Bump::Left),
-    ("centre bumper", touch(|inputs| inputs.bumper.center = true), |state| state.bump == Bump::Center),
-    ("right bumper", touch(|inputs| inputs.bumper.right = true), |state| state.bump == Bump::Right),
-    ("no floor ahead", touch(|inputs| inputs.cliff = Some(Edges::AHEAD)), |state| state.cliff == Cliff::Center),
-    ("no floor on the left", touch(|inputs| inputs.cliff = Some(Edges::AHEAD_LEFT)), |state| state.cliff == Cliff::Left),
-    ("no floor on the right", touch(|inputs| inputs.cliff = Some(Edges::AHEAD_RIGHT)), |state| state.cliff == Cliff::Right),
-    ("left photocell", touch(|inputs| inputs.photo_left = Some(250)), |state| state.photo_left_pct > Some(90)),
-    ("right photocell", touch(|inputs| inputs.photo_right = Some(250)), |state| state.photo_right_pct > Some(90)),
-    ("no floor beside the left wheel", touch(|inputs| inputs.cliff = Some(Edges::BESIDE_LEFT)), |state| state.cliff == Cliff::Left),
-    ("no floor beside the right wheel", touch(|inputs| inputs.cliff = Some(Edges::BESIDE_RIGHT)), |state| state.cliff == Cliff::Right),
-    ("no floor behind", touch(|inputs| inputs.cliff = Some(Edges::BEHIND)), |state| state.cliff == Cliff::Several),
-    ("no floor behind on the left", touch(|inputs| inputs.cliff = Some(Edges::BEHIND_LEFT)), |state| state.cliff == Cliff::Several),
-    ("no floor behind on the right", touch(|inputs| inputs.cliff = Some(Edges::BEHIND_RIGHT)), |state| state.cliff == Cliff::Several),
-    ("charger", touch(|inputs| inputs.is_docked = true), |state| matches!(state.power, Power::Charging | Power::Docked)),
-    ("left wheel", Hand { turns: LEFT, ..Hand::OFF }, |state| state.wheel_left_in_s > 0 && state.wheel_right_in_s == 0),
-    ("right wheel", Hand { turns: RIGHT, ..Hand::OFF }, |state| state.wheel_right_in_s > 0 && state.wheel_left_in_s == 0),
-    ("left sonar", Hand::OFF, |state| state.sonar_left_in.is_some()),
-    ("right sonar", Hand::OFF, |state| state.sonar_right_in.is_some()),
-];
-
-/// Touches that it tells of in mode prowl, and in mode passive when the detectors have settled.
-#[rustfmt::skip]
-const PROWLING: [Touch; 2] = [
-    ("hand on the left", Hand { before: LEFT, ..Hand::OFF }, |state| state.infrared == Infrared::Left),
-    ("hand on the right", Hand { before: RIGHT, ..Hand::OFF }, |state| state.infrared == Infrared::Right),
-];
-#[rustfmt::skip]
-const ARMED: [Touch; 3] = [
-    ("motion on the left", touch(|inputs| inputs.motion = Some(LEFT)), |state| state.arm == Arm::MotionLeft),
-    ("motion on the right", touch(|inputs| inputs.motion = Some(RIGHT)), |state| state.arm == Arm::MotionRight),
-    ("top hat", touch(|inputs| inputs.top_hat = true), |state| state.arm == Arm::TopHat),
-];
-
-/// Time after which a touch is told, and after which the detectors have settled.
-const TOUCH_MS: u64 = 1500;
-const SETTLED_MS: u64 = 40_000;
-
-/// A hand at each sensor, as docs/mega.md tells: each is at its pin.
-pub(crate) fn by_hand(programs: &Programs, seed: u64) -> Result<Figures, String> {
-    let mut watched = Watched::start(programs, "open-room", seed)?;
-    watched.run_ms(FIRST_LINES_MS)?;
-    watched.operator.queue(Task::Stop);
-    watched.run_ms(FIRST_LINES_MS)?;
-    for touch in STANDING {
-        watched.feel(touch)?;
-    }
-    watched.order([Order::Mode(Mode::Prowl)])?;
-    for touch in PROWLING {
-        watched.feel(touch)?;
-    }
-    lifted(&mut watched)?;
-    for touch in ARMED {
-        watched.order([Order::Mode(Mode::Passive)])?;
-        watched.run_ms(SETTLED_MS)?;
-        watched.feel(touch)?;
-    }
-    watched.house.finish()
-}
-
-/// In the hand, a robot's wheels stand until its cliff guard is off.
-fn lifted(watched: &mut Watched) -> Result<(), String> {
-    let from = watched.house.lines.len();
-    watched.house.hand = touch(|inputs| inputs.cliff = Some(Edges::ALL));
-    watched.run_ms(TOUCH_MS)?;
-    for _ in 0..TOUCH_MS {
-        watched.step()?;
-        if watched.house.drives {
-            return Err("lifted: the wheels turn".to_owned());
-        }
-    }
-    let guard = |value| Order::SetParameter {
-        key: key("cliff-guard"),
-        value,
-    };
-    watched.order([guard(0)])?;
-    watched.run_ms(TOUCH_MS)?;
-    if !watched.house.drives {
-        return Err("lifted without a cliff guard: the wheels stand".to_owned());
-    }
-    watched.order([guard(1)])?;
-    watched.house.hand = Hand::OFF;
-    watched.run_ms(TOUCH_MS)?;
-    let mut told = watched.house.lines.iter().skip(from);
-    let is_told = told.any(|(_, line)| match &line.body {
-        Body::Text(text) => text.as_str().contains("no floor"),
-        _ => false,
-    });
-    if is_told {
-        Ok(())
-    } else {
-        Err("lifted: the robot does not say so".to_owned())
-    }
 }
 
 /// A board without sensors says so.
