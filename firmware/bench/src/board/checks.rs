@@ -5,8 +5,7 @@ use std::path::PathBuf;
 
 use groundwave_protocol::BYTES_PER_S;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::command::{Key, Message, Open, Order, Slots};
-use groundwave_protocol::parameter::key;
+use groundwave_protocol::command::{Key, Message, Open, Slots};
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Mode};
 use groundwave_protocol::telemetry::{Ack, Body, StateLine};
 use sr04_firmware::memory::BOOTS_BYTES;
@@ -15,7 +14,7 @@ use super::emulator::Loss;
 use super::house::House;
 use super::watched::{FIRST_LINES_MS, KEPT, Watched};
 use crate::chip::Figures;
-use crate::operator::{OWNER, Operator, ROBOT_ID, Task};
+use crate::operator::{OWNER, ROBOT_ID};
 use crate::scenario::Scenario;
 
 /// Speed of the radio; 1 % of it is no fault.
