@@ -42,6 +42,10 @@ const JUMPS: u64 = 60;
 /// Share of lines that directly follow the previous one, per cent; below it, jumps are the robot's.
 const JUMPS_NEXT_PCT: u64 = 5;
 
+/// Maximum number of whole rounds of the sequence for each line 00 that came too early. A turn of a half-duplex radio can swallow
+/// the line before a line 00, but seldom.
+const WHOLE_WRAPS_MAX: u64 = 20;
+
 /// Maximum length of a line that a restart cut off, bytes.
 const CUT_BYTES_MAX: u64 = 80;
 
@@ -82,6 +86,8 @@ pub(super) struct Conduct {
     has_counters: bool,
     /// Sequences other than 99 that preceded a line 00 of the same boot, and how often.
     wraps: BTreeMap<u8, u64>,
+    /// Number of lines 00 that directly followed a line 99.
+    whole_wraps: u64,
     /// Number of jumps of the sequence by each step, modulo 100.
     jumps: BTreeMap<u8, u64>,
     /// Number of pairs of consecutive lines, and number of those pairs with two types.
@@ -191,6 +197,7 @@ impl Conduct {
     ) -> bool {
         let after = |sequence: u8| (sequence + 1) % SEQUENCE_MODULUS;
         let is_next = now.sequence == after(previous.sequence);
+        self.whole_wraps += u64::from(is_next && now.sequence == 0);
         let noise = now.noise - previous.noise;
         // The number of short lines that the noise may have been.
         let missing = u64::from(SEQUENCE_MODULUS - 1 - previous.sequence);
@@ -242,9 +249,11 @@ impl Conduct {
     }
 
     /// The mistake of a sequence that restarts too early: always at the same number, or at restarts. If the radio loses a quarter of the
-    /// lines, no restart shows it.
+    /// lines, or nearly every round is whole, no restart shows it.
     fn wrap(&self) -> Option<&'static Kind> {
-        if self.jumps.values().sum::<u64>() * 4 > self.pairs {
+        let early: u64 = self.wraps.values().sum();
+        let is_rare = self.whole_wraps > early * WHOLE_WRAPS_MAX;
+        if is_rare || self.jumps.values().sum::<u64>() * 4 > self.pairs {
             return None;
         }
         if self.wraps.values().any(|count| *count > 1) {

@@ -45,3 +45,29 @@ fn the_level_follows_the_lines() {
     assert_eq!(diagnosed([sealed(A), sealed(B)]).level(), 3);
     assert_eq!(diagnosed([sealed(A), sealed(C)]).level(), 4);
 }
+
+/// A half-duplex radio may swallow the line before line 00 without a byte of noise, at the same number or at others.
+#[test]
+fn a_few_swallowed_lines_are_no_early_restart() {
+    let line = |sequence: u64| {
+        let mut head = *A;
+        head[1..3].copy_from_slice(format!("{sequence:02}").as_bytes());
+        sealed(&head)
+    };
+    let findings = |rounds: u64, swallowed: &[u64]| {
+        let lines = (0..rounds * 100).filter(|n| !swallowed.contains(n));
+        let findings = diagnosed(lines.map(|n| line(n % 100))).findings();
+        let codes = findings.into_iter().map(|finding| finding.kind.code);
+        codes
+            .filter(|code| ["sequence-wrap", "boot-same"].contains(code))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(findings(100, &[4999, 9899]), [""; 0], "at 99 twice");
+    assert_eq!(
+        findings(100, &[4999, 9898, 9899]),
+        [""; 0],
+        "at 99 and at 98"
+    );
+    let each: Vec<u64> = (0..5).map(|round| round * 100 + 99).collect();
+    assert_eq!(findings(5, &each), ["sequence-wrap"]);
+}
