@@ -45,10 +45,18 @@ fn test_in(folder: &Path, published: &[(&str, &str)]) -> Result<(), String> {
         // Writing to a string cannot fail.
         let _ = writeln!(manifest, "{name} = {{ path = \"{name}-{version}\" }}");
     }
+    manifest += &profiles().map_err(failed)?;
     fs::write(folder.join("Cargo.toml"), manifest).map_err(failed)?;
     fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).map_err(failed)?;
     run(Command::new(super::cargo_path())
         .current_dir(folder)
         .args(["test", "--workspace", "--all-features", "--offline"])
         .env("CARGO_TARGET_DIR", root().join("target/crates")))
+}
+
+/// The profiles of the repository, without which the searches of the protocol's tests take half an hour.
+fn profiles() -> std::io::Result<String> {
+    let manifest = fs::read_to_string(root().join("Cargo.toml"))?;
+    let from = manifest.find("[profile.").unwrap_or(manifest.len());
+    Ok(format!("\n{}", &manifest[from..]))
 }
