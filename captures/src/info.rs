@@ -10,6 +10,7 @@ use super::own_lines::OwnSummary;
 use super::runs::label::Label;
 use super::source::Form;
 use crate::diagnosis::Finding;
+use crate::marks::{MarkWithText, with_texts};
 use crate::outages::Outage;
 use crate::statistics::{Damaged, Loss, OtherRobot, Resync};
 use survey::Survey;
@@ -37,6 +38,12 @@ pub struct Info {
     /// Reason why the run is void; `None` if it is valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub void: Option<String>,
+    /// Marks set by the operator, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<MarkWithText>,
+    /// The operator's notes about the whole run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// Time from the beginning to the last byte, seconds; for raw text without timestamps, the transmission time at the rate of the
     /// robot's clock, or at 2400 baud.
     pub duration_s: f64,
@@ -197,7 +204,14 @@ impl Info {
     /// Adds the operator's label of the run.
     #[must_use]
     pub fn with_label(self, label: Label) -> Self {
-        let Label { name, void, .. } = label;
-        Self { name, void, ..self }
+        let marks = with_texts(self.marks, &label);
+        let about_all = label.notes.into_iter().filter(|note| note.at_s.is_none());
+        Self {
+            name: label.name,
+            void: label.void,
+            marks,
+            notes: about_all.map(|note| note.text).collect(),
+            ..self
+        }
     }
 }

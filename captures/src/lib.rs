@@ -27,6 +27,7 @@ pub mod index;
 pub mod info;
 pub mod interrupted;
 pub mod layout;
+pub mod marks;
 pub mod mcap_reader;
 pub mod messages;
 pub mod name;

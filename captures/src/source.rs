@@ -12,6 +12,7 @@ use super::CaptureError;
 use super::chunk::Chunk;
 use super::files::{self, is_in_use};
 use super::interrupted::is_unfinished;
+use super::marks::Marks;
 use super::mcap_reader::Damages;
 use super::name::utc;
 use super::pieces::{Piece, Pieces, has_received};
@@ -117,6 +118,7 @@ pub struct Capture {
     unplugged_at: Option<Duration>,
     missing_bytes: u64,
     uplink: Uplink,
+    marks: Marks,
     damages: Damages,
     has_verdict: bool,
     /// The chunk returned last.
@@ -167,6 +169,7 @@ impl Capture {
             unplugged_at: None,
             missing_bytes: 0,
             uplink: Uplink::default(),
+            marks: Marks::default(),
             damages: Damages::default(),
             has_verdict: false,
             current: Vec::new(),
@@ -239,6 +242,12 @@ impl Capture {
         }
     }
 
+    /// Marks set in the part that has been read.
+    #[must_use]
+    pub const fn marks(&self) -> &Marks {
+        &self.marks
+    }
+
     /// Time of the latest received bytes, since the capture began.
     #[must_use]
     pub const fn end(&self) -> Duration {
@@ -293,7 +302,12 @@ impl Capture {
                 self.damages.push(damage);
             }
             Piece::Damaged(damage) => self.damages.push(damage),
-            Piece::Received(_) | Piece::Event(_) => {}
+            Piece::Event(event) => {
+                if let Some(mark) = event.mark() {
+                    self.marks.take(at, mark);
+                }
+            }
+            Piece::Received(_) => {}
         }
         Ok(Some((at, piece)))
     }

@@ -295,6 +295,15 @@ impl StationEvent {
         }
     }
 
+    /// The mark that this event set or removed; `None` for other events.
+    #[must_use]
+    pub fn mark(&self) -> Option<Mark> {
+        match &self.kind {
+            Some(StationEventKind::Mark(mark)) => Some(mark.clone().into()),
+            _ => None,
+        }
+    }
+
     /// Whether the event is a notice with this code.
     #[must_use]
     pub fn is_notice(&self, code: NoticeCode) -> bool {

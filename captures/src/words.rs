@@ -4,6 +4,8 @@ use groundwave_protocol::decoder::Lost;
 use groundwave_protocol::status_codes::{Layer, Mode};
 use groundwave_protocol::telemetry::Outcome;
 
+use crate::event::Moment;
+
 /// Reason why the robot refused a command.
 #[must_use]
 pub const fn outcome_words(outcome: Outcome) -> &'static str {
@@ -79,6 +81,16 @@ pub const fn mode_word(mode: Mode) -> &'static str {
         Mode::GoHome => "home",
         Mode::Forage => "dock",
         Mode::Calibrate => "calibrate",
+    }
+}
+
+/// A moment as text: `12:30`, or `1:02:30` from an hour on.
+#[must_use]
+pub fn clock_words(at: Moment) -> String {
+    let s = at.as_secs();
+    match s / 3600 {
+        0 => format!("{:02}:{:02}", s / 60, s % 60),
+        hours => format!("{hours}:{:02}:{:02}", s / 60 % 60, s % 60),
     }
 }
 

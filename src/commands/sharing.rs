@@ -5,16 +5,28 @@ use super::{Exit, Fault, check_open_files};
 use crate::io::foxglove::{Foxglove, FoxgloveError};
 use crate::io::link::Sink;
 use crate::io::open_files;
-use crate::io::share::{CONNECTIONS_MAX, Share, ShareError, usual_address};
+use crate::io::share::{CONNECTIONS_MAX, Share, ShareError, find_station, usual_address};
 use crate::share::Address;
 
-/// Parses the address of a share; an empty text means the default address.
+/// Parses the address to share on; an empty text means the default address.
 pub(super) fn parse_address(text: &str) -> Result<Address, String> {
     if text.is_empty() {
-        return usual_address()
-            .ok_or_else(|| "no home folder is known; give an address".to_owned());
+        return usual_address().ok_or_else(no_home);
     }
     text.parse()
+}
+
+/// Parses the address of a station; an empty text means the station on this machine.
+pub(super) fn parse_station(text: &str) -> Result<Address, String> {
+    if text.is_empty() {
+        let found = find_station().map_err(|error| error.to_string())?;
+        return found.ok_or_else(no_home);
+    }
+    text.parse()
+}
+
+fn no_home() -> String {
+    "no home folder is known; give an address".to_owned()
 }
 
 /// Opens the share server if the options ask for it; must be called within the runtime.

@@ -206,7 +206,7 @@ impl Ui {
             Action::Find(steps) => self.find(facts, steps),
             Action::Copy => return self.copy(facts, now),
             Action::NextTheme => self.next_theme(now),
-            Action::Playback(Control::Mark) => return self.mark(now),
+            Action::Mark => return self.mark(now),
             Action::AskJump { forward } => self.overlay = Overlay::Jump { forward },
             Action::Playback(_)
             | Action::Speed(_)

@@ -21,7 +21,8 @@ pub(crate) struct Entry {
     pub(crate) by: Option<String>,
     /// Latest status.
     pub(crate) status: CommandStatus,
-    pub(crate) attempts: u32,
+    /// Number of frames sent for the command; a route takes several, and every repetition counts.
+    pub(crate) frames: u32,
     /// Number of acknowledged waypoints, and of all waypoints.
     pub(crate) progress: Option<(u16, u16)>,
     /// Time at which the status changed.
@@ -100,7 +101,7 @@ impl Ledger {
             CommandStatus::Queued | CommandStatus::Reported(_) => {}
             CommandStatus::Sent { frames } => {
                 entry.status = *status;
-                entry.attempts = *frames;
+                entry.frames = *frames;
             }
             CommandStatus::Echoed | CommandStatus::Refused(_) | CommandStatus::Failed(_) => {
                 entry.status = *status;
@@ -139,7 +140,7 @@ impl Ledger {
             request,
             by,
             status: CommandStatus::Queued,
-            attempts: 0,
+            frames: 0,
             progress: None,
             at: now,
             asked_at: now,

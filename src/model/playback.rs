@@ -8,7 +8,7 @@ use super::keys::RouteAction;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, TextEntry, Ui, age};
 use crate::event::{Effect, Level, Moment, Remark};
-use crate::playback::{Control, MARKER_REACH, Position, SPEED_MAX, SPEED_MIN};
+use crate::playback::{Control, MARK_REACH, Position, SPEED_MAX, SPEED_MIN};
 use crate::request::Request;
 
 /// Speeds that the keys select.
@@ -80,32 +80,38 @@ impl Ui {
             .collect()
     }
 
-    /// Sets a mark and asks for its text; removes a mark that is already at this moment.
+    /// Asks for the text of a mark at this moment, which is set when the text is submitted; removes a mark that is already there.
     pub(super) fn mark(&mut self, now: Moment) -> Vec<Effect> {
         let playback = self.playback.as_ref();
         self.marked_at = playback.map_or(now, |playback| playback.at);
         let is_marked = playback.is_some_and(|playback| {
             let mut marks = playback.markers.iter();
-            marks.any(|mark| mark.abs_diff(self.marked_at) < MARKER_REACH)
+            marks.any(|mark| mark.abs_diff(self.marked_at) < MARK_REACH)
         });
-        if !is_marked {
-            self.overlay = Overlay::Text(TextEntry::new(Purpose::Mark));
+        if is_marked {
+            return vec![Effect::Playback(Control::Mark(self.marked_at))];
         }
-        vec![Effect::Playback(Control::Mark)]
+        self.overlay = Overlay::Text(TextEntry::new(Purpose::Mark));
+        Vec::new()
     }
 
-    /// Saves the text of the mark just set: as a note to the capture, or only in the log without a capture.
-    pub(super) fn name_mark(&mut self, facts: &Facts, now: Moment, text: &str) -> Vec<Effect> {
+    /// Sets the mark and saves its text, if any: as a note to the capture, or only in the log without a capture.
+    pub(super) fn set_mark(&mut self, facts: &Facts, now: Moment, text: &str) -> Vec<Effect> {
+        let mut effects = vec![Effect::Playback(Control::Mark(self.marked_at))];
+        if text.is_empty() {
+            return effects;
+        }
         let remark = Remark::Note(text.to_owned());
         if let Some(capture) = self.capture_at_hand(facts) {
-            return vec![Effect::Label {
+            effects.push(Effect::Label {
                 capture: capture.clone(),
                 remark,
                 ago: now.saturating_sub(self.marked_at),
-            }];
+            });
+        } else {
+            self.note(Level::Info, remark.to_string());
         }
-        self.note(Level::Info, remark.to_string());
-        Vec::new()
+        effects
     }
 
     pub(super) fn submit_moment(&mut self, entry: TextEntry) -> Vec<Effect> {
@@ -360,11 +366,12 @@ mod tests {
 
     #[test]
     fn a_mark_asks_for_its_text() {
-        let mark = Effect::Playback(Control::Mark);
+        let mark = |at| Effect::Playback(Control::Mark(at));
         let mut scene = scene(false);
-        assert_eq!(scene.type_text("a"), std::slice::from_ref(&mark));
+        let shown = playback(false).at;
+        assert_eq!(scene.type_text("a"), []);
         scene.type_text("lamp fell");
-        assert_eq!(scene.press(&[KeyCode::Enter]), []);
+        assert_eq!(scene.press(&[KeyCode::Enter]), [mark(shown)]);
         let aside = scene.model.ui.aside.as_ref();
         let said = (Level::Info, "note: lamp fell".to_owned());
         assert_eq!(aside, Some(&said), "nothing is recorded");
@@ -374,6 +381,7 @@ mod tests {
         }));
         scene.show_moment(None);
         scene.type_text("a");
+        let pressed_at = scene.now;
         scene.wait_ms(7000);
         scene.type_text("lamp fell");
         let label = Effect::Label {
@@ -381,18 +389,18 @@ mod tests {
             remark: Remark::Note("lamp fell".to_owned()),
             ago: Moment::from_secs(7),
         };
-        assert_eq!(scene.press(&[KeyCode::Enter]), [label]);
-        // Enter or Esc without text leaves the mark without a text.
-        for key in [KeyCode::Enter, KeyCode::Esc] {
-            assert_eq!(scene.type_text("a"), std::slice::from_ref(&mark));
-            assert_eq!(scene.press(&[key]), []);
-            assert_eq!(scene.model.ui.overlay, Overlay::None);
-        }
+        assert_eq!(scene.press(&[KeyCode::Enter]), [mark(pressed_at), label]);
+        scene.type_text("a");
+        let enter = scene.press(&[KeyCode::Enter]);
+        assert_eq!(enter, [mark(scene.now)], "a mark without a text");
+        scene.type_text("alamp");
+        assert_eq!(scene.press(&[KeyCode::Esc]), [], "no mark");
+        assert_eq!(scene.model.ui.overlay, Overlay::None);
         // A mark at this moment is removed, not named.
         let mut marked = playback(true);
         marked.markers = vec![marked.at];
         scene.show_moment(Some(marked));
-        assert_eq!(scene.type_text("a"), [mark]);
+        assert_eq!(scene.type_text("a"), [mark(shown)]);
         assert_eq!(scene.model.ui.overlay, Overlay::None);
     }
 

@@ -157,7 +157,7 @@ impl Ui {
             return vec![Effect::Replay(capture)];
         }
         self.overlay = Overlay::Question(Question {
-            text: format!("Leave this session and replay {capture}? The robot continues."),
+            text: format!("Leave this session and replay {capture}? A real robot continues."),
             then: Then::Replay(capture),
         });
         Vec::new()

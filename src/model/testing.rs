@@ -336,6 +336,7 @@ pub(crate) fn overlaid() -> Arc<Overlaid> {
         start: Some(start.to_owned()),
         name: None,
         void: None,
+        marks: 0,
         duration_s,
         distance_in: 200.0,
         closing_error_in: Some(closing_error_in),

@@ -20,7 +20,7 @@ pub(crate) enum Purpose {
     Moment,
     /// A text in the log.
     Search,
-    /// A text for the mark just set.
+    /// A text for a new mark.
     Mark,
 }
 

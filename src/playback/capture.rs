@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use groundwave_protocol::arq;
 
-use super::control::{MARKER_REACH, MARKERS_MAX, Mark};
 use super::cursor::{Cursor, Shortcuts};
 use super::keyframes::Keyframes;
 use super::timeline::Timeline;
 use crate::capture::index::{Piece, Place, SeekableReader};
+use crate::capture::marks::Marks;
 use crate::event::{Event, Level, LinkEvent, Moment, Notice, NoticeCode};
 use crate::model::{Config, Facts};
 use crate::recorded::from_recorded;
@@ -43,7 +43,7 @@ pub struct CaptureState {
     is_over: bool,
     is_lost: bool,
     /// Moments marked in the recording, in order.
-    marks: Vec<Moment>,
+    marks: Marks,
     /// The first damaged part.
     damage: Option<String>,
 }
@@ -71,7 +71,7 @@ impl CaptureState {
             is_waiting: false,
             is_over: false,
             is_lost: false,
-            marks: Vec::new(),
+            marks: Marks::default(),
             damage: None,
         };
         scene.listen();
@@ -129,7 +129,7 @@ impl CaptureState {
             Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
             Some(Piece::Event(event)) => match from_recorded(&event) {
                 Some(Event::Link(event)) => self.take_link(event),
-                Some(Event::Mark(mark)) => self.take_mark(mark),
+                Some(Event::Mark(mark)) => self.marks.take(self.at, mark),
                 Some(Event::Suspended(duration)) => {
                     self.station.handle_suspension(self.at, duration);
                 }
@@ -153,20 +153,6 @@ impl CaptureState {
                     text,
                 )));
             }
-        }
-    }
-
-    /// Takes a mark. A mark before the beginning belongs to another file.
-    fn take_mark(&mut self, mark: Mark) {
-        let Some(at) = self.at.checked_sub(mark.ago) else {
-            return;
-        };
-        if mark.is_set && self.marks.len() < MARKERS_MAX {
-            let place = self.marks.partition_point(|marked| *marked < at);
-            self.marks.insert(place, at);
-        } else if !mark.is_set {
-            self.marks
-                .retain(|marked| marked.abs_diff(at) >= MARKER_REACH);
         }
     }
 
@@ -279,9 +265,11 @@ pub fn read_through(
         if !are_wanted() {
             return scene.damage;
         }
-        let marks = scene.marks.len();
+        let marks = scene.marks.moments().len();
         scene.step(reader);
-        if scene.marks.len() != marks && !report(Finding::Marks(scene.marks.clone())) {
+        if scene.marks.moments().len() != marks
+            && !report(Finding::Marks(scene.marks.moments().to_vec()))
+        {
             return scene.damage;
         }
         if kept.wants(scene.at) {

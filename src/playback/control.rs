@@ -4,18 +4,14 @@ use std::str::FromStr;
 
 use groundwave_captures::event::Moment;
 pub use groundwave_captures::event::{Landmark, Mark};
+pub use groundwave_captures::marks::{MARK_REACH, MARKS_MAX};
+pub use groundwave_captures::words::clock_words;
 
 /// Minimum speed, as a multiple of real time.
 pub const SPEED_MIN: f64 = 0.1;
 
 /// Maximum speed, as a multiple of real time.
 pub const SPEED_MAX: f64 = 1000.0;
-
-/// Maximum number of marks.
-pub const MARKERS_MAX: usize = 32;
-
-/// Maximum distance of two marks that count as one.
-pub const MARKER_REACH: Moment = Moment::from_millis(250);
 
 /// A playback control.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,8 +34,8 @@ pub enum Control {
         /// Whether the target is the next one; `false` for the previous one.
         forward: bool,
     },
-    /// Set or remove a mark here.
-    Mark,
+    /// Set a mark at a moment, or remove the one there.
+    Mark(Moment),
     /// Begin a loop here, end it here, or remove it, in this order.
     Loop,
     /// End the current search.
@@ -228,16 +224,6 @@ impl Playback {
     #[must_use]
     pub fn behind(&self) -> Moment {
         self.until.saturating_sub(self.at)
-    }
-}
-
-/// A moment as text: `12:30`, or `1:02:30` from an hour on.
-#[must_use]
-pub fn clock_words(at: Moment) -> String {
-    let s = at.as_secs();
-    match s / 3600 {
-        0 => format!("{:02}:{:02}", s / 60, s % 60),
-        hours => format!("{hours}:{:02}:{:02}", s / 60 % 60, s % 60),
     }
 }
 

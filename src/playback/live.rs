@@ -294,7 +294,7 @@ impl LivePlayer {
         self.player.rest();
         match control {
             Control::Speed(_) | Control::Newest | Control::StopSearch => None,
-            Control::Mark => {
+            Control::Mark(_) => {
                 self.player.handle(now, control);
                 self.note()
             }

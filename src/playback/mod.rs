@@ -24,7 +24,7 @@ mod tests;
 
 pub use capture::{CaptureState, Finding, read_through};
 pub use control::{
-    Control, Landmark, MARKER_REACH, MARKERS_MAX, Mark, POSITION_HELP, Playback, Position,
+    Control, Landmark, MARK_REACH, MARKS_MAX, Mark, POSITION_HELP, Playback, Position,
     PositionError, SPEED_MAX, SPEED_MIN, Tally, clock_words,
 };
 pub use live::{EventHistory, LivePlayer, LiveState};

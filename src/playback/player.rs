@@ -1,8 +1,7 @@
 //! Plays a timeline under the operator's controls; the host's time is a parameter.
 
 use super::control::{
-    Control, Landmark, MARKER_REACH, MARKERS_MAX, Playback, Position, SPEED_MAX, SPEED_MIN,
-    clock_words,
+    Control, Landmark, MARK_REACH, MARKS_MAX, Playback, Position, SPEED_MAX, SPEED_MIN, clock_words,
 };
 use super::cursor::Cursor;
 use super::search::Found;
@@ -150,7 +149,7 @@ impl<C: Cursor> Player<C> {
             .retain(|marker| !before.contains(marker) || recorded.contains(marker));
         let known = || self.markers.iter().chain(&self.removed);
         let is_new = |mark: &&Moment| {
-            let is_apart = |known: &Moment| known.abs_diff(**mark) >= MARKER_REACH;
+            let is_apart = |known: &Moment| known.abs_diff(**mark) >= MARK_REACH;
             !before.contains(mark) && known().all(is_apart)
         };
         let fresh: Vec<Moment> = recorded.iter().filter(is_new).copied().collect();
@@ -164,8 +163,8 @@ impl<C: Cursor> Player<C> {
         if self
             .markers
             .iter()
-            .all(|marker| marker.abs_diff(at) >= MARKER_REACH)
-            && self.markers.len() < MARKERS_MAX
+            .all(|marker| marker.abs_diff(at) >= MARK_REACH)
+            && self.markers.len() < MARKS_MAX
         {
             let place = self.markers.partition_point(|marker| *marker < at);
             self.markers.insert(place, at);
@@ -260,7 +259,7 @@ impl<C: Cursor> Player<C> {
                 self.landmark = to.unwrap_or(self.landmark);
                 self.jump(forward);
             }
-            Control::Mark => self.mark(),
+            Control::Mark(at) => self.mark(at),
             Control::Loop => self.set_loop(),
             // A speed that is not finite is ignored; any other control also ends the search.
             Control::Speed(_) | Control::StopSearch => {}
@@ -391,7 +390,7 @@ impl<C: Cursor> Player<C> {
                     ..
                 } = target
                 {
-                    let here = |(noted, _): &&(Moment, String)| noted.abs_diff(at) < MARKER_REACH;
+                    let here = |(noted, _): &&(Moment, String)| noted.abs_diff(at) < MARK_REACH;
                     let texts: Vec<&str> = self
                         .noted
                         .iter()
@@ -470,25 +469,24 @@ impl<C: Cursor> Player<C> {
         })
     }
 
-    fn mark(&mut self) {
-        let near = |marker: &Moment| marker.abs_diff(self.at) < MARKER_REACH;
-        let marked = clock_words(self.at);
+    fn mark(&mut self, at: Moment) {
+        let near = |marker: &Moment| marker.abs_diff(at) < MARK_REACH;
+        let marked = clock_words(at);
         if let Some(place) = self.markers.iter().position(near) {
             self.marked = Some((self.markers.remove(place), false));
-            let at = self.at;
             self.removed.push(at);
             self.noted
-                .retain(|(noted, _)| noted.abs_diff(at) >= MARKER_REACH);
+                .retain(|(noted, _)| noted.abs_diff(at) >= MARK_REACH);
             self.note = Some(format!("the mark at {marked} was removed"));
-        } else if self.markers.len() == MARKERS_MAX {
+        } else if self.markers.len() == MARKS_MAX {
             self.note = Some(format!(
-                "there are {MARKERS_MAX} marks already; <playback-mark> on a mark removes it"
+                "there are {MARKS_MAX} marks already; <mark> on a mark removes it"
             ));
         } else {
-            let place = self.markers.partition_point(|marker| *marker < self.at);
-            self.markers.insert(place, self.at);
+            let place = self.markers.partition_point(|marker| *marker < at);
+            self.markers.insert(place, at);
             self.removed.retain(|removed| !near(removed));
-            self.marked = Some((self.at, true));
+            self.marked = Some((at, true));
             let (next, last) = ("<ask-jump-forward>", "<ask-jump-back>");
             let mark = "<jump/jump-to-marker>";
             self.note = Some(format!(

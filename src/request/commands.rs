@@ -90,7 +90,7 @@ const DASHBOARD_COMMANDS: [(&str, &str); 13] = [
     ("runs FOLDER", "list runs; <runs-window/submit> replays one"),
     ("compare A B", "compare the runs of two captures"),
     ("help", ""),
-    ("quit", "quit; the robot continues"),
+    ("quit", "quit; a real robot continues"),
 ];
 
 /// Forms and descriptions of the commands to the robot.

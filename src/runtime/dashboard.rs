@@ -18,7 +18,7 @@ use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
 use crate::model::{MapLines, Shown, Ui};
-use crate::playback::MARKER_REACH;
+use crate::playback::MARK_REACH;
 use crate::route;
 use crate::view;
 
@@ -381,7 +381,7 @@ impl Running {
         thread::spawn(move || {
             let path = Path::new(&capture);
             let removed = Label::of(path).and_then(|mut label| {
-                let removed = label.remove_notes(at.as_secs_f64(), MARKER_REACH.as_secs_f64());
+                let removed = label.remove_notes(at.as_secs_f64(), MARK_REACH.as_secs_f64());
                 if !removed.is_empty() {
                     label.keep(path)?;
                 }

@@ -1,5 +1,6 @@
 //! The command ledger: the command on the left, the robot's report on the right.
 
+use groundwave_captures::words::counted;
 use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::ListPlace;
 use ratatui::buffer::Buffer;
@@ -87,7 +88,7 @@ impl Screen<'_> {
     pub(super) fn fate(&self, entry: &Entry) -> (&'static str, String, Style) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
-        let sent = || format!("sent {}{}", glyphs.times, entry.attempts);
+        let sent = || format!("sent {}", counted(entry.frames.into(), "frame"));
         match (entry.status, entry.progress) {
             (CommandStatus::Queued, _) => (glyphs.waiting, "queued".to_owned(), theme.dim),
             (CommandStatus::Confirmed { digest: None }, _) => {
@@ -164,9 +165,9 @@ impl Screen<'_> {
         let Some(delay) = entry.confirmed_after else {
             return String::new();
         };
-        let frames = match entry.attempts {
+        let frames = match entry.frames {
             0 | 1 => String::new(),
-            frames => format!(", sent {}{frames}", self.theme.glyphs.times),
+            frames => format!(", {frames} frames"),
         };
         in_seconds(delay) + &frames
     }

@@ -83,9 +83,9 @@ impl Screen<'_> {
             (None, Purpose::Search) => Line::styled("a text in the log", self.theme.dim),
             (None, Purpose::Mark) => Line::styled(
                 self.with_keys(if self.ui.is_replay() {
-                    "marked; type a text to keep the mark after this replay, or <text/submit> alone"
+                    "a text, which keeps the mark after this replay, or <text/submit> alone; <text/close> cancel"
                 } else {
-                    "marked; a text for it, or <text/submit> alone"
+                    "a text for the mark, or <text/submit> alone; <text/close> cancel"
                 }),
                 self.theme.dim,
             ),

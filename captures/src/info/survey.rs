@@ -198,6 +198,10 @@ impl Survey {
             software: said("software").map(|it| it + &version.unwrap_or_default()),
             name: None,
             void: None,
+            marks: (capture.marks().moments().iter().copied())
+                .map(Into::into)
+                .collect(),
+            notes: Vec::new(),
             form: capture.form(),
             stored: capture.stored(),
             duration_s: capture.end().as_secs_f64(),

@@ -5,8 +5,9 @@ use std::io::{self, Write};
 
 use super::{Info, LineCounts};
 use crate::diagnosis;
+use crate::event::Moment;
 use crate::outages::Outage;
-use crate::words::{counted, plural};
+use crate::words::{clock_words, counted, plural};
 
 /// Maximum number of outages that the text lists; JSON contains all.
 const OUTAGES_SHOWN: usize = 10;
@@ -27,6 +28,17 @@ impl Info {
         }
         if let Some(words) = &self.stored {
             writeln!(output, "stored     {words}")?;
+        }
+        for note in &self.notes {
+            writeln!(output, "note       {note}")?;
+        }
+        for mark in &self.marks {
+            let at = clock_words(Moment::try_from_secs_f64(mark.at_s).unwrap_or_default());
+            let text = mark
+                .text
+                .as_ref()
+                .map_or(String::new(), |text| format!("  {text}"));
+            writeln!(output, "mark       {at}{text}")?;
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ use groundwave_protocol::decoder::Counters;
 
 use super::Course;
 use super::course::Place;
+use crate::marks::{Marks, with_texts};
 use crate::odometer::distance_in;
 pub use crate::runs::figures::{Apart, Comparison, Figures};
 use crate::statistics::{Damaged, Loss};
@@ -20,15 +21,19 @@ impl Figures {
         capture: String,
         start: Option<String>,
         label: super::Label,
+        marks: &Marks,
         course: &Course,
         duration: Duration,
         counters: &Counters,
     ) -> Self {
+        let recorded = marks.moments().iter().copied().map(Into::into);
+        let marks = with_texts(recorded.collect(), &label).len();
         Self {
             capture,
             start,
             name: label.name,
             void: label.void,
+            marks,
             duration_s: duration.as_secs_f64(),
             distance_in: course.distance_in(),
             closing_error_in: course.closing_error_in(),
@@ -149,6 +154,7 @@ mod tests {
                 capture.into(),
                 None,
                 label,
+                &Marks::default(),
                 course,
                 Duration::ZERO,
                 &counters,

@@ -20,6 +20,8 @@ pub struct Figures {
     pub name: Option<String>,
     /// Reason why the run is void; `None` if it is valid.
     pub void: Option<String>,
+    /// Number of marks.
+    pub marks: usize,
     /// Start in UTC, `2025-03-14T09:26:53Z`; `None` of raw text without dates.
     pub start: Option<String>,
     /// Duration of the capture, seconds.
@@ -68,8 +70,9 @@ impl Figures {
         let closing = self.closing_error_in.map_or_else(String::new, |error_in| {
             format!("closing error {error_in:.1} in, ")
         });
-        let loss = self.loss.share();
-        format!("{closing}bumps {}, loss {loss}", self.bumps)
+        let (bumps, loss) = (self.bumps, self.loss.share());
+        let damaged = self.damaged.lines();
+        format!("{closing}bumps {bumps}, loss {loss}, damaged {damaged}")
     }
 
     /// Start, duration and distance, in columns.
@@ -80,21 +83,25 @@ impl Figures {
         format!("{:16} {time:>8} {distance:>10}", self.started())
     }
 
-    /// Returns the capture, the run's name, and the reason why it does not count.
+    /// Returns the capture, the run's name, the number of its marks, and the reason why it does not count.
     #[must_use]
     pub fn names(&self) -> String {
         let name = self.name.as_ref().map(|name| format!("  {name}"));
+        let marks = match self.marks {
+            0 => String::new(),
+            marks => format!("  ({})", counted(marks as u64, "mark")),
+        };
         let void = match self.void.as_deref() {
             None | Some("") => String::new(),
             Some(reason) => format!("  (void: {reason})"),
         };
-        format!("{}{}{void}", self.capture, name.unwrap_or_default())
+        format!("{}{}{marks}{void}", self.capture, name.unwrap_or_default())
     }
 }
 
 /// Header of a list of runs.
 pub const HEADING: &str =
-    "start (UTC)          time   distance  closing error  bumps   loss  capture";
+    "start (UTC)          time   distance  closing error  bumps   loss  damaged  capture";
 
 /// Header of a narrow list of runs.
 pub const SHORT_HEADING: &str = "start (UTC)          time   distance  capture";
@@ -111,7 +118,11 @@ impl fmt::Display for Figures {
             self.loss.short_share()
         };
         let (drive, bumps, names) = (self.drive(), self.bumps, self.names());
-        write!(f, "{drive} {closing:>14} {bumps:>6} {loss:>6}  {names}")
+        let damaged = self.damaged.lines();
+        write!(
+            f,
+            "{drive} {closing:>14} {bumps:>6} {loss:>6} {damaged:>8}  {names}"
+        )
     }
 }
 
@@ -203,6 +214,13 @@ impl Comparison {
             format!("{bumps:+}"),
         )?;
         row("loss", a.loss.share(), b.loss.share(), none())?;
+        let (damaged_a, damaged_b) = (a.damaged.lines(), b.damaged.lines());
+        row(
+            "damaged",
+            damaged_a.to_string(),
+            damaged_b.to_string(),
+            none(),
+        )?;
         if let Some(apart) = self.apart {
             let (x_in, y_in) = apart.worst_at_in;
             writeln!(

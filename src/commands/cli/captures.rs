@@ -226,7 +226,7 @@ mod tests {
             ("playback-toggle-pause", "p or Space pauses"),
             ("ask-moment", "g asks"),
             ("ask-jump-forward", "n and N go"),
-            ("playback-mark", "a sets a mark"),
+            ("mark", "a sets a mark"),
             ("playback-loop", "o starts a loop"),
             ("help", "? shows"),
         ] {

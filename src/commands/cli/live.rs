@@ -8,7 +8,7 @@ use clap_complete::engine::ArgValueCompleter;
 
 use super::super::completions;
 use super::super::config::{Config, Theme};
-use super::super::sharing::parse_address;
+use super::super::sharing::{parse_address, parse_station};
 use super::{Connection, laid_out, parse_baud, parse_duration};
 use crate::capture::Rotation;
 use crate::io::foxglove::DEFAULT_ADDRESS;
@@ -129,8 +129,8 @@ pub struct Watch {
     /// A serial device, tcp:HOST:PORT, unix:PATH, - (standard input) or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
-    /// A second dashboard for a station that was started with --share [default: the station's default socket]
-    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
+    /// A second dashboard for a station that was started with --share [default: the station on this machine]
+    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_station)]
     via: Option<Address>,
     /// The radio.
     #[command(flatten)]

@@ -9,7 +9,7 @@ use clap_complete::engine::ArgValueCompleter;
 
 use super::{RadioArgs, parse_duration};
 use crate::commands::completions;
-use crate::commands::sharing::parse_address;
+use crate::commands::sharing::parse_station;
 use crate::io::link::LinkSpec;
 use crate::io::ports;
 use crate::request::{Request, Tuning};
@@ -28,7 +28,7 @@ pub struct Send {
     /// The command and its arguments
     #[arg(value_name = "COMMAND", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::commands))]
     words: Vec<String>,
-    /// Send through a station that was started with --share [default: the station's default socket]
+    /// Send through a station that was started with --share [default: the station on this machine]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     pub via: Option<Via>,
     /// Read commands, `wait 30s`, `wait until driven within 2m` and `expect battery > 12` from FILE (- is standard input), one per line;
@@ -74,7 +74,7 @@ pub struct Param {
     /// list, get NAME, set NAME VALUE, save, save-to FILE, load FILE or diff FILE
     #[arg(value_name = "WHAT", allow_negative_numbers = true, add = ArgValueCompleter::new(completions::param))]
     words: Vec<String>,
-    /// Send through a station that was started with --share [default: the station's default socket]
+    /// Send through a station that was started with --share [default: the station on this machine]
     #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "")]
     via: Option<Via>,
     /// Overwrite an existing file (save-to)
@@ -110,7 +110,7 @@ impl FromStr for Via {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let is_word = Request::is_command(text) || Tuning::verbs().any(|verb| verb == text);
         Ok(Self {
-            address: parse_address(if is_word { "" } else { text })?,
+            address: parse_station(if is_word { "" } else { text })?,
             word: is_word.then(|| text.to_owned()),
         })
     }
@@ -158,8 +158,8 @@ pub struct Calibrate {
     /// A serial device, tcp:HOST:PORT or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
-    /// Send through a station that was started with --share [default: the station's default socket]
-    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_address)]
+    /// Send through a station that was started with --share [default: the station on this machine]
+    #[arg(long, value_name = "ADDR|PATH", num_args = 0..=1, default_missing_value = "", value_parser = parse_station)]
     via: Option<Address>,
     /// Side of the square in inches; keep another foot of floor free around it
     #[arg(long, value_name = "IN", default_value_t = 157, value_parser = clap::value_parser!(i16).range(40..=400))]

@@ -26,10 +26,7 @@ pub(super) struct Opened {
 pub(super) enum Listener {
     Tcp(tokio::net::TcpListener),
     #[cfg(unix)]
-    Unix {
-        listener: tokio::net::UnixListener,
-        path: String,
-    },
+    Unix(tokio::net::UnixListener),
 }
 
 pub(super) fn open(address: &Address, open_to_network: bool) -> Result<Opened, ShareError> {
@@ -42,10 +39,7 @@ pub(super) fn open(address: &Address, open_to_network: bool) -> Result<Opened, S
             let (file, listener) = SocketFile::bind(path)?;
             let listener = tokio::net::UnixListener::from_std(listener).map_err(refused)?;
             Ok(Opened {
-                listener: Listener::Unix {
-                    listener,
-                    path: address.to_string(),
-                },
+                listener: Listener::Unix(listener),
                 address: address.to_string(),
                 token: None,
                 file: Some(file),
@@ -88,11 +82,11 @@ impl Listener {
                     }
                 }
                 #[cfg(unix)]
-                Self::Unix { listener, path } => {
+                Self::Unix(listener) => {
                     if let Ok((stream, _)) = listener.accept().await {
                         let pid = stream.peer_cred().ok().and_then(|who| who.pid());
                         let who = pid.map_or("a program".to_owned(), |pid| format!("pid {pid}"));
-                        return (Box::new(stream), format!("{who} via {path}"));
+                        return (Box::new(stream), who);
                     }
                 }
             }

@@ -24,7 +24,7 @@ use client::Stream;
 use listener::Listener;
 use outbox::{Cut, Outbox};
 use owner::Token;
-pub use owner::{find_token, usual_address};
+pub use owner::{find_station, find_token, usual_address};
 
 /// Maximum number of connections that have not sent the token.
 const STRANGERS_MAX: usize = 64;

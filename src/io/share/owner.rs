@@ -9,10 +9,13 @@ use std::fs::{self, DirBuilder, OpenOptions};
 use std::io::{self, Read as _, Write as _};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use etcetera::BaseStrategy as _;
 
 use crate::io::files;
+#[cfg(unix)]
+use crate::io::unix_socket;
 use crate::share::Address;
 
 /// Environment variable with the token, for other users and other machines.
@@ -24,6 +27,9 @@ const TOKEN_BYTES: usize = 32;
 /// Maximum length of a token's file, bytes.
 const TOKEN_FILE_MAX: u64 = 256;
 
+/// Time for a station to take a connection that only shows that it is there.
+const PROBE_TIMEOUT: Duration = Duration::from_millis(100);
+
 /// Default address of `--share` and `--via`: a socket, or a local port if the system has no Unix sockets. `None`
 /// if the system has no home folder.
 #[must_use]
@@ -32,6 +38,50 @@ pub fn usual_address() -> Option<Address> {
         Some(Address::Unix(folder()?.join("station.sock")))
     } else {
         Some(Address::Tcp("127.0.0.1:4001".to_owned()))
+    }
+}
+
+/// The address of `--via` without one: the default address, or the port of the only station that listens on a port instead.
+///
+/// # Errors
+/// If several stations listen on ports; the operator must choose.
+pub fn find_station() -> Result<Option<Address>, SeveralStations> {
+    let (Some(usual), Some(folder)) = (usual_address(), folder()) else {
+        return Ok(None);
+    };
+    Ok(Some(find_port(&usual, &folder)?.unwrap_or(usual)))
+}
+
+/// Several stations share their links, each on a port.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("several stations share their links; choose one: {}", .0.iter().map(|address| format!("--via {address}")).collect::<Vec<_>>().join(" or "))]
+pub struct SeveralStations(Vec<SocketAddr>);
+
+/// The port of the only station that listens on one, if nothing listens at the usual address.
+fn find_port(usual: &Address, folder: &Path) -> Result<Option<Address>, SeveralStations> {
+    let mut ports: Vec<SocketAddr> = fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| address_of_token(entry.ok()?.file_name().to_str()?))
+        .collect();
+    // A killed station leaves its token.
+    ports.retain(|port| TcpStream::connect_timeout(port, PROBE_TIMEOUT).is_ok());
+    ports.sort_unstable();
+    if ports.is_empty() || listens(usual) {
+        return Ok(None);
+    }
+    match ports[..] {
+        [port] => Ok(Some(Address::Tcp(port.to_string()))),
+        _ => Err(SeveralStations(ports)),
+    }
+}
+
+/// Whether a station listens at an address. The usual port of a system without Unix sockets is among the ports with a token.
+fn listens(address: &Address) -> bool {
+    match address {
+        #[cfg(unix)]
+        Address::Unix(path) => unix_socket::connect(path, PROBE_TIMEOUT).is_ok(),
+        _ => false,
     }
 }
 
@@ -158,6 +208,16 @@ fn token_path(address: SocketAddr) -> Option<PathBuf> {
     Some(folder()?.join(name))
 }
 
+/// The address whose token has a file of this name.
+fn address_of_token(name: &str) -> Option<SocketAddr> {
+    let stem = name.strip_suffix(".token")?;
+    let (ip, port) = match stem.rsplit_once('-') {
+        Some((ip, port)) => (ip.replace('_', ":").parse().ok()?, port),
+        None => (IpAddr::V4(Ipv4Addr::LOCALHOST), stem),
+    };
+    Some(SocketAddr::new(ip, port.parse().ok()?))
+}
+
 fn make_private(folder: &Path) -> io::Result<()> {
     let mut builder = DirBuilder::new();
     #[cfg(unix)]
@@ -221,6 +281,63 @@ mod tests {
             assert!(!token.is(wrong.as_bytes()), "{wrong}");
         }
         assert!(!format!("{token:?}").contains(&text));
+    }
+
+    #[test]
+    fn the_only_station_on_a_port_is_found() {
+        use std::net::TcpListener;
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        let usual = Address::Unix(folder.join("station.sock"));
+        let find = || find_port(&usual, folder);
+        assert_eq!(find(), Ok(None), "no station");
+        let station = || {
+            let listener = TcpListener::bind(("127.0.0.1", 0)).expect("a port");
+            let address = listener.local_addr().expect("an address");
+            let name = token_path(address).expect("a home folder");
+            let token = token(folder.join(name.file_name().expect("a name")));
+            (listener, token, address)
+        };
+        let (first, leftover, _) = station();
+        drop(leftover);
+        assert_eq!(find(), Ok(None), "a port without a token is no station");
+        let (second, of_second, port) = station();
+        assert_eq!(find(), Ok(Some(Address::Tcp(port.to_string()))));
+        drop(first);
+        let (third, of_third, other) = station();
+        let mut both = vec![port, other];
+        both.sort_unstable();
+        let several = find().expect_err("two stations");
+        assert_eq!(several, SeveralStations(both));
+        assert!(several.to_string().contains(&format!("--via {other}")));
+        drop(second);
+        let found = find().expect("the killed station does not count");
+        assert_eq!(found, Some(Address::Tcp(other.to_string())));
+        #[cfg(unix)]
+        {
+            let path = folder.join("station.sock");
+            let _own = std::os::unix::net::UnixListener::bind(path).expect("a socket");
+            assert_eq!(find(), Ok(None), "the default socket comes first");
+        }
+        drop((third, of_second, of_third));
+    }
+
+    #[test]
+    fn the_address_of_a_token_is_in_its_name() {
+        for text in [
+            "127.0.0.1:4001",
+            "192.168.1.7:80",
+            "[::1]:4001",
+            "[fe80::1]:9",
+        ] {
+            let address: SocketAddr = text.parse().expect("an address");
+            let path = token_path(address).expect("a home folder");
+            let name = path.file_name().and_then(|name| name.to_str());
+            assert_eq!(name.and_then(address_of_token), Some(address));
+        }
+        for other in ["station.sock", "x.token", "-.token", ".token"] {
+            assert_eq!(address_of_token(other), None, "{other}");
+        }
     }
 
     #[cfg(target_os = "linux")]

@@ -216,7 +216,7 @@ const BUILT_IN: [BuiltIn; 11] = [
         code: LINK_LOST,
         level: Level::Alarm,
         name: "link lost",
-        hint: "check cable or network; reconnecting",
+        hint: "check cable, network or station; reconnecting",
         unit: "",
         logged_here: false,
         source: Source::Station,

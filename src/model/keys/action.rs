@@ -66,6 +66,7 @@ pub(crate) enum Action {
     Complete,
     Recall(i8),
     Playback(Control),
+    Mark,
     Speed(i8),
     AskMoment,
     AskSearch,
@@ -137,6 +138,7 @@ impl Action {
             | Self::AskSearch
             | Self::Copy => Group::Panels,
             Self::Playback(_)
+            | Self::Mark
             | Self::Speed(_)
             | Self::AskMoment
             | Self::AskJump { .. }
@@ -151,11 +153,15 @@ impl Action {
         }
     }
 
-    /// Whether the action shows another moment.
+    /// Whether the action shows another moment, or marks this one.
     pub(crate) const fn moves_in_time(self) -> bool {
         matches!(
             self,
-            Self::Playback(_) | Self::Speed(_) | Self::AskMoment | Self::AskJump { .. }
+            Self::Playback(_)
+                | Self::Mark
+                | Self::Speed(_)
+                | Self::AskMoment
+                | Self::AskJump { .. }
         )
     }
 

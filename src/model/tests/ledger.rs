@@ -73,7 +73,7 @@ fn a_confirmed_mode_is_the_mode_until_the_next_line_a() {
 #[test]
 fn a_command_of_a_client_names_the_client() {
     let mut scene = scene();
-    let (id, by) = (CommandId(1), "pid 7 via ./x.sock".to_owned());
+    let (id, by) = (CommandId(1), "pid 7".to_owned());
     scene.event(Event::Asked {
         id,
         request: Request::Scan,

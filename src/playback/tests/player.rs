@@ -170,7 +170,7 @@ fn marks_are_set_visited_and_removed() {
     };
     for at in [s(40), s(20)] {
         seek(&mut player, at);
-        player.handle(host, Control::Mark);
+        player.handle(host, Control::Mark(player.at()));
     }
     assert_eq!(player.playback().markers, [s(20), s(40)]);
     let jump = |forward| Control::Jump {
@@ -193,7 +193,7 @@ fn marks_are_set_visited_and_removed() {
         },
     );
     assert_eq!(player.at(), s(20), "as before");
-    player.handle(host, Control::Mark);
+    player.handle(host, Control::Mark(player.at()));
     assert_eq!(player.playback().markers, [s(40)]);
 }
 
@@ -214,7 +214,7 @@ fn marks_with_a_text_say_it_when_gone_to() {
     assert_eq!(player.at(), s(20));
     let note = player.playback().note;
     assert_eq!(note.as_deref(), Some("mark: glass door; again"));
-    player.handle(host, Control::Mark);
+    player.handle(host, Control::Mark(player.at()));
     assert_eq!(player.playback().markers, [s(30)]);
     player.handle(host, jump);
     assert_eq!(player.playback().note.as_deref(), Some("mark: stairs"));
@@ -264,7 +264,7 @@ fn marks_of_a_recorded_session_come_back() {
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, length, None);
     player.handle(Moment::ZERO, Control::TogglePause);
     player.handle(Moment::ZERO, Control::Seek(Position::At(s(5))));
-    player.handle(Moment::ZERO, Control::Mark);
+    player.handle(Moment::ZERO, Control::Mark(s(5)));
     assert_eq!(player.take_marked(), Some((s(5), true)));
     read_through(
         first,
@@ -310,7 +310,7 @@ fn jumps_pause_at_the_landmark() {
 fn notes_name_the_rebound_keys() {
     let chosen = [
         ("playback-loop", "F12"),
-        ("playback-mark", "F10"),
+        ("mark", "F10"),
         ("ask-jump-forward", "F11"),
     ];
     let keys = chosen.map(|(name, key)| Rebinding {
@@ -335,7 +335,7 @@ fn notes_name_the_rebound_keys() {
         "the loop begins at 00:00; F12 where it ends"
     );
     assert_eq!(
-        note(Control::Mark),
+        note(Control::Mark(Moment::ZERO)),
         "marked 00:00; F11 m and N m go to marks"
     );
 }

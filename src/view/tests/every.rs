@@ -175,7 +175,7 @@ pub(super) const STATES: &[State] = &[
         facts: &[
             "LINK LOST 4 s",
             "the device is gone",
-            "Check cable or network",
+            "Check cable, network or station",
         ],
     },
     State {

@@ -71,7 +71,7 @@ fn the_result_of_a_command_shows_on_the_smallest_screen() {
 
     scene.ask(1, Request::Scan);
     scene.status_of(1, CommandStatus::Sent { frames: 1 });
-    assert_eq!(hint(&scene), "… scan: sent ×1");
+    assert_eq!(hint(&scene), "… scan: sent 1 frame");
     scene.wait_ms(700);
     scene.status_of(1, CommandStatus::Refused(Outcome::NotFitted));
     assert_eq!(hint(&scene), "✖ scan: REFUSED: not fitted");
@@ -668,8 +668,8 @@ fn the_list_of_runs_uses_its_width() {
     scene.press(&[KeyCode::Enter]);
     scene.event(Event::Runs(Ok(std::sync::Arc::new(list))));
     let screen = screen(&scene, 120, 40);
-    row(&screen, "closing error  bumps   loss  capture");
-    row(&screen, "groundwave-20261124T10394aZ.mcap  new wheels");
+    row(&screen, "closing error  bumps   loss  damaged  capture");
+    row(&screen, "groundwave-20261124T10394aZ.mcap  new");
     row(
         &screen,
         "(void: the cat sat on the mark until noon): closing error 12.0 in",

@@ -429,7 +429,7 @@ fn a_route_is_followed_from_draft_to_driven() {
     scene.ask(1, Request::Route(route.clone()));
     says(&scene, "… queued");
     step(&mut scene, CommandStatus::Sent { frames: 3 });
-    says(&scene, "… sent ×3");
+    says(&scene, "… sent 3 frames");
     let (acknowledged, total) = (1, 1);
     step(
         &mut scene,
@@ -438,7 +438,7 @@ fn a_route_is_followed_from_draft_to_driven() {
             total,
         },
     );
-    says(&scene, "… holds 1/1, sent ×3");
+    says(&scene, "… holds 1/1, sent 3 frames");
     step(
         &mut scene,
         CommandStatus::Confirmed {
