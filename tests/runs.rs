@@ -68,7 +68,8 @@ fn runs_have_a_date_and_are_found_by_it() {
     fs::remove_file(folder.path().join("b.mcap")).unwrap();
     let listed = |words: &[&str]| -> Vec<String> {
         let list = told(&groundwave(folder.path(), &[&["runs"], words].concat()));
-        let names = list.lines().filter_map(|row| row.split("%  ").nth(1));
+        let rows = list.lines().filter(|row| row.contains('%'));
+        let names = rows.filter_map(|row| row.rsplit("  ").next());
         names.map(str::to_owned).collect()
     };
     assert_eq!(listed(&[]), ["a.txt", "z.mcap", "y.mcap"]);
@@ -139,9 +140,11 @@ fn label_is_kept_beside_the_capture_and_listed() {
     }
     let list = told(&groundwave(folder.path(), &["runs"]));
     assert!(
-        list.contains("VOID  b.mcap  new wheels  (void: the cat)"),
+        list.contains("0  b.mcap  new wheels  (1 mark)  (void: the cat)"),
         "{list}"
     );
+    let info = told(&groundwave(folder.path(), &["info", "b.mcap"]));
+    assert!(info.contains("mark       00:30  the glass door"), "{info}");
     told(&groundwave(folder.path(), &["label", "b.mcap", "--counts"]));
     let list = told(&groundwave(folder.path(), &["runs"]));
     assert!(
