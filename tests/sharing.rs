@@ -250,6 +250,9 @@ fn a_port_is_for_its_owner_alone() {
     let path = err.split_once(" find it in ").unwrap().1;
     let token = fs::read_to_string(path.split_once(';').unwrap().0).unwrap();
     assert_eq!(send(Some(&token)).status.code(), Some(0));
+    // It is the only station there, and is found without its address.
+    let mut found = program_in(&folder, &["send", "--via", "stop"]);
+    assert_eq!(found.output().unwrap().status.code(), Some(0));
     // With the token first, `nc` reads the raw bytes.
     let mut reader = TcpStream::connect(&address).unwrap();
     reader.write_all(token.as_bytes()).unwrap();
