@@ -207,6 +207,8 @@ fn read(bytes: &[u8]) -> Sequence {
     match *bytes {
         [ESC] | [ESC, b'[' | b'O'] | [ESC, b'[', b'['] => Sequence::Unfinished,
         [ESC, ESC] => Sequence::Broken,
+        // Esc and Ctrl-C that arrive together, not Alt and Ctrl-C.
+        [ESC, key] if KEYS_IN_TEXT.contains(&key) => Sequence::Broken,
         // End of a string.
         [ESC, b'\\'] => Sequence::Finished(None),
         [ESC, begin] if is_string(begin) => Sequence::Unfinished,

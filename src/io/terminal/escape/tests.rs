@@ -96,6 +96,18 @@ fn stop_and_ctrl_c_break_a_sequence_off_at_once() {
     }
 }
 
+/// Esc and the next key may arrive together; Alt and Ctrl-C would be no key.
+#[test]
+fn ctrl_c_counts_in_one_read_with_esc() {
+    for (pressed, c) in [("\x03", 'c'), ("\x13", 's')] {
+        for begun in ["\x1b", "\x1b\x1b", "p\x1b"] {
+            let events = read_all(&format!("{begun}{pressed}"));
+            let wanted = [vec![Event::Key(KeyCode::Esc.into())], ctrl(c)].concat();
+            assert!(events.ends_with(&wanted), "{begun:?} {c}: {events:?}");
+        }
+    }
+}
+
 #[test]
 fn strings_of_the_terminal_are_no_keys() {
     let body = "11;rgb:1e1e/1e1e/1e1e >|tmux 3.4 \r\n\t w".repeat(9);
