@@ -489,8 +489,27 @@ fn no_output_is_written_over_an_input_or_another_output() {
     fs::create_dir(at("songs")).unwrap();
     fs::copy(songs, at("songs/song-01.wav")).unwrap();
     let before = fs::read(at("a.txt")).unwrap();
+    fs::write(at("a.txt.run.toml"), "name = \"x\"\n").unwrap();
     for arguments in [
-        &["compare", "a.txt", CLEAN, "--svg", "a.txt", "--force"][..],
+        &[
+            "cut",
+            "a.txt",
+            "--from",
+            "1s",
+            "-o",
+            "a.txt.run.toml",
+            "--force",
+        ][..],
+        &["record", "sim", "--duration", "1s", "-o", "b.mcap.run.toml"],
+        &[
+            "sim",
+            "--duration",
+            "1s",
+            "--trace",
+            "a.txt.run.toml",
+            "--force",
+        ],
+        &["compare", "a.txt", CLEAN, "--svg", "a.txt", "--force"],
         &["compare", CLEAN, "a.txt", "--svg", "linked.svg", "--force"],
         &[
             "compare",
@@ -566,5 +585,9 @@ fn no_output_is_written_over_an_input_or_another_output() {
     assert!(fs::read(at("a.txt")).unwrap() == before);
     assert_eq!(fs::read_to_string(at("w.toml")).unwrap(), WORLD);
     assert!(!at("x").exists());
+    assert_eq!(
+        fs::read_to_string(at("a.txt.run.toml")).unwrap(),
+        "name = \"x\"\n"
+    );
     fs::remove_dir_all(folder).unwrap();
 }

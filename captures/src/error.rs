@@ -59,9 +59,9 @@ pub enum CaptureError {
     /// Two captures of one session would go to the same file.
     #[error("will not record to {} twice: give --tee and --record different names", .0.display())]
     SameFile(PathBuf),
-    /// The name is reserved for recovery.
+    /// The name is reserved for recovery or for a label.
     #[error(
-        "will not write {}: names that end in .finishing or .damaged are reserved for recovery; choose another name",
+        "will not write {}: names that end in .finishing or .damaged are reserved for recovery, .run.toml for labels; choose another name",
         .0.display()
     )]
     OwnName(PathBuf),

@@ -10,6 +10,7 @@ use std::time::Duration;
 use super::error::{CaptureError, Existing};
 use super::presence;
 use super::rotation::part_name;
+use super::runs::label;
 
 /// Limits the numbered variants of a file name.
 const VARIANTS_MAX: u32 = 1_000_000;
@@ -226,12 +227,12 @@ pub fn is_own_name(path: &Path) -> bool {
     })
 }
 
-/// Refuses a name that is reserved for recovery.
+/// Refuses a name that is reserved for recovery or for a label.
 ///
 /// # Errors
 /// If the name is reserved.
 pub fn refuse_own_name(path: &Path) -> Result<(), CaptureError> {
-    if is_own_name(path) {
+    if is_own_name(path) || label::is_label(path) {
         return Err(CaptureError::OwnName(path.to_owned()));
     }
     Ok(())

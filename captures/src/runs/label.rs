@@ -73,12 +73,23 @@ pub enum LabelError {
     },
 }
 
+/// End of the name of a label.
+const SUFFIX: &str = ".run.toml";
+
 /// Path of the label of a capture: `evening.mcap.run.toml`.
 #[must_use]
 pub fn file_of(capture: &Path) -> PathBuf {
     let mut name = capture.as_os_str().to_owned();
-    name.push(".run.toml");
+    name.push(SUFFIX);
     name.into()
+}
+
+/// Whether the path is the path of a label.
+#[must_use]
+pub fn is_label(path: &Path) -> bool {
+    path.as_os_str()
+        .as_encoded_bytes()
+        .ends_with(SUFFIX.as_bytes())
 }
 
 impl Label {
