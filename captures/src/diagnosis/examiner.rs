@@ -73,7 +73,7 @@ impl Examiner {
         let line_feed = run.iter().position(|&byte| byte == b'\n');
         let (piece, empty) = run.split_at(line_feed.map_or(run.len(), |at| at + 1));
         self.piece.extend_from_slice(piece);
-        let room = (GAP_BYTES_MAX + LINE_BYTES + 1).saturating_sub(self.gap.len());
+        let room = self.gap_room();
         self.gap
             .extend_from_slice(&piece[piece.len().saturating_sub(room)..]);
         while self.piece.len() > 2 * LINE_BYTES_MAX {
@@ -84,7 +84,13 @@ impl Examiner {
             self.take_line(last, before, decoder);
         }
         self.row += empty.split(|&byte| byte == b'\n').skip(1).count() as u64;
-        self.gap.extend(empty.iter().take(GAP_BYTES_MAX));
+        let room = self.gap_room().min(GAP_BYTES_MAX);
+        self.gap.extend(empty.iter().take(room));
+    }
+
+    /// Number of bytes that the gap still takes. A full gap is too long to be examined, with or without its last line.
+    const fn gap_room(&self) -> usize {
+        (GAP_BYTES_MAX + LINE_BYTES + 1).saturating_sub(self.gap.len())
     }
 
     /// Takes the receiver's clock.
@@ -487,4 +493,21 @@ fn place(letter: u8, column: usize) -> String {
         "line {}, column {column}",
         char::from(letter).escape_default()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_is_held_up_to_its_limit() {
+        let mut examiner = Examiner::default();
+        let decoder = Decoder::default();
+        for run in [&b"\n\n\n"[..], b"\n", b"x\n\n", &[b'\n'; 500], &[b'x'; 500]] {
+            for _ in 0..1000 {
+                examiner.take(run, None, &Counters::default(), &decoder);
+            }
+            assert!(examiner.gap.len() <= GAP_BYTES_MAX + LINE_BYTES + 1);
+        }
+    }
 }
