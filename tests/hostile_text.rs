@@ -473,6 +473,41 @@ fn a_name_that_is_not_utf_8_is_listed() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// Links to the folder above make a folder of endless depth.
+#[test]
+fn a_pattern_enters_no_linked_folder() {
+    let folder = scratch("loops");
+    fs::create_dir_all(folder.join("a/b")).unwrap();
+    fs::copy(CLEAN, folder.join("a/b/c.txt")).unwrap();
+    fs::copy(CLEAN, folder.join("a/d.txt")).unwrap();
+    fs::write(folder.join("e.txt.toml"), "").unwrap();
+    for link in ["a/up", "a/b/up", "a/b/again"] {
+        std::os::unix::fs::symlink("..", folder.join(link)).unwrap();
+    }
+    std::os::unix::fs::symlink("self", folder.join("self")).unwrap();
+    std::os::unix::fs::symlink("a/b", folder.join("named")).unwrap();
+    for (pattern, found) in [
+        ("**/*.txt", &["a/b/c.txt", "a/d.txt"][..]),
+        ("**/**/?.t*t", &["a/b/c.txt", "a/d.txt"]),
+        ("./a/[!x].txt", &["./a/d.txt"]),
+        ("a/up/a/*.txt", &["a/up/a/d.txt"]),
+        ("n*/*.txt", &["named/c.txt"]),
+    ] {
+        let out = safe(&folder, &["verify", "--json", pattern]);
+        let files: Vec<_> = out
+            .lines()
+            .map(|line| serde_json::from_str::<Value>(line).unwrap()["file"].to_string())
+            .collect();
+        let found: Vec<_> = found.iter().map(|name| format!("\"{name}\"")).collect();
+        assert_eq!(files, found, "{pattern}: {out}");
+    }
+    for pattern in ["***/x", "a[", "**x"] {
+        let output = run_in(&folder, &["info", pattern]);
+        assert_eq!(output.status.code(), Some(2), "{pattern}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
 #[test]
 fn no_output_is_written_over_an_input_or_another_output() {
     let folder = scratch("same");

@@ -1,21 +1,27 @@
 //! Work on several files: expands patterns, uses all cores, returns results in order.
 
-use std::collections::BTreeMap;
-use std::fs;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, FileType};
 use std::num::NonZero;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
+use glob::{Pattern, PatternError};
+
 use super::cli::Captures;
+use super::input;
 use super::progress::Progress;
 use super::{Exit, Fault, say_fault};
 
 /// Interval between progress messages.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
+
+/// Characters that make a name a pattern.
+const SPECIAL: [char; 3] = ['*', '?', '['];
 
 /// The named captures; patterns that the shell has not expanded are expanded.
 pub(super) fn files(named: &Captures) -> Result<Vec<PathBuf>, Fault> {
@@ -32,45 +38,77 @@ pub(super) fn files(named: &Captures) -> Result<Vec<PathBuf>, Fault> {
 /// The path as a pattern, unless a file with this name exists.
 pub(super) fn pattern(path: &Path) -> Option<&str> {
     let text = path.to_str()?;
-    (text.contains(['*', '?', '[']) && !path.exists()).then_some(text)
+    (text.contains(SPECIAL) && !path.exists()).then_some(text)
 }
 
 fn expand(pattern: &str) -> Result<Vec<PathBuf>, Fault> {
-    let bad =
-        |problem: &dyn std::fmt::Display| Fault::new(Exit::Usage, format!("{pattern}: {problem}"));
-    let found = glob::glob(pattern).map_err(|error| bad(&error))?;
-    let files: Result<Vec<_>, _> = found.collect();
-    let mut files = files.map_err(|error| bad(&error))?;
-    files.extend(not_utf8(pattern));
-    files.sort();
+    let bad = |error: &PatternError| Fault::new(Exit::Usage, format!("{pattern}: {error}"));
+    Pattern::new(pattern).map_err(|error| bad(&error))?;
+    let mut found = BTreeSet::from([PathBuf::new()]);
+    for part in Path::new(pattern).components() {
+        found = match (part, part.as_os_str().to_str()) {
+            (Component::Normal(_), Some("**")) => folders_in(found)?,
+            (Component::Normal(_), Some(name)) if name.contains(SPECIAL) => {
+                let name = Pattern::new(name).map_err(|error| bad(&error))?;
+                matching(&found, &name)?
+            }
+            _ => found.into_iter().map(|path| path.join(part)).collect(),
+        };
+    }
+    found.retain(|path| fs::symlink_metadata(path).is_ok());
     // A pattern without a match is reported later, like a missing file.
-    if files.is_empty() {
+    if found.is_empty() {
         return Ok(vec![PathBuf::from(pattern)]);
     }
-    Ok(files)
+    Ok(found.into_iter().collect())
 }
 
-/// The files whose name matches the pattern but is not UTF-8; `glob` skips them.
-fn not_utf8(pattern: &str) -> Vec<PathBuf> {
-    let path = Path::new(pattern);
-    let name = path.file_name().and_then(|name| name.to_str());
-    let Some(name) = name.and_then(|name| glob::Pattern::new(name).ok()) else {
-        return Vec::new();
-    };
-    let folder = path.parent().and_then(Path::to_str).unwrap_or_default();
-    let folders = match folder {
-        "" => vec![PathBuf::from(".")],
-        folder => glob::glob(folder).map_or(Vec::new(), |found| found.flatten().collect()),
-    };
-    let entries = folders.iter().flat_map(fs::read_dir).flatten().flatten();
-    let names = entries.map(|entry| entry.path());
-    names
-        .filter(|path| {
+/// The entries of these folders whose name matches.
+fn matching(folders: &BTreeSet<PathBuf>, name: &Pattern) -> Result<BTreeSet<PathBuf>, Fault> {
+    let mut found = BTreeSet::new();
+    for folder in folders {
+        for (path, _) in entries(folder)? {
             let file = path.file_name().unwrap_or_default();
-            file.to_str().is_none() && name.matches(&file.to_string_lossy())
-        })
-        .map(|path| path.strip_prefix(".").map_or(path.clone(), Path::to_owned))
-        .collect()
+            if name.matches(&file.to_string_lossy()) {
+                found.insert(path);
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// These folders and all below them, except for linked folders, because links may form a loop.
+fn folders_in(tops: BTreeSet<PathBuf>) -> Result<BTreeSet<PathBuf>, Fault> {
+    let mut found = BTreeSet::new();
+    let mut left: Vec<PathBuf> = tops.into_iter().collect();
+    while let Some(folder) = left.pop() {
+        let below = entries(&folder)?;
+        left.extend(
+            below
+                .into_iter()
+                .filter_map(|(path, kind)| kind.is_dir().then_some(path)),
+        );
+        found.insert(folder);
+    }
+    Ok(found)
+}
+
+/// Path and kind of each entry of a folder; nothing if it is not a folder. The path "" is the current folder.
+fn entries(folder: &Path) -> Result<Vec<(PathBuf, FileType)>, Fault> {
+    let is_here = folder.as_os_str().is_empty();
+    let place = if is_here { Path::new(".") } else { folder };
+    if !place.is_dir() {
+        return Ok(Vec::new());
+    }
+    let mut found = Vec::new();
+    for entry in fs::read_dir(place).map_err(|error| input::cannot_read(place, error))? {
+        let entry = entry.map_err(|error| input::cannot_read(place, error))?;
+        // An entry may have been removed meanwhile.
+        if let Ok(kind) = entry.file_type() {
+            found.push((folder.join(entry.file_name()), kind));
+        }
+    }
+    Ok(found)
 }
 
 /// Runs `work` for each file on all cores and passes the results to `take` in the order of the files; `take` may end
