@@ -9,6 +9,7 @@ use crate::{root, run};
 
 /// Packs and builds the crates as `cargo publish` does, and runs the tests of the unpacked crates.
 pub(crate) fn check() -> Result<(), String> {
+    forget_unpacked();
     super::cargo(&["publish", "--workspace", "--dry-run", "--locked"])?;
     let metadata = super::metadata(&["--no-deps"])?;
     let packages = metadata["packages"]
@@ -29,6 +30,21 @@ pub(crate) fn check() -> Result<(), String> {
     let result = test_in(&folder, &published);
     let _ = fs::remove_dir_all(&folder);
     result
+}
+
+/// Removes the packages that cargo unpacked for an earlier dry run: of the same version, it would take them instead of the new ones.
+fn forget_unpacked() {
+    let home = std::env::home_dir().map(|home| home.join(".cargo"));
+    let Some(home) = std::env::var_os("CARGO_HOME").map(Into::into).or(home) else {
+        return;
+    };
+    let unpacked = fs::read_dir(Path::new(&home).join("registry/src"));
+    for entry in unpacked.into_iter().flatten().flatten() {
+        // The registry of a dry run is a folder and has no name before the hyphen.
+        if entry.file_name().to_string_lossy().starts_with('-') {
+            let _ = fs::remove_dir_all(entry.path());
+        }
+    }
 }
 
 fn test_in(folder: &Path, published: &[(&str, &str)]) -> Result<(), String> {
