@@ -509,6 +509,28 @@ fn a_pattern_enters_no_linked_folder() {
 }
 
 #[test]
+fn no_output_is_written_over_a_label() {
+    let folder = scratch("labels");
+    fs::copy(CLEAN, folder.join("a.txt")).unwrap();
+    let label = folder.join("a.txt.run.toml");
+    fs::write(&label, "name = \"x\"\n").unwrap();
+    for command in [
+        "cut a.txt --from 1s -o a.txt.run.toml --force",
+        "export a.txt --to svg -o a.txt.run.toml --force",
+        "record sim --duration 1s -o b.mcap.run.toml",
+        "sim --duration 1s --trace a.txt.run.toml --force",
+    ] {
+        let arguments: Vec<_> = command.split(' ').collect();
+        let output = run_in(&folder, &arguments);
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{command}: {err}");
+        assert!(err.contains("choose another name"), "{command}: {err}");
+    }
+    assert_eq!(fs::read_to_string(&label).unwrap(), "name = \"x\"\n");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn no_output_is_written_over_an_input_or_another_output() {
     let folder = scratch("same");
     let at = |name: &str| -> PathBuf { folder.join(name) };
@@ -524,27 +546,8 @@ fn no_output_is_written_over_an_input_or_another_output() {
     fs::create_dir(at("songs")).unwrap();
     fs::copy(songs, at("songs/song-01.wav")).unwrap();
     let before = fs::read(at("a.txt")).unwrap();
-    fs::write(at("a.txt.run.toml"), "name = \"x\"\n").unwrap();
     for arguments in [
-        &[
-            "cut",
-            "a.txt",
-            "--from",
-            "1s",
-            "-o",
-            "a.txt.run.toml",
-            "--force",
-        ][..],
-        &["record", "sim", "--duration", "1s", "-o", "b.mcap.run.toml"],
-        &[
-            "sim",
-            "--duration",
-            "1s",
-            "--trace",
-            "a.txt.run.toml",
-            "--force",
-        ],
-        &["compare", "a.txt", CLEAN, "--svg", "a.txt", "--force"],
+        &["compare", "a.txt", CLEAN, "--svg", "a.txt", "--force"][..],
         &["compare", CLEAN, "a.txt", "--svg", "linked.svg", "--force"],
         &[
             "compare",
@@ -620,9 +623,5 @@ fn no_output_is_written_over_an_input_or_another_output() {
     assert!(fs::read(at("a.txt")).unwrap() == before);
     assert_eq!(fs::read_to_string(at("w.toml")).unwrap(), WORLD);
     assert!(!at("x").exists());
-    assert_eq!(
-        fs::read_to_string(at("a.txt.run.toml")).unwrap(),
-        "name = \"x\"\n"
-    );
     fs::remove_dir_all(folder).unwrap();
 }

@@ -119,11 +119,12 @@ pub(super) fn protect_configuration(path: &Path) {
     CONFIGURATION.get_or_init(|| path.to_owned());
 }
 
-/// Refuses an output that is the same file as an input or the configuration, directly or by links.
+/// Refuses an output that is the same file as an input or the configuration, directly or by links, or has a reserved name.
 pub(super) fn check_inputs(
     output: &Path,
     inputs: impl IntoIterator<Item = impl AsRef<Path>>,
 ) -> Result<(), Fault> {
+    files::refuse_own_name(output)?;
     let is_input = |input: &PathBuf| files::is_same(input, output);
     let inputs = inputs.into_iter().map(|input| input.as_ref().to_owned());
     let Some(input) = inputs.chain(CONFIGURATION.get().cloned()).find(is_input) else {
