@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use groundwave_mapping::{Compass, CorrectedPose};
 use groundwave_protocol::decoder::{Decoder, Received};
-use groundwave_protocol::telemetry::Body;
+use groundwave_protocol::status_codes::{Drive, LayerMask};
+use groundwave_protocol::telemetry::{Ack, Body, Line, ListPlace, StateLine, StatusLine};
 use sr04_sim::{Pose, Simulation, SimulationConfig, World};
 
 /// Time of a line on the air: its pose is older by this when it ends.
@@ -72,6 +73,31 @@ fn drive(simulation: &mut Simulation, compass: &mut Compass, minutes: u64) -> Ve
         }
     }
     moments
+}
+
+fn line(body: Body) -> Line {
+    Line {
+        sequence: 0,
+        body,
+        ack: Ack::default(),
+    }
+}
+
+fn blank_status() -> StatusLine {
+    StatusLine {
+        robot_id: 1,
+        battery_dv: 124,
+        target_in: None,
+        list: ListPlace::default(),
+        digest: 0,
+        max_count: 12,
+        photo_left: None,
+        photo_right: None,
+        fitted: LayerMask::NONE,
+        allowed: LayerMask::NONE,
+        boots: 1,
+        odometer_resets: 0,
+    }
 }
 
 fn house(seed: u64) -> SimulationConfig {
@@ -153,6 +179,98 @@ fn unequal_wheels_are_found() {
         inside += usize::from((stated.value - truth).abs() <= stated.half);
     }
     assert!(inside >= seeds.count() - 1, "{inside}");
+}
+
+/// A pose of the robot that was taken from the statement is no more certain than the statement.
+#[test]
+fn stated_pose_keeps_its_uncertainty_and_another_is_taken_as_true() {
+    let mut simulation = Simulation::new(&house(20_142));
+    let mut compass = Compass::default();
+    drive(&mut simulation, &mut compass, 6);
+    let before = compass.pose().expect("a pose");
+    let error = compass.heading_error_deg().expect("a heading");
+    assert!(
+        before.theta_deg.half > 1.0 && before.ellipse.long_in > 1.0,
+        "{before:?}"
+    );
+    assert!(error.value.abs() > 2.0, "{error:?}");
+
+    let now = Duration::from_mins(6);
+    let set = |compass: &mut Compass, x_in: f64, theta_deg: f64| {
+        let state = StateLine {
+            x_tenths_in: x_in.round() as i32 * 10,
+            y_tenths_in: before.y_in.round() as i32 * 10,
+            theta_deg: theta_deg.round() as u16 % 360,
+            drive: Drive::OdometerReset,
+            ..StateLine::BLANK
+        };
+        compass.handle_line(now, &line(Body::State(state)));
+        compass.pose().expect("a pose")
+    };
+    let theta_deg = before.theta_deg.value;
+    let after = set(&mut compass, before.x_in, theta_deg);
+    assert!(
+        turn_deg(theta_deg, after.theta_deg.value).abs() < 1e-6,
+        "{after:?}"
+    );
+    assert!(
+        (after.theta_deg.half - before.theta_deg.half).abs() < 0.1,
+        "{after:?}"
+    );
+    assert_eq!((after.x_in, after.y_in), (before.x_in, before.y_in));
+    assert_eq!(after.ellipse, before.ellipse);
+    let error = compass.heading_error_deg().expect("a heading");
+    assert!(error.value.abs() <= 0.51, "{error:?}");
+
+    let other = set(&mut compass, before.x_in + 20.0, theta_deg);
+    assert!(
+        other.ellipse.long_in < 1e-6 && other.theta_deg.half < 1.0,
+        "{other:?}"
+    );
+}
+
+/// Lines A and B tell of the same setting of the pose, in either order, and either may be lost.
+#[test]
+fn each_setting_of_the_pose_counts_once() {
+    let state = |x_in: i32, drive| {
+        Body::State(StateLine {
+            x_tenths_in: x_in * 10,
+            drive,
+            ..StateLine::BLANK
+        })
+    };
+    let status = |odometer_resets| {
+        Body::Status(StatusLine {
+            odometer_resets,
+            ..blank_status()
+        })
+    };
+    // The pose is set to (50, 0) and the robot drives on by 20 in; its ellipse must not vanish a second time.
+    for bodies in [
+        vec![state(50, Drive::OdometerReset), status(1)],
+        vec![status(1), state(50, Drive::OdometerReset)],
+        vec![status(1), state(50, Drive::Ok)],
+    ] {
+        let mut compass = Compass::default();
+        let mut now = Duration::ZERO;
+        let mut take = |body| {
+            now += Duration::from_millis(300);
+            compass.handle_line(now, &line(body));
+            compass.pose()
+        };
+        take(status(0));
+        take(state(0, Drive::Ok));
+        for body in bodies {
+            take(body);
+        }
+        for x_in in 51..70 {
+            take(state(x_in, Drive::Ok));
+        }
+        take(status(1));
+        let end = take(state(70, Drive::Ok)).expect("a pose");
+        assert!((end.x_in - 70.0).abs() < 1e-6, "{end:?}");
+        assert!(end.ellipse.long_in > 0.3, "{end:?}");
+    }
 }
 
 /// The robot drives on while a minute of lines is lost, and then reboots in another place than it believes.

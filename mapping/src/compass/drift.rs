@@ -94,6 +94,13 @@ impl Drift {
         *self = Self::of([0.0, wheels.value, track.value], covariance);
     }
 
+    /// Takes a turn of the odometer's heading without a turn of the robot, degrees.
+    pub(super) fn turn(&mut self, turn_deg: f64) {
+        for filter in &mut self.filters {
+            filter.state[0] -= turn_deg;
+        }
+    }
+
     /// Takes a motion without a measurement.
     pub(super) fn pass(&mut self, motion: Motion) {
         for filter in &mut self.filters {

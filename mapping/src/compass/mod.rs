@@ -38,6 +38,11 @@ const HELD_IN_S: i16 = 8;
 /// Distance between two lines that no robot drives, inches.
 const JUMP_IN: f64 = 60.0;
 
+/// Differences up to which a new pose of the odometer is the stated one, in inches and degrees: it has whole ones.
+const SAME_IN: f64 = 1.5;
+const SAME_DEG: f64 = 1.5;
+/// Modulus of the count of resets in line B.
+const RESETS_MODULUS: u8 = 100;
 /// Diameter of the nominal wheels, inches.
 const NOMINAL_WHEEL_IN: f64 = 5.0;
 
@@ -94,13 +99,26 @@ struct Gauge {
     right_in: Option<f64>,
 }
 
+/// A setting of the odometer's pose that only one kind of line has told so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Reset {
+    #[default]
+    None,
+    /// Line B counted it: the next line A has the new pose.
+    Counted,
+    /// Line A had the new pose: the next line B counts it.
+    Placed,
+}
+
 /// Estimates the true pose since the odometer's pose was last set, and how unequal the wheels are.
 ///
-/// It takes the robot's lines in the order in which they were received.
+/// It takes the robot's lines in the order in which they were received. A pose set by others is taken as true. A pose that
+/// is the stated one was taken from it, so its uncertainty stays.
 #[derive(Clone, Debug, Default)]
 pub struct Compass {
     last: Option<(Duration, StateLine)>,
     resets: Option<u8>,
+    reset: Reset,
     boots: Option<u16>,
     gauge: Gauge,
     /// Odometry since the stretch began, with the known error of the wheels taken off.
@@ -118,10 +136,10 @@ impl Compass {
         match &line.body {
             Body::State(state) => self.take_state(now, state),
             Body::Status(status) => {
-                let was_reset = self
-                    .resets
-                    .is_some_and(|resets| resets != status.odometer_resets);
-                self.resets = Some(status.odometer_resets);
+                let resets = self.resets.replace(status.odometer_resets);
+                let resets = resets.map_or(0, |before| {
+                    (status.odometer_resets + RESETS_MODULUS - before) % RESETS_MODULUS
+                });
                 let has_restarted = self.boots.is_some_and(|boots| boots != status.boots);
                 self.boots = Some(status.boots);
                 if has_restarted {
@@ -130,8 +148,13 @@ impl Compass {
                         boots: self.boots,
                         ..Self::default()
                     };
-                } else if was_reset {
-                    self.restart();
+                } else {
+                    self.reset = match (resets, self.reset) {
+                        (0, Reset::Counted) | (2.., _) | (1, Reset::None | Reset::Counted) => {
+                            Reset::Counted
+                        }
+                        (0, Reset::None | Reset::Placed) | (1, Reset::Placed) => Reset::None,
+                    };
                 }
             }
             Body::Parameter(parameter) => self.take_parameter(parameter),
@@ -217,6 +240,28 @@ impl Compass {
         }
     }
 
+    /// Takes a new pose of the odometer.
+    fn reset(&mut self, now: Duration, state: &StateLine) {
+        let (x_in, y_in) = position_in(state);
+        let is_stated = self.pose().is_some_and(|pose| {
+            libm::hypot(pose.x_in - x_in, pose.y_in - y_in) <= SAME_IN
+                && turn_deg(pose.theta_deg.value, f64::from(state.theta_deg)).abs() <= SAME_DEG
+        });
+        match self.last {
+            Some((_, last)) if is_stated => {
+                self.drift.pass(self.motion);
+                self.drift.turn(turn_deg(
+                    f64::from(last.theta_deg),
+                    f64::from(state.theta_deg),
+                ));
+                self.last = Some((now, *state));
+                self.begin();
+                self.pose.theta_rad = f64::from(state.theta_deg).to_radians();
+            }
+            _ => self.restart(),
+        }
+    }
+
     fn restart(&mut self) {
         self.drift.restart();
         self.last = None;
@@ -231,8 +276,15 @@ impl Compass {
     }
 
     fn take_state(&mut self, now: Duration, state: &StateLine) {
-        if state.drive == Drive::OdometerReset {
-            self.restart();
+        let is_flagged = state.drive == Drive::OdometerReset;
+        let is_counted = self.reset == Reset::Counted;
+        if is_flagged || is_counted {
+            self.reset = if is_counted {
+                Reset::None
+            } else {
+                Reset::Placed
+            };
+            self.reset(now, state);
         }
         let Some((then, last)) = self.last.replace((now, *state)) else {
             self.pose.theta_rad = f64::from(state.theta_deg).to_radians();
@@ -240,7 +292,7 @@ impl Compass {
             return;
         };
         let elapsed = now.saturating_sub(then);
-        let turn_deg = f64::from((state.theta_deg + 540 - last.theta_deg) % 360) - 180.0;
+        let turn_deg = turn_deg(f64::from(last.theta_deg), f64::from(state.theta_deg));
         let (from, to) = (position_in(&last), position_in(state));
         let (x_in, y_in) = (to.0 - from.0, to.1 - from.1);
         let chord_in = libm::hypot(x_in, y_in);
@@ -328,6 +380,11 @@ fn position_in(state: &StateLine) -> (f64, f64) {
         f64::from(state.x_tenths_in) / 10.0,
         f64::from(state.y_tenths_in) / 10.0,
     )
+}
+
+/// The shortest turn from one heading to another, degrees, positive to the right.
+fn turn_deg(from: f64, to: f64) -> f64 {
+    (to - from + 540.0).rem_euclid(360.0) - 180.0
 }
 
 /// Whether a wheel lags behind its command by more than it takes to speed up.
