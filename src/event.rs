@@ -11,8 +11,9 @@ use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line};
 
 pub use groundwave_captures::event::{
-    AlarmEvent, AlarmStatus, CommandId, CommandStatus, Failure, Landmark, Level, LineRate,
-    LinkEvent, Mark, Moment, Notice, NoticeCode, OutageCause, Reception, Remark, Shortfall, Truth,
+    AlarmEvent, AlarmStatus, CommandId, CommandStatus, Failure, Figure, Landmark, Level, LineRate,
+    LinkEvent, Mark, Moment, Notice, NoticeCode, OutageCause, Reception, Remark, Shortfall,
+    SuggestionCode, SuggestionEvent, SuggestionStatus, Truth,
 };
 
 use crate::figures::{Listed, Overlaid};
@@ -99,6 +100,8 @@ pub enum Event {
     Mark(Mark),
     /// The status of an alarm changed.
     Alarm(AlarmEvent),
+    /// The status of a suggestion changed.
+    Suggestion(SuggestionEvent),
     /// The true state of a simulated robot's world; it is only shown.
     Truth(Truth),
     /// A line for the log.
@@ -170,6 +173,8 @@ pub enum Effect {
     CancelCommands,
     /// Report that the operator acknowledged or shelved an alarm; the report comes back as [`Event::Alarm`].
     Alarm(AlarmEvent),
+    /// Report that the operator accepted a suggestion; the report comes back as [`Event::Suggestion`].
+    Suggestion(SuggestionEvent),
     /// Begin a recording that includes the remembered observations, or end the current recording.
     ToggleRecording,
     /// Save a remark in the label beside a capture.

@@ -22,6 +22,7 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
         Event::Mark(mark) => Some((*mark).into()),
         Event::Suspended(duration) => Some(StationEvent::suspended(*duration)),
         Event::Alarm(alarm) => Some(alarm.into()),
+        Event::Suggestion(suggestion) => Some(suggestion.into()),
         _ => None,
     }
 }
@@ -35,6 +36,7 @@ pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
         // The station classifies the bytes again.
         StationEventKind::Reception(_) => None,
         StationEventKind::Alarm(alarm) => alarm.event().map(Event::Alarm),
+        StationEventKind::Suggestion(suggestion) => suggestion.event().map(Event::Suggestion),
         StationEventKind::Mark(mark) => Some(Event::Mark(Mark::from(*mark))),
         StationEventKind::Suspension(it) => {
             Some(Event::Suspended(Moment::from_nanos(it.duration_ns)))
@@ -101,7 +103,10 @@ mod tests {
     use groundwave_protocol::telemetry::Outcome;
 
     use super::*;
-    use crate::event::{AlarmEvent, AlarmStatus, Failure, Level, LinkEvent};
+    use crate::event::{
+        AlarmEvent, AlarmStatus, Failure, Figure, Level, LinkEvent, SuggestionCode,
+        SuggestionEvent, SuggestionStatus,
+    };
     use crate::request::testing::samples;
 
     fn assert_comes_back(event: &Event) {
@@ -165,6 +170,25 @@ mod tests {
                 limit: value,
                 unit: "V".to_owned(),
                 shelved_for: (status == AlarmStatus::Shelved).then_some(Duration::from_mins(10)),
+            }));
+        }
+        for (code, figures) in [
+            (
+                SuggestionCode::PoseOff,
+                vec![Figure {
+                    code: "heading".to_owned(),
+                    value: 9.25,
+                    half: 4.0,
+                    unit: "deg".to_owned(),
+                }],
+            ),
+            (SuggestionCode::HeadingUnknown, Vec::new()),
+        ] {
+            assert_comes_back(&Event::Suggestion(SuggestionEvent {
+                code,
+                status: SuggestionStatus::Begun,
+                commands: vec!["scan".to_owned()],
+                figures,
             }));
         }
         for link in [

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 mod adversary;
+mod advice;
 mod calibrate;
 mod calibration;
 mod capture;

@@ -151,6 +151,103 @@ coded! {
     }
 }
 
+coded! {
+    /// Reason for a suggestion.
+    SuggestionCode {
+        /// The robot's pose is clearly not the estimated one.
+        PoseOff = "pose-off",
+        /// The diameters of the wheels differ clearly from the robot's parameters.
+        WheelsDiffer = "wheels-differ",
+        /// The robot's heading is unknown.
+        HeadingUnknown = "heading-unknown",
+    }
+}
+
+coded! {
+    /// A new status of a suggestion.
+    SuggestionStatus {
+        /// The reason was found.
+        Begun = "begun",
+        /// The reason is over, or something else has precedence.
+        Ended = "ended",
+        /// The operator accepted the suggestion; its commands follow.
+        Accepted = "accepted",
+        /// The operator did not accept the suggestion in time.
+        Expired = "expired",
+    }
+}
+
+/// A figure in the reason for a suggestion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Stable code: `position`, `heading` or `wheels`.
+    pub code: String,
+    /// The difference between the robot's value and the estimated one.
+    pub value: f64,
+    /// Half of the 95 % interval of the estimated value.
+    pub half: f64,
+    /// Unit of both.
+    pub unit: String,
+}
+
+/// A change of a suggestion's status. A suggestion is commands that the operator may accept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SuggestionEvent {
+    /// The reason.
+    pub code: SuggestionCode,
+    /// The new status.
+    pub status: SuggestionStatus,
+    /// The commands in words.
+    pub commands: Vec<String>,
+    /// The reason in figures.
+    pub figures: Vec<Figure>,
+}
+
+impl SuggestionEvent {
+    /// The event as JSON for other programs.
+    #[must_use]
+    pub fn to_json(&self) -> Value {
+        let figures = self.figures.iter().map(|figure| {
+            json!({
+                "code": figure.code,
+                "value": figure.value,
+                "half": figure.half,
+                "unit": figure.unit,
+            })
+        });
+        json!({
+            "event": "suggestion",
+            "code": self.code.code(),
+            "status": self.status.code(),
+            "commands": self.commands,
+            "figures": figures.collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// Writes text such as `suggestion begun: set-pose 12 40 93 (heading off by 9.0 +-4.0 deg)`.
+impl fmt::Display for SuggestionEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let commands = self.commands.join(", ");
+        write!(f, "suggestion {}: {commands}", self.status.code())?;
+        let figures = self.figures.iter().map(|figure| {
+            let Figure {
+                code,
+                value,
+                half,
+                unit,
+            } = figure;
+            format!("{code} off by {value:.1} +-{half:.1} {unit}")
+        });
+        let figures: Vec<String> = figures.collect();
+        if figures.is_empty() {
+            write!(f, " ({})", self.code.code())
+        } else {
+            write!(f, " ({})", figures.join(", "))
+        }
+    }
+}
+
 /// A change of an alarm's status.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlarmEvent {

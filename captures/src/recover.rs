@@ -35,7 +35,7 @@ const BUFFER_BYTES: usize = 1024 * 1024;
 const CHUNKS: u64 = 1024;
 
 /// Minimum length of a chunk in a short recording, uncompressed bytes.
-const CHUNK_BYTES_MIN: u64 = 10 * 1024;
+const CHUNK_BYTES_MIN: u64 = 11 * 1024;
 
 // Readers refuse a chunk that contains only a schema and no message.
 const _: () = assert!(CHUNK_BYTES_MIN > DESCRIPTORS.len() as u64 + 1024);

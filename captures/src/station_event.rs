@@ -1,7 +1,8 @@
 //! Events that are not in the radio's bytes, as a protobuf message.
 
 use crate::event::{
-    AlarmEvent, AlarmStatus, CommandStatus, Level, LinkEvent, Mark, Moment, NoticeCode, Reception,
+    AlarmEvent, AlarmStatus, CommandStatus, Figure, Level, LinkEvent, Mark, Moment, NoticeCode,
+    Reception, SuggestionCode, SuggestionEvent, SuggestionStatus,
 };
 use crate::uplink_event::UplinkEvent;
 
@@ -10,7 +11,7 @@ use crate::uplink_event::UplinkEvent;
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct StationEvent {
     /// The event; `None` for one of a newer version.
-    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5, 6, 7")]
+    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5, 6, 7, 8")]
     pub kind: Option<StationEventKind>,
 }
 
@@ -38,6 +39,43 @@ pub enum StationEventKind {
     /// Something happened to an alarm.
     #[prost(message, tag = 7)]
     Alarm(AlarmMessage),
+    /// A suggestion has a new status.
+    #[prost(message, tag = 8)]
+    Suggestion(SuggestionMessage),
+}
+
+/// A [`SuggestionEvent`].
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct SuggestionMessage {
+    /// A code of [`SuggestionCode`].
+    #[prost(string, tag = 1)]
+    pub code: String,
+    /// A code of [`SuggestionStatus`].
+    #[prost(string, tag = 2)]
+    pub status: String,
+    /// The commands in words.
+    #[prost(string, repeated, tag = 3)]
+    pub commands: Vec<String>,
+    /// The reason in figures.
+    #[prost(message, repeated, tag = 4)]
+    pub figures: Vec<FigureMessage>,
+}
+
+/// A [`Figure`].
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct FigureMessage {
+    /// Stable code.
+    #[prost(string, tag = 1)]
+    pub code: String,
+    /// The difference between the robot's value and the estimated one.
+    #[prost(double, tag = 2)]
+    pub value: f64,
+    /// Half of the 95 % interval of the estimated value.
+    #[prost(double, tag = 3)]
+    pub half: f64,
+    /// Unit of both.
+    #[prost(string, tag = 4)]
+    pub unit: String,
 }
 
 /// An [`AlarmEvent`].
@@ -167,6 +205,43 @@ impl AlarmMessage {
     }
 }
 
+impl SuggestionMessage {
+    /// The event; `None` for a code or a status of a newer version.
+    #[must_use]
+    pub fn event(&self) -> Option<SuggestionEvent> {
+        let figures = self.figures.iter().map(|figure| Figure {
+            code: figure.code.clone(),
+            value: figure.value,
+            half: figure.half,
+            unit: figure.unit.clone(),
+        });
+        Some(SuggestionEvent {
+            code: SuggestionCode::from_code(&self.code)?,
+            status: SuggestionStatus::from_code(&self.status)?,
+            commands: self.commands.clone(),
+            figures: figures.collect(),
+        })
+    }
+}
+
+impl From<&SuggestionEvent> for StationEvent {
+    fn from(event: &SuggestionEvent) -> Self {
+        let figures = event.figures.iter().map(|figure| FigureMessage {
+            code: figure.code.clone(),
+            value: figure.value,
+            half: figure.half,
+            unit: figure.unit.clone(),
+        });
+        StationEventKind::Suggestion(SuggestionMessage {
+            code: event.code.code().to_owned(),
+            status: event.status.code().to_owned(),
+            commands: event.commands.clone(),
+            figures: figures.collect(),
+        })
+        .into()
+    }
+}
+
 impl From<&AlarmEvent> for StationEvent {
     fn from(event: &AlarmEvent) -> Self {
         StationEventKind::Alarm(AlarmMessage {
@@ -267,7 +342,12 @@ impl StationEvent {
             }
             Some(StationEventKind::Notice(notice)) => notice.level() > Level::Info,
             Some(StationEventKind::Alarm(_)) => true,
-            Some(StationEventKind::Mark(_) | StationEventKind::Suspension(_)) | None => false,
+            Some(
+                StationEventKind::Mark(_)
+                | StationEventKind::Suspension(_)
+                | StationEventKind::Suggestion(_),
+            )
+            | None => false,
         }
     }
 

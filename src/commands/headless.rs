@@ -105,12 +105,15 @@ pub(super) async fn run(
     }
 }
 
-/// Reports the alarms that an event or the passing of time raises or ends.
+/// Reports the alarms that an event or the passing of time raises or ends, and the suggestions.
 pub(super) fn watch_alarms(facts: &mut Facts, driver: &mut Driver, event: &Event) {
     let now = driver.now();
     facts.update(now, event);
     for alarm in facts.alarm_events(now) {
         driver.tell(Event::Alarm(alarm));
+    }
+    for suggestion in facts.suggestion_events() {
+        driver.tell(Event::Suggestion(suggestion.clone()));
     }
 }
 
@@ -297,6 +300,7 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
             }
             value
         }
+        Event::Suggestion(suggestion) => suggestion.to_json(),
         Event::Command { id, status } => command_json(*id, status),
         Event::Notice(Notice { code, level, text }) => {
             json!({ "event": "notice", "code": code.code(), "level": level.code(), "text": text })

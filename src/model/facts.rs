@@ -13,6 +13,7 @@ use super::alarms::{AlarmChange, Alarms, Inputs};
 use super::chart::Chart;
 use super::config::Config;
 use super::fields::Fields;
+use super::ground::{Ground, Situation, Suggestion};
 use super::ledger::Ledger;
 use super::link::{Connection, Link};
 use super::log::{Log, Subject};
@@ -25,6 +26,7 @@ use super::tally::Counted;
 use super::{age, failsafe, why, words};
 use crate::event::{
     AlarmEvent, AlarmStatus, CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Recording,
+    SuggestionEvent, SuggestionStatus,
 };
 use crate::playback::Tally;
 use crate::request::{Request, Tuning};
@@ -38,6 +40,7 @@ pub struct Facts {
     pub(crate) robot: Robot,
     pub(crate) motors: Motors,
     pub(crate) chart: Chart,
+    pub(crate) ground: Ground,
     pub(crate) ledger: Ledger,
     pub(crate) log: Log,
     pub(crate) alarms: Alarms,
@@ -75,6 +78,7 @@ impl Facts {
             robot: Robot::default(),
             motors: Motors::default(),
             chart: Chart::default(),
+            ground: Ground::default(),
             ledger: Ledger::default(),
             log: Log::default(),
             alarm_changes: Vec::new(),
@@ -159,6 +163,7 @@ impl Facts {
                 self.log.add(now, Level::Warning, Subject::Station, text);
             }
             Event::Alarm(alarm) => is_shown = self.take_alarm(now, alarm),
+            Event::Suggestion(suggestion) => is_shown = self.take_suggestion(now, suggestion),
             Event::Truth(truth) => self.chart.take_truth(truth.clone()),
             Event::Notice(notice) => {
                 let text = notice.text.as_str();
@@ -167,6 +172,13 @@ impl Facts {
             _ => is_shown = false,
         }
         is_shown |= self.watch_alarms(now);
+        self.ground.forget_changes();
+        if matches!(
+            event,
+            Event::Line { .. } | Event::Asked { .. } | Event::Link(_) | Event::Statistics(_)
+        ) {
+            is_shown |= self.watch_ground(now);
+        }
         Change {
             is_shown,
             calls: std::mem::take(&mut self.calls),
@@ -260,6 +272,42 @@ impl Facts {
             .map(move |change| change.event(now))
     }
 
+    /// Checks the suggestions; returns whether the screen changes.
+    pub(crate) fn watch_ground(&mut self, now: Moment) -> bool {
+        self.ground.watch(&Situation {
+            now,
+            link: &self.link,
+            robot: &self.robot,
+            motors: &self.motors,
+            ledger: &self.ledger,
+            parameters: &self.parameters,
+        });
+        !self.ground.changes().is_empty()
+    }
+
+    /// Changes of the suggestion by the latest event.
+    #[must_use]
+    pub fn suggestion_events(&self) -> &[SuggestionEvent] {
+        self.ground.changes()
+    }
+
+    /// The suggestion that the operator may accept now.
+    pub(crate) fn suggestion(&self, now: Moment) -> Option<&Suggestion> {
+        self.ground.offered(now, &self.robot)
+    }
+
+    /// Logs a suggestion and its acceptance; returns whether it did.
+    fn take_suggestion(&mut self, now: Moment, suggestion: &SuggestionEvent) -> bool {
+        match suggestion.status {
+            SuggestionStatus::Begun => {}
+            SuggestionStatus::Accepted => self.ground.take_accepted(now),
+            SuggestionStatus::Ended | SuggestionStatus::Expired => return false,
+        }
+        let text = suggestion.to_string();
+        self.log.add(now, Level::Info, Subject::Station, text);
+        true
+    }
+
     /// Logs the operator's answer to an alarm; returns whether there was one.
     fn take_alarm(&mut self, now: Moment, alarm: &AlarmEvent) -> bool {
         let name = &alarm.name;
@@ -283,6 +331,7 @@ impl Facts {
         self.counted.tally.lines += 1;
         self.counted.take_ack(line.ack);
         self.chart.take_sequence(now, line.sequence);
+        self.ground.take_line(now, line);
         match &line.body {
             Body::State(state) => self.take_state(now, before.as_ref(), state),
             Body::Status(status) => {
@@ -374,6 +423,7 @@ impl Facts {
         self.robot.take_restart();
         self.parameters.take_restart();
         self.chart.start_afresh();
+        self.ground.take_restart();
         self.log
             .add(now, Level::Alarm, Subject::Robot, "the robot restarted");
     }
@@ -479,6 +529,7 @@ impl Facts {
             self.log.add(now, Level::Info, Subject::Command, text);
         }
         let by = by.map(str::to_owned);
+        self.ground.take_asked(now, request);
         self.ledger.add(now, id, request.clone(), by);
         self.follow();
     }

@@ -14,7 +14,7 @@ use super::palette::Palette;
 use super::playback::NO_ROBOT;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, SIZE_MIN, TextEntry, Ui, trace, words};
-use crate::event::{Effect, Failure, Level, Moment, Shortfall};
+use crate::event::{Effect, Failure, Level, Moment, Shortfall, SuggestionStatus};
 use crate::playback::Control;
 use crate::request::Request;
 use crate::route;
@@ -154,10 +154,8 @@ impl Ui {
             }
             Action::ToggleLayer(layer) => return self.toggle(facts, layer),
             Action::Scan => return vec![Effect::Send(Request::Scan)],
-            Action::ResetPose => self.ask_for(Request::Pose {
-                position: Waypoint::default(),
-                theta_deg: 0,
-            }),
+            Action::AcceptSuggestion => return self.accept_suggestion(facts, now),
+            Action::ResetPose => self.ask_for(ORIGIN),
             Action::ClearList => self.ask_for(Request::Route(Vec::new())),
             Action::SendDraft => return self.send_draft(),
             Action::CancelCommands => {
@@ -380,6 +378,21 @@ impl Ui {
         vec![Effect::DriveEnd]
     }
 
+    /// Sends the commands of the present suggestion.
+    pub(super) fn accept_suggestion(&mut self, facts: &Facts, now: Moment) -> Vec<Effect> {
+        let offered = facts.suggestion(now).filter(|_| self.playback.is_none());
+        let Some(suggestion) = offered else {
+            self.warn("there is no suggestion now");
+            return Vec::new();
+        };
+        let accepted = suggestion.event(SuggestionStatus::Accepted);
+        let requests = suggestion.requests.iter().cloned();
+        [Effect::Suggestion(accepted)]
+            .into_iter()
+            .chain(requests.map(Effect::Send))
+            .collect()
+    }
+
     pub(super) fn ask_or_send(&mut self, request: Request) -> Vec<Effect> {
         if request.is_hazardous() {
             self.ask_for(request);
@@ -476,5 +489,11 @@ impl Ui {
         }
     }
 }
+
+/// The command that makes the robot's place the origin.
+const ORIGIN: Request = Request::Pose {
+    position: Waypoint { x_in: 0, y_in: 0 },
+    theta_deg: 0,
+};
 
 const DRIVE_QUESTION: &str = "Drive by hand? The <drive/push-ahead..> move the robot while you hold them; letting go stops it.";

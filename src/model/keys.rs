@@ -157,6 +157,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "0", &[plain('0')], Action::ToggleLayer(Layer::User), "the same for driving by hand", ""),
     row(Dashboard, "d", &[plain('d')], Action::EnterDrive, "drive by hand (asks)", "drive"),
     row(Dashboard, "v", &[plain('v')], Action::Scan, "look around once", ""),
+    row(Dashboard, "Ctrl-Y", &[ctrl('y')], Action::AcceptSuggestion, "accept the suggestion", ""),
     row(Dashboard, "O", &[plain('O')], Action::ResetPose, "make this the origin (asks)", ""),
     row(Dashboard, "P", &[plain('P')], Action::ShowParameters, "the robot's parameters", ""),
     row(Dashboard, "x", &[plain('x')], Action::CancelCommands, "cancel unfinished commands", "give up"),

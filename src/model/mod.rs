@@ -19,6 +19,7 @@ mod facts;
 pub(crate) mod failsafe;
 pub(crate) mod fields;
 pub(crate) mod ghost;
+pub(crate) mod ground;
 mod history;
 mod input;
 pub mod keys;

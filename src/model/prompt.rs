@@ -77,6 +77,7 @@ impl Ui {
                 .flat_map(|request| self.ask_or_send(request))
                 .collect(),
             (Err(_), ["param"]) => self.open_parameters(facts),
+            (Err(_), ["advise"]) => self.accept_suggestion(facts, now),
             (Err(_), ["quit" | "q"]) => vec![Effect::Quit],
             (Err(_), ["help"]) => {
                 self.help_page = HELP_OF_COMMANDS;

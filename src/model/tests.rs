@@ -17,6 +17,7 @@ use crate::request::Request;
 
 mod alarms;
 mod chart;
+mod ground;
 mod keys;
 mod ledger;
 mod motors;

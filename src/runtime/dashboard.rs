@@ -255,6 +255,11 @@ impl Running {
                 // A replay has its own events.
                 None => return Ok(false),
             },
+            Effect::Suggestion(suggestion) => {
+                if let Some(driver) = self.source.driver() {
+                    driver.tell(Event::Suggestion(suggestion));
+                }
+            }
             Effect::Playback(control) => {
                 let events = self.source.handle(control);
                 self.forget_removed_mark();

@@ -137,6 +137,9 @@ impl Source {
                 for alarm in live.player.present().alarm_events(now) {
                     live.driver.tell(Event::Alarm(alarm));
                 }
+                for suggestion in live.player.present().suggestion_events() {
+                    live.driver.tell(Event::Suggestion(suggestion.clone()));
+                }
                 change
             }
             Self::Capture(_) => Change::default(),

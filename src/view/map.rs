@@ -1,6 +1,8 @@
 //! The map: the robot, its trail, its route and its encounters.
 
+use groundwave_mapping::CorrectedPose;
 use groundwave_protocol::Waypoint;
+use groundwave_protocol::telemetry::Reading;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -10,12 +12,15 @@ use super::pixels::{FINE, Picture};
 use super::pointer::Mark;
 use super::projection::Projection;
 use super::raster::{Ink, Raster};
-use super::{Screen, fill, put, put_right, split_bottom, width_of};
+use super::{Screen, columns, fill, put, put_right, split_bottom, width_of};
+use crate::event::Figure;
 use crate::model::chart::{Pose, ROBOT_RADIUS_IN};
 use crate::model::ghost::{Ghost, ghost};
+use crate::model::ground::Statement;
 use crate::model::map::Focus;
 use crate::model::robot::STATE_STALE;
 use crate::model::{Large, MapLines};
+use crate::request::Request;
 
 /// Lengths of the scale bar, inches and label.
 const BARS: [(f64, &str); 11] = [
@@ -51,7 +56,12 @@ impl Screen<'_> {
         };
         let right = Span::styled(self.with_keys(focus), self.theme.dim);
         let below = self.panel(buffer, area, &self.map_title(), Some(right));
-        let (picture, legend) = split_bottom(below, 1);
+        let (below, legend) = split_bottom(below, 1);
+        let ground = self.ground(usize::from(below.width));
+        let (picture, row) = split_bottom(below, ground.is_some().into());
+        if let Some(ground) = ground {
+            put(buffer, row, 0, &ground);
+        }
         let projection = Projection::of(chart, map, picture);
         if self.ui.config.lines == MapLines::Pixels && !self.is_covered() {
             let fine = projection.finer(FINE);
@@ -70,6 +80,68 @@ impl Screen<'_> {
         self.marks(&projection, buffer);
         self.legend(&projection, buffer, legend);
         self.claim(picture, Mark::Map(projection));
+    }
+
+    /// The suggestion, else the ground's own estimate of the pose: the longest text that fits.
+    fn ground(&self, width: usize) -> Option<Line<'_>> {
+        let suggestion = self.present.suggestion(self.present_at);
+        let suggestion = suggestion.filter(|_| self.ui.playback.is_none());
+        let (texts, style) = if let Some(suggestion) = suggestion {
+            let commands = suggestion.requests.iter().map(Request::to_string);
+            let commands = commands.collect::<Vec<_>>().join(", ");
+            let short = self.with_keys(&format!("<accept-suggestion>: {commands}"));
+            let why = suggestion.figures.iter().map(|figure| self.figure(figure));
+            let why = why.collect::<Vec<_>>().join(", ");
+            let long = match why.as_str() {
+                "" => format!("{short} (heading unknown)"),
+                why => format!("{short} (off by {why})"),
+            };
+            (vec![long, short], self.theme.warning)
+        } else {
+            if !self.facts.robot.measures(Reading::Sonars) {
+                return None;
+            }
+            let within = self.theme.glyphs.within;
+            let reported = self.facts.chart.reported()?;
+            let old = self.old_mark(reported.age(self.now), STATE_STALE);
+            match self.facts.ground.statement? {
+                Statement::HeadingUnknown => (
+                    vec![format!("{old}ground: heading unknown")],
+                    self.theme.warning,
+                ),
+                Statement::Pose(pose) => {
+                    let CorrectedPose {
+                        x_in,
+                        y_in,
+                        theta_deg: heading,
+                        ellipse,
+                    } = pose;
+                    let degrees = heading.value.round().rem_euclid(360.0);
+                    let heading = format!("{degrees:.0} deg {within}{:.0}", heading.half);
+                    // Adding zero makes a rounded -0.4 a plain 0.
+                    let (x_in, y_in) = (x_in.round() + 0.0, y_in.round() + 0.0);
+                    let within_in = ellipse.long_in;
+                    let position = format!("({x_in:.0}, {y_in:.0}) {within}{within_in:.0} in");
+                    let texts = vec![
+                        format!("{old}ground: heading {heading}, {position}"),
+                        format!("{old}ground: {heading}, {position}"),
+                        format!("{old}ground: {heading}"),
+                    ];
+                    (texts, self.theme.dim)
+                }
+            }
+        };
+        let text = texts.into_iter().find(|text| columns(text) <= width)?;
+        Some(Line::styled(text, style))
+    }
+
+    fn figure(&self, figure: &Figure) -> String {
+        let within = self.theme.glyphs.within;
+        let places = usize::from(figure.unit == "%") * 2;
+        format!(
+            "{:.places$} {within}{:.places$} {}",
+            figure.value, figure.half, figure.unit
+        )
     }
 
     fn map_title(&self) -> String {

@@ -12,6 +12,7 @@ use ratatui::layout::Rect;
 
 mod enlarged;
 mod every;
+mod ground;
 mod link;
 mod narrow;
 mod own;

@@ -391,6 +391,10 @@ impl Deriver {
                 }
                 None => return Ok(()),
             },
+            Some(StationEventKind::Suggestion(suggestion)) => match suggestion.event() {
+                Some(suggestion) => ("suggestion", Level::Info, suggestion.to_string()),
+                None => return Ok(()),
+            },
             None => return Ok(()),
         };
         self.encoder.log(self.now_ns, level, name, &text);

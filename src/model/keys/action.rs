@@ -14,6 +14,7 @@ pub(crate) enum Action {
     Mode(Mode),
     ToggleLayer(Layer),
     Scan,
+    AcceptSuggestion,
     ResetPose,
     ClearList,
     MoveCursor { east: i16, north: i16 },
@@ -215,6 +216,7 @@ impl Action {
                 Self::AskMode
                     | Self::ToggleLayer(_)
                     | Self::Scan
+                    | Self::AcceptSuggestion
                     | Self::ResetPose
                     | Self::ClearList
                     | Self::AddWaypoint
@@ -235,6 +237,7 @@ impl Action {
                 | Self::Mode(_)
                 | Self::ToggleLayer(_)
                 | Self::Scan
+                | Self::AcceptSuggestion
                 | Self::ResetPose
                 | Self::ClearList
                 | Self::SendDraft

@@ -87,7 +87,8 @@ fn reword(topic: &str, data: &[u8], texts: &mut Vec<String>) -> Option<Vec<u8>> 
                 StationEventKind::Command(_)
                 | StationEventKind::Reception(_)
                 | StationEventKind::Mark(_)
-                | StationEventKind::Suspension(_) => {}
+                | StationEventKind::Suspension(_)
+                | StationEventKind::Suggestion(_) => {}
             }
             Some(event.encode_to_vec())
         }
