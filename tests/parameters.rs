@@ -1,11 +1,13 @@
 //! Parameters end to end: set, reported, saved, restored by a reset; with many seeds and from the command line.
 
+use std::collections::BTreeSet;
+
 use crate::common::{CoSimulation, on_all_cores, seeds};
 use crate::programs;
 use crate::witness::Trial;
 use groundwave::event::{CommandStatus, Event};
 use groundwave::request::{Amount, Request, Tuning};
-use groundwave_protocol::status_codes::{Layer, LayerMask};
+use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{Outcome, ParameterLine, ParameterName};
 use sr04_firmware::parameters::Parameter;
 use sr04_sim::Simulation;
@@ -150,6 +152,25 @@ fn parameter_list_takes_less_than_its_time_on_slow_radios() {
         let id = co.request(list);
         co.run_until("the list ends", limit_s, |co| co.fate(id).is_some());
         assert_eq!(co.fate(id), Some(CONFIRMED), "{channel}: {}", co.context());
+    });
+}
+
+/// The list takes half a minute; nobody waits for it.
+#[test]
+fn other_commands_come_before_the_rest_of_a_list() {
+    over_seeds(|co| {
+        let list = co.request(Request::Parameter(Tuning::List));
+        co.run(4);
+        for request in [Request::Mode(Mode::GoHome), set(8), Request::Mode(Mode::Prowl)] {
+            assert_eq!(co.deliver(request), CONFIRMED, "{}", co.context());
+        }
+        assert_eq!(co.fate(list), None, "before the list: {}", co.context());
+        co.run_until("the list ends", 120, |co| co.fate(list).is_some());
+        assert_eq!(co.fate(list), Some(CONFIRMED), "{}", co.context());
+        let names: BTreeSet<_> = (told(co).iter())
+            .map(|line| line.name.as_str().to_owned())
+            .collect();
+        assert_eq!(names.len(), Parameter::ALL.len(), "{}", co.context());
     });
 }
 

@@ -8,13 +8,30 @@ use groundwave_protocol::telemetry::Outcome;
 use super::tuner::{self, Tuner, Verdict};
 use super::{Station, Waiting, micros};
 use crate::event::{CommandId, CommandStatus, Event, Failure, Level, Moment, NoticeCode};
-use crate::request::Request;
+use crate::request::{Request, Tuning};
 
 impl Station {
     pub(super) fn settle(&mut self, now: Moment) {
         self.drain_fop(now);
+        self.pause_list();
         while self.current.is_none() && self.begin_next(now) {
             self.drain_fop(now);
+        }
+    }
+
+    /// Puts a list of parameters, which takes half a minute, behind the other commands.
+    fn pause_list(&mut self) {
+        let list = Request::Parameter(Tuning::List);
+        if self.waiting.iter().all(|waiting| waiting.request == list) {
+            return;
+        }
+        let Some(id) = self.current else {
+            return;
+        };
+        if let Some(tuner) = self.tuner.take_if(|tuner| tuner.is_listening_to_list()) {
+            self.current = None;
+            self.paused_list = Some((id, tuner));
+            self.waiting.push_back(Waiting { id, request: list });
         }
     }
 
@@ -32,7 +49,11 @@ impl Station {
         let started = match &request {
             Request::Route(waypoints) => self.fop.start(now_us, Task::List(waypoints)),
             Request::Parameter(tuning) => {
-                let (tuner, order) = Tuner::begin(*tuning);
+                let paused = self.paused_list.take_if(|(paused, _)| *paused == id);
+                let (tuner, order) = match paused {
+                    Some((_, tuner)) => tuner.resume(),
+                    None => Tuner::begin(*tuning),
+                };
                 self.tuner = Some(tuner);
                 self.fop.start(now_us, Task::Order(order))
             }
@@ -58,6 +79,8 @@ impl Station {
                 }
                 FopEvent::Session(Err(failure)) => {
                     self.give_up_tuning(now, failure);
+                    // A robot that has restarted may have other values.
+                    self.paused_list = None;
                     let text = lost_session(failure, self.stopped);
                     self.notice(NoticeCode::SessionEnded, Level::Warning, text);
                 }

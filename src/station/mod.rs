@@ -69,6 +69,8 @@ pub struct Station {
     current: Option<CommandId>,
     /// The current command, if it is about parameters.
     tuner: Option<Tuner>,
+    /// A list of parameters that waits for other commands, and the part of it that was received.
+    paused_list: Option<(CommandId, Tuner)>,
     /// STOPs that the robot has not confirmed yet, oldest first; each with the number of STOP frames sent since.
     stops: Vec<(CommandId, u16)>,
     /// Whether this station has sent STOP in this session.
@@ -105,6 +107,7 @@ impl Station {
             waiting: VecDeque::new(),
             current: None,
             tuner: None,
+            paused_list: None,
             stops: Vec::new(),
             stopped: false,
             next_id: 1,

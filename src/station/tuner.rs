@@ -77,6 +77,30 @@ impl Tuner {
         (tuner, order(&tuning))
     }
 
+    /// Whether the robot is sending a list of parameters.
+    pub(super) const fn is_listening_to_list(&self) -> bool {
+        matches!(
+            (self.tuning, self.state),
+            (Tuning::List, State::Listening { .. })
+        )
+    }
+
+    /// Continues a list of parameters; returns its state and its next order.
+    pub(super) fn resume(mut self) -> (Self, Order) {
+        self.begin_round();
+        let place = self.round.pop_front().unwrap_or_default().into();
+        self.state = State::Ordered;
+        (self, Order::ReadParameters { place })
+    }
+
+    /// Plans to request the parameters of a list that are missing.
+    fn begin_round(&mut self) {
+        if let (Tuning::List, Some(count)) = (self.tuning, self.count) {
+            let missing = (1..=count).filter(|place| !self.heard.contains(place));
+            self.round = missing.collect();
+        }
+    }
+
     /// Takes the outcome of an order.
     pub(super) fn take_outcome(&mut self, now: Moment, outcome: Outcome) -> Verdict {
         match (outcome, self.tuning) {
@@ -164,10 +188,7 @@ impl Tuner {
                 if self.vain_rounds > VAIN_ROUNDS_MAX {
                     return Verdict::TimedOut;
                 }
-                if let (Tuning::List, Some(count)) = (self.tuning, self.count) {
-                    let missing = (1..=count).filter(|place| !self.heard.contains(place));
-                    self.round = missing.collect();
-                }
+                self.begin_round();
                 self.ask_next()
             }
             State::Refused { outcome, until } if now >= until => Verdict::Refused(outcome),
