@@ -161,7 +161,11 @@ fn other_commands_come_before_the_rest_of_a_list() {
     over_seeds(|co| {
         let list = co.request(Request::Parameter(Tuning::List));
         co.run(4);
-        for request in [Request::Mode(Mode::GoHome), set(8), Request::Mode(Mode::Prowl)] {
+        for request in [
+            Request::Mode(Mode::GoHome),
+            set(8),
+            Request::Mode(Mode::Prowl),
+        ] {
             assert_eq!(co.deliver(request), CONFIRMED, "{}", co.context());
         }
         assert_eq!(co.fate(list), None, "before the list: {}", co.context());

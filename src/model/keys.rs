@@ -219,7 +219,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "Home", &[bare(KeyCode::Home)], Action::Playback(Control::Oldest), "to the beginning", ""),
     row(Dashboard, "?", &[plain('?'), bare(KeyCode::F(1))], Action::Help, "these keys", "keys"),
     row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "hide the cursor", "back"),
-    row(Dashboard, "Ctrl-T", &[ctrl('t')], Action::NextTheme, "other colours", ""),
+    row(Dashboard, "Ctrl-T", &[ctrl('t')], Action::NextTheme, "the next theme (colours)", ""),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "redraw the screen", ""),
     row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "to the shell; fg returns", ""),
     row(Dashboard, "q", &[plain('q'), ctrl('c')], Action::Quit, "leave; a real robot continues", "quit"),

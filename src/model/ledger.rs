@@ -79,7 +79,7 @@ impl Ledger {
     }
 
     /// The commands that wait for their confirmation, oldest first.
-    pub(super) fn open(&self) -> impl Iterator<Item = &Request> {
+    pub(crate) fn open(&self) -> impl Iterator<Item = &Request> {
         let open = self.entries.iter().filter(|entry| !entry.is_over());
         open.map(|entry| &entry.request)
     }

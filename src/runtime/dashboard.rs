@@ -428,7 +428,7 @@ impl Running {
         thread::spawn(move || {
             let path = Path::new(&capture);
             let kept = Label::of(path).and_then(|mut label| {
-                label.take(at.map(tenths_s), &remark);
+                label.take(at.map(seconds), &remark);
                 label.keep(path)
             });
             let result =
@@ -495,9 +495,9 @@ impl Running {
     }
 }
 
-/// A moment in seconds, rounded to tenths.
-fn tenths_s(at: Moment) -> f64 {
-    (at.as_secs_f64() * 10.0).round() / 10.0
+/// A moment in seconds, rounded up to milliseconds: a mark on a line is not before the line.
+fn seconds(at: Moment) -> f64 {
+    at.as_nanos().div_ceil(1_000_000) as f64 / 1000.0
 }
 
 async fn sleep_until_some(at: Option<Instant>) {

@@ -8,9 +8,10 @@ use ratatui::text::{Line, Span};
 use super::text::{First, wrap};
 use super::{Screen, columns, put};
 use crate::event::{Level, Moment};
-use crate::model::alarms::{Raised, Rule, Shown, Source};
+use crate::model::alarms::{LINK_LOST, Raised, Rule, Shown, Source};
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::{Panel, age};
+use crate::request::Request;
 
 /// Number of columns of a rule's name in the list of limits.
 const NAME_COLUMNS: usize = 17;
@@ -19,6 +20,9 @@ const INDENT: usize = 2;
 
 /// Label of the key that acknowledges alarms.
 const ACKNOWLEDGE: &str = "<acknowledge-alarms>: acknowledge";
+
+/// The hint while a STOP waits for a lost link.
+const STOP_UNSENT: &str = "STOP NOT SENT: waits for the link; <cancel-commands> gives up";
 
 impl Screen<'_> {
     /// The alarms that are unacknowledged now, even while the screen shows the past of a live session.
@@ -147,7 +151,18 @@ impl Screen<'_> {
 
     /// The hint of a rule, as a sentence.
     fn hint_of(&self, rule: &Rule) -> String {
-        let mut hint = self.with_keys(rule.hint_of(&self.present.recording));
+        let is_stop_unsent = rule.code == LINK_LOST
+            && self
+                .present
+                .ledger
+                .open()
+                .any(|open| *open == Request::Stop);
+        let hint = if is_stop_unsent {
+            STOP_UNSENT
+        } else {
+            rule.hint_of(&self.present.recording)
+        };
+        let mut hint = self.with_keys(hint);
         if let Some(first) = hint.get_mut(..1) {
             first.make_ascii_uppercase();
         }

@@ -335,6 +335,25 @@ fn a_lost_link_shows_at_once_and_values_age() {
     row(&lost, "who holds the motors ─────────────── ◌ 4 s");
 }
 
+/// A STOP that waits for the link is said where nobody overlooks it, until it ends.
+#[test]
+fn a_stop_on_a_lost_link_is_said_to_wait() {
+    let mut scene = flight(demo());
+    scene.event(Event::Link(LinkEvent::Lost {
+        reason: "the device is gone".to_owned(),
+    }));
+    scene.ask(9, Request::Stop);
+    for (width, height) in [(80, 24), (120, 40)] {
+        row(
+            &screen(&scene, width, height),
+            "STOP NOT SENT: waits for the link; x gives up",
+        );
+    }
+    let cancelled = CommandStatus::Failed(Failure::Cancelled);
+    scene.status_of(9, cancelled);
+    assert!(!screen(&scene, 120, 40).contains("STOP NOT SENT"));
+}
+
 /// The reason of a loss is shown whole or not at all.
 #[test]
 fn the_reason_of_a_loss_is_never_cut() {
