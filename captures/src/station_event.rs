@@ -379,7 +379,7 @@ impl StationEvent {
     #[must_use]
     pub fn mark(&self) -> Option<Mark> {
         match &self.kind {
-            Some(StationEventKind::Mark(mark)) => Some(mark.clone().into()),
+            Some(StationEventKind::Mark(mark)) => Some((*mark).into()),
             _ => None,
         }
     }

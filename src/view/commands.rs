@@ -92,7 +92,7 @@ impl Screen<'_> {
         match (entry.status, entry.progress) {
             (CommandStatus::Queued, _) => (glyphs.waiting, "queued".to_owned(), theme.dim),
             (CommandStatus::Confirmed { digest: None }, _) => {
-                let says = format!("confirmed{}", self.delay(entry));
+                let says = format!("confirmed{}", delay(entry));
                 (glyphs.done, says, theme.good)
             }
             (
@@ -160,18 +160,6 @@ impl Screen<'_> {
         (glyph, says, theme.good)
     }
 
-    /// Time and frames until the confirmation.
-    fn delay(&self, entry: &Entry) -> String {
-        let Some(delay) = entry.confirmed_after else {
-            return String::new();
-        };
-        let frames = match entry.frames {
-            0 | 1 => String::new(),
-            frames => format!(", {frames} frames"),
-        };
-        in_seconds(delay) + &frames
-    }
-
     /// The draft, and a route of another station that the robot holds.
     fn list_lines(&self, width: usize) -> Vec<Line<'static>> {
         let mut lines = Vec::new();
@@ -234,4 +222,16 @@ impl Screen<'_> {
 /// The time until a confirmation as text.
 fn in_seconds(delay: Moment) -> String {
     format!(" in {:.1} s", delay.as_secs_f64())
+}
+
+/// Time and frames until the confirmation.
+fn delay(entry: &Entry) -> String {
+    let Some(delay) = entry.confirmed_after else {
+        return String::new();
+    };
+    let frames = match entry.frames {
+        0 | 1 => String::new(),
+        frames => format!(", {frames} frames"),
+    };
+    in_seconds(delay) + &frames
 }
