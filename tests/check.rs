@@ -464,9 +464,10 @@ cause, the remedy and the section of [SPEC.md](../protocol/SPEC.md). Codes are s
 The dashboard logs a mistake as soon as it is certain; `info`, `verify` and `export` to tables tell it in one line.
 `groundwave check LINK --send` also tries the rules for frames and names each that the robot breaks.
 
-Three mistakes show under conditions. More than 12 lines per second show by the uptime of line C, and on a link by the clock, too. An acknowledgement that is taken too
+Four mistakes show under conditions. More than 12 lines per second show by the uptime of line C, and on a link by the clock, too. An acknowledgement that is taken too
 early looks like a link with latency; only lines K tell the two apart, so the rule `ack-fresh` is tried at level 4 or more in full duplex, on links with less than 0.1 s of
-latency. Whether a stored parameter survives the loss of power is not tried.
+latency. A sequence that restarts too early shows if it does so more than once in 20 rounds, because a half-duplex radio may swallow the line before a line 00. Whether a stored
+parameter survives the loss of power is not tried.
 
 ## Codes
 
