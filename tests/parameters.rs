@@ -155,7 +155,7 @@ fn parameter_list_takes_less_than_its_time_on_slow_radios() {
     });
 }
 
-/// The list takes half a minute; nobody waits for it.
+/// A list takes half a minute; other commands do not wait for it.
 #[test]
 fn other_commands_come_before_the_rest_of_a_list() {
     over_seeds(|co| {

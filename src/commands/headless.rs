@@ -81,7 +81,7 @@ pub(super) async fn run(
                     let notice = Notice::new(NoticeCode::Recording, level, text);
                     printer.print(driver.now(), &Event::Notice(notice))?;
                 }
-                watch_alarms(&mut facts, &mut driver, &Event::Recording(recording));
+                update_facts(&mut facts, &mut driver, &Event::Recording(recording));
             }
             () = room(&printer.lines), if waits && !has_room => {}
             () = driver.step(), if has_room || !waits => {}
@@ -92,7 +92,7 @@ pub(super) async fn run(
                 printer.print_statistics(&driver)?;
             }
             printer.print(driver.now(), &event)?;
-            watch_alarms(&mut facts, &mut driver, &event);
+            update_facts(&mut facts, &mut driver, &event);
             if has_ended {
                 let leave = async {
                     while signals.next().await == Signal::Suspend {
@@ -106,7 +106,7 @@ pub(super) async fn run(
 }
 
 /// Reports the alarms that an event or the passing of time raises or ends, and the suggestions.
-pub(super) fn watch_alarms(facts: &mut Facts, driver: &mut Driver, event: &Event) {
+pub(super) fn update_facts(facts: &mut Facts, driver: &mut Driver, event: &Event) {
     let now = driver.now();
     facts.update(now, event);
     for alarm in facts.alarm_events(now) {

@@ -12,7 +12,7 @@ use super::appearance::appearance;
 use super::cli::Record;
 use super::config::Config;
 use super::connecting::connect;
-use super::headless::watch_alarms;
+use super::headless::update_facts;
 use super::{Exit, Fault, block_on, recording, say, say_progress, sharing, simulated};
 use crate::capture::words::lost_words;
 use crate::event::{Event, LinkEvent};
@@ -146,7 +146,7 @@ async fn until_done(
             _ = report.tick() => {
                 say_notices(keeper, options.quiet);
                 let status = keeper.status();
-                watch_alarms(&mut facts, &mut driver, &Event::Recording(status.clone()));
+                update_facts(&mut facts, &mut driver, &Event::Recording(status.clone()));
                 if let Some(problem) = status.problem {
                     return Err(Fault::new(Exit::Failed, problem));
                 }
@@ -163,7 +163,7 @@ async fn until_done(
         }
         let mut ended = false;
         while let Some(event) = driver.poll_event() {
-            watch_alarms(&mut facts, &mut driver, &event);
+            update_facts(&mut facts, &mut driver, &event);
             match event {
                 Event::Link(LinkEvent::Ended) => ended = true,
                 Event::Link(LinkEvent::Lost { reason }) if !options.quiet => {

@@ -39,7 +39,7 @@ const HEADING_LEAST_DEG: f64 = 5.0;
 const POSITION_LEAST_IN: f64 = 6.0;
 const WHEELS_LEAST: f64 = 0.002;
 
-/// The lowest level (SPEC.md section 1) of a robot that accepts a pose and a scan, and that of one with parameters.
+/// Lowest levels (SPEC.md section 1) of robots that accept a pose and a scan, and of robots with parameters.
 const POSE_LEVEL: u8 = 4;
 const PARAMETER_LEVEL: u8 = 5;
 
@@ -142,11 +142,8 @@ impl Ground {
 
     /// The suggestion that the operator may accept now.
     pub(crate) fn offered(&self, now: Moment, robot: &Robot) -> Option<&Suggestion> {
-        let is_heard = robot
-            .state
-            .is_some_and(|state| state.age(now) < STATE_STALE);
         let (suggestion, until) = self.suggestion.as_ref()?;
-        (is_heard && now < *until).then_some(suggestion)
+        (is_heard(robot, now) && now < *until).then_some(suggestion)
     }
 
     /// Begins, ends and expires suggestions.
@@ -158,11 +155,7 @@ impl Ground {
             self.quiet_until = it.now + QUIET;
         }
         // Lost lines neither begin nor end a suggestion; it is not offered meanwhile.
-        let is_silent = it
-            .robot
-            .state
-            .is_none_or(|state| state.age(it.now) >= STATE_STALE);
-        if is_silent && !it.link.is_frozen() {
+        if !is_heard(it.robot, it.now) && !it.link.is_frozen() {
             return;
         }
         let wanted = self.wanted(it);
@@ -199,12 +192,12 @@ impl Ground {
     /// The suggestion that the present facts call for.
     fn wanted(&self, it: &Situation<'_>) -> Option<Suggestion> {
         let state = it.robot.state?;
-        let is_silent = !it.link.can_send || it.link.is_frozen() || it.now < self.quiet_until;
+        let is_barred = !it.link.can_send || it.link.is_frozen() || it.now < self.quiet_until;
         let level = it
             .robot
             .abilities
             .map_or(PARAMETER_LEVEL, |robot| robot.level);
-        if is_silent || level < POSE_LEVEL || !it.robot.measures(Measured::Sonars) {
+        if is_barred || level < POSE_LEVEL || !it.robot.measures(Measured::Sonars) {
             return None;
         }
         match self.statement? {
@@ -255,6 +248,13 @@ impl Ground {
             }],
         })
     }
+}
+
+/// Whether the robot's newest line A is fresh.
+fn is_heard(robot: &Robot, now: Moment) -> bool {
+    robot
+        .state
+        .is_some_and(|state| state.age(now) < STATE_STALE)
 }
 
 /// Whether the robot stands and is not ordered to move.

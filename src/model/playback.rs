@@ -396,6 +396,13 @@ mod tests {
         scene.type_text("alamp");
         assert_eq!(scene.press(&[KeyCode::Esc]), [], "no mark");
         assert_eq!(scene.model.ui.overlay, Overlay::None);
+        scene.type_text("a");
+        let again = scene.press(&[KeyCode::Up, KeyCode::Enter]);
+        let [set, Effect::Label { remark, .. }] = &again[..] else {
+            panic!("{again:?}");
+        };
+        assert_eq!(*set, mark(scene.now));
+        assert_eq!(*remark, Remark::Note("lamp fell".to_owned()), "recalled");
         // A mark at this moment is removed, not named.
         let mut marked = playback(true);
         marked.markers = vec![marked.at];

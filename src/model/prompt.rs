@@ -16,20 +16,19 @@ impl Ui {
     pub(super) fn submit(&mut self, facts: &Facts, now: Moment, entry: TextEntry) -> Vec<Effect> {
         let text = entry.text.trim();
         self.overlay = Overlay::None;
-        if entry.purpose == Purpose::Mark {
-            return self.set_mark(facts, now, text);
-        }
-        if text.is_empty() {
+        if !text.is_empty() {
+            self.typed.keep(entry.purpose, text);
+        } else if entry.purpose != Purpose::Mark {
             return Vec::new();
         }
-        self.typed.keep(entry.purpose, text);
         match entry.purpose {
+            Purpose::Mark => return self.set_mark(facts, now, text),
             Purpose::Moment => return self.submit_moment(entry),
             Purpose::Search => {
                 self.submit_search(facts, entry);
                 return Vec::new();
             }
-            Purpose::Command | Purpose::RouteFile | Purpose::SaveRoute | Purpose::Mark => {}
+            Purpose::Command | Purpose::RouteFile | Purpose::SaveRoute => {}
         }
         let named = match entry.purpose {
             Purpose::SaveRoute => Some(self.save_route(&unquoted(text), false)),

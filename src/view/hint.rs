@@ -161,7 +161,7 @@ impl Screen<'_> {
 
     fn news<'n>(&'n self, news: News<'n>) -> Line<'n> {
         // News of a recording must not be taken for news of this program.
-        let then = if self.ui.is_replay() {
+        let prefix = if self.ui.is_replay() {
             "recorded: "
         } else {
             ""
@@ -169,11 +169,11 @@ impl Screen<'_> {
         match news {
             News::Command(entry) => {
                 let (glyph, says, style) = self.fate(entry);
-                Line::styled(format!("{glyph} {then}{}: {says}", entry.request), style)
+                Line::styled(format!("{glyph} {prefix}{}: {says}", entry.request), style)
             }
             News::Logged(entry) => {
                 let (glyph, style) = self.mark(entry);
-                Line::styled(format!("{glyph} {then}{}", entry.text), style)
+                Line::styled(format!("{glyph} {prefix}{}", entry.text), style)
             }
             News::Passing(Passing::Words(words)) => Line::styled(words.as_str(), self.theme.plain),
             News::Passing(Passing::Panels) => self.panel_keys(),

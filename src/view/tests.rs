@@ -335,7 +335,7 @@ fn a_lost_link_shows_at_once_and_values_age() {
     row(&lost, "who holds the motors ─────────────── ◌ 4 s");
 }
 
-/// A STOP that waits for the link is said where nobody overlooks it, until it ends.
+/// The alarm row tells of a STOP that waits for the link, until it is given up.
 #[test]
 fn a_stop_on_a_lost_link_is_said_to_wait() {
     let mut scene = flight(demo());
