@@ -9,7 +9,7 @@ use groundwave_protocol::{WAYPOINT_LIMIT_IN, WAYPOINTS_MAX, Waypoint};
 pub enum RouteError {
     /// A field is not a valid coordinate.
     #[error(
-        "{file}:{line}:{column}: `{found}` is not a whole number of inches from -{WAYPOINT_LIMIT_IN} to {WAYPOINT_LIMIT_IN}; a line reads `X,Y`"
+        "{file}:{line}:{column}: `{found}` is not a whole number of inches from -{WAYPOINT_LIMIT_IN} to {WAYPOINT_LIMIT_IN}; a line reads `X,Y`, and `#` begins a comment"
     )]
     Coordinate {
         /// Name of the file.
@@ -22,7 +22,9 @@ pub enum RouteError {
         found: String,
     },
     /// A line does not contain two numbers.
-    #[error("{file}:{line}:{column}: expected `X,Y`, found {found} number(s)")]
+    #[error(
+        "{file}:{line}:{column}: `{found}` is not two numbers with a comma between them; a line reads `X,Y`, and `#` begins a comment"
+    )]
     Shape {
         /// Name of the file.
         file: String,
@@ -30,8 +32,8 @@ pub enum RouteError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// The number of fields found.
-        found: usize,
+        /// The text found.
+        found: String,
     },
     /// There are more waypoints than the robot can hold.
     #[error("{file}:{line}:1: this is waypoint {}; the robot holds {WAYPOINTS_MAX}", WAYPOINTS_MAX + 1)]
@@ -95,7 +97,7 @@ fn parse_line(file: &str, line: usize, content: &str) -> Result<Waypoint, RouteE
                 .get(2)
                 .or(fields.first())
                 .map_or(1, |(column, _)| *column),
-            found: fields.len(),
+            found: content.trim().to_owned(),
         });
     };
     let part = |column, text: &str| {
@@ -153,8 +155,16 @@ mod tests {
             ("1,2\n 3, four\n", "r.txt:2:5: `four` is not a whole number"),
             ("1,2\n10000,0\n", "r.txt:2:1: `10000` is not a whole number"),
             ("1.5,0\n", "r.txt:1:1: `1.5` is not"),
-            ("1,2\n7\n", "r.txt:2:1: expected `X,Y`, found 1"),
-            ("1,2,3\n", "r.txt:1:5: expected `X,Y`, found 3"),
+            ("1,2\n7\n", "r.txt:2:1: `7` is not two numbers"),
+            (
+                "X Y\n1,2\n",
+                "r.txt:1:1: `X Y` is not two numbers with a comma",
+            ),
+            (
+                "40 30\n",
+                "r.txt:1:1: `40 30` is not two numbers with a comma",
+            ),
+            ("1,2,3\n", "r.txt:1:5: `1,2,3` is not two numbers"),
             ("# nothing\n", "r.txt: no waypoints"),
         ] {
             let error = parse("r.txt", text).expect_err(text).to_string();

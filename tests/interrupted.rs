@@ -76,7 +76,9 @@ fn a_replay_of_an_unfinished_file_names_the_recovery_when_it_begins() {
         folder.join("my r.mcap").display()
     );
     let file = folder.join("my r.mcap").display().to_string();
-    let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", &file], 200, 40);
+    // So slow that no news of the robot takes the place of the remedy.
+    let arguments = ["replay", &file, "--speed", "0.1"];
+    let mut replay = OnTerminal::start(GROUNDWAVE, &arguments, 200, 40);
     replay.wait_for("the remedy over the robot's lines", |text| {
         text.contains("was interrupted") && text.contains(&hint) && text.contains("── map")
     });

@@ -268,10 +268,21 @@ fn command_from_a_second_dashboard(share: &str, prefix: &str) {
     owner.wait_for("that it stands", |text| {
         text.lines().next().unwrap().contains("STOP")
     });
-    second.type_keys("q");
-    assert_eq!(second.wait(), 0);
+    second.type_keys("G");
+    second.wait_for("the present", |text| !text.contains("PAST"));
+    owner.type_keys(" ");
+    second.wait_for("who stopped it", |text| {
+        text.contains("STOP from the operator of its station")
+    });
+    let shown = second.text();
+    assert!(shown.starts_with("● demo, house seed 1 "), "{shown}");
     owner.type_keys("q");
     assert_eq!(owner.wait(), 0);
+    second.wait_for("that the station has gone", |text| {
+        text.contains(LinkEvent::STATION_CLOSED) && text.contains("Waits for its station")
+    });
+    second.type_keys("q");
+    assert_eq!(second.wait(), 0);
 }
 
 #[test]

@@ -360,6 +360,11 @@ pub enum LinkEvent {
     Ended,
 }
 
+impl LinkEvent {
+    /// Reason of a link that was lost because the station that shares it closed the connection.
+    pub const STATION_CLOSED: &str = "its station closed the connection";
+}
+
 /// Kind of the bytes from the radio over the last seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reception {

@@ -193,7 +193,7 @@ impl Ui {
             Action::Show(panel) => self.show_offered(facts, now, panel),
             Action::Enlarge => self.enlarge_next(),
             Action::TurnPage(pages) => self.turn_page(pages),
-            Action::NextPlotWindow => self.next_plot_window(),
+            Action::NextPlotWindow => self.next_plot_window(now),
             Action::AcknowledgeAlarms => return self.acknowledge_all(facts, now),
             Action::AcknowledgeAlarm => return self.acknowledge_one(facts, now),
             Action::ShelveAlarm => return self.shelve_one(facts, now),

@@ -8,7 +8,7 @@ use groundwave_protocol::status_codes::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{ListPlace, StatusLine};
 
 use crate::event::{CommandId, CommandStatus, Moment};
-use crate::request::Request;
+use crate::request::{Request, Tuning};
 
 const ENTRIES_MAX: usize = 64;
 
@@ -175,9 +175,16 @@ impl Ledger {
         self.entries.iter()
     }
 
-    /// The command whose status changed last.
+    /// The command whose status changed last. A list of parameters does not count while other commands overtake it.
     pub(crate) fn newest(&self) -> Option<&Entry> {
-        self.entries.iter().max_by_key(|entry| entry.at)
+        let is_list = |entry: &&Entry| entry.request == Request::Parameter(Tuning::List);
+        let mut open = self.entries.iter().filter(|entry| !entry.is_over());
+        let is_overtaken = open.any(|entry| !is_list(&entry));
+        let counts = |entry: &&Entry| entry.is_over() || !is_overtaken || !is_list(entry);
+        self.entries
+            .iter()
+            .filter(counts)
+            .max_by_key(|entry| entry.at)
     }
 
     /// Sets the reason why the robot refused a command.

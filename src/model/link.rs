@@ -128,6 +128,11 @@ impl Link {
         }
     }
 
+    /// Whether the link is lost because the station that shares it closed the connection.
+    pub(crate) fn is_closed_by_station(&self) -> bool {
+        matches!(&self.connection, Connection::Lost { reason, .. } if reason == LinkEvent::STATION_CLOSED)
+    }
+
     pub(super) fn take_reception(&mut self, reception: Reception, since: Moment) {
         self.reception = Some((reception, since));
     }

@@ -21,7 +21,7 @@ const SHARE_WINDOW: Moment = Moment::from_mins(1);
 const SHARE_STEP: Moment = Moment::from_secs(6);
 
 /// Number of changes between layers within [`THRASH_WINDOW`] that counts as thrashing. Changes to and from prowl
-/// are ordinary steering.
+/// and dead reckoning are ordinary steering round obstacles.
 const THRASH_CHANGES: usize = 6;
 
 const THRASH_WINDOW: Moment = Moment::from_secs(8);
@@ -72,6 +72,11 @@ impl Holder {
     /// Whether the holder is ordinary steering.
     pub(super) const fn is_routine(self) -> bool {
         matches!(self, Self::Prowl | Self::Layer(Layer::Sonar | Layer::Photo))
+    }
+
+    /// Whether the holder is a layer that interrupts the robot on its way.
+    const fn reacts(self) -> bool {
+        matches!(self, Self::Layer(layer) if !matches!(layer, Layer::DeadReckoning))
     }
 
     /// Index of the holder in the tick counts of line C.
@@ -159,7 +164,7 @@ impl Motors {
             return false;
         }
         let last = self.holder.map(|held| held.value);
-        if let (Some(Holder::Layer(_)), Holder::Layer(_)) = (last, holder) {
+        if last.is_some_and(Holder::reacts) && holder.reacts() {
             self.changes.push_back(now);
             if self.changes.len() > THRASH_CHANGES {
                 self.changes.pop_front();

@@ -109,12 +109,23 @@ impl Ui {
         matches!(self.overlay, Overlay::Runs(Runs::Waits(_)))
     }
 
-    pub(super) fn take_runs(&mut self, runs: Result<Arc<Listed>, String>) -> bool {
+    /// Shows the list; the newest run that is finished is selected.
+    pub(super) fn take_runs(&mut self, facts: &Facts, runs: Result<Arc<Listed>, String>) -> bool {
         let waits = self.waits_for_runs();
         if waits {
+            let recording = &facts.recording;
+            let is_recorded = |capture: &String| {
+                let name = Path::new(capture).file_name();
+                let mut recorded = [&recording.mcap, &recording.tee].into_iter().flatten();
+                recorded.any(|own| Path::new(own).file_name() == name)
+            };
             self.overlay = Overlay::Runs(match runs {
                 Ok(list) => Runs::Listed {
-                    chosen: list.runs.len().saturating_sub(1),
+                    chosen: list
+                        .runs
+                        .iter()
+                        .rposition(|run| !is_recorded(&run.capture))
+                        .unwrap_or_default(),
                     list,
                     first: None,
                 },
@@ -157,7 +168,9 @@ impl Ui {
             return vec![Effect::Replay(capture)];
         }
         self.overlay = Overlay::Question(Question {
-            text: format!("Leave this session and replay {capture}? A real robot continues."),
+            text: format!(
+                "Leave this session and replay {capture}? Its recording ends; a real robot continues, a simulated one ends with it."
+            ),
             then: Then::Replay(capture),
         });
         Vec::new()

@@ -174,7 +174,7 @@ impl Ui {
                 effects.extend(self.take_route(&path, route));
             }
             Event::RouteSaved { path, saved } => self.take_saved(&path, &saved),
-            Event::Runs(runs) => changed = self.take_runs(runs),
+            Event::Runs(runs) => changed = self.take_runs(facts, runs),
             Event::Overlaid(overlaid) => changed = self.take_overlaid(overlaid),
             Event::Notice(notice) if self.is_replay() => {
                 self.aside = Some((notice.level, notice.text));
@@ -309,8 +309,10 @@ impl Ui {
         }
     }
 
-    pub(super) const fn next_plot_window(&mut self) {
+    pub(super) fn next_plot_window(&mut self, now: Moment) {
         self.plot_window = (self.plot_window + 1) % WINDOWS.len();
+        let words = format!("plots show the last {}", WINDOWS[self.plot_window].0);
+        self.pass_on(now, Passing::Words(words));
     }
 
     fn expire(&mut self, now: Moment) -> Vec<Effect> {

@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
-use groundwave_captures::event::Moment;
 pub use groundwave_captures::event::{Landmark, Mark};
+use groundwave_captures::event::{Level, Moment};
 pub use groundwave_captures::marks::{MARK_REACH, MARKS_MAX};
 pub use groundwave_captures::words::clock_words;
 
@@ -214,7 +214,7 @@ pub struct Playback {
     /// Beginning and end of the loop.
     pub repeat: Option<(Moment, Option<Moment>)>,
     /// Message about the last control, if any.
-    pub note: Option<String>,
+    pub note: Option<(Level, String)>,
     /// Whether the unread part is being searched.
     pub is_looking: bool,
 }

@@ -9,7 +9,7 @@ use super::control::{Control, Mark, Playback};
 use super::cursor::Cursor;
 use super::player::Player;
 use super::timeline::Timeline;
-use crate::event::{Event, Level, LinkEvent, Moment, Notice, NoticeCode};
+use crate::event::{Event, LinkEvent, Moment, Notice, NoticeCode};
 use crate::model::{Change, Facts};
 use crate::request::Request;
 use crate::statistics::Statistics;
@@ -312,10 +312,10 @@ impl LivePlayer {
 
     /// The player's message as a line for the log, while the playback line is hidden.
     fn note(&self) -> Option<Event> {
-        let text = self.player.playback().note?;
+        let (level, text) = self.player.playback().note?;
         Some(Event::Notice(Notice::new(
             NoticeCode::Playback,
-            Level::Info,
+            level,
             text,
         )))
     }

@@ -7,7 +7,7 @@ use super::cursor::Cursor;
 use super::search::Found;
 use super::target::Target;
 use super::timeline::{STEPS_MAX, Timeline};
-use crate::event::Moment;
+use crate::event::{Level, Moment};
 use crate::model::Facts;
 
 /// Minimum time between two updates of the screen.
@@ -42,7 +42,7 @@ pub struct Player<C: Cursor> {
     /// Time of the mark last set (`true`) or removed (`false`).
     marked: Option<(Moment, bool)>,
     repeat: Option<(Moment, Option<Moment>)>,
-    note: Option<String>,
+    note: Option<(Level, String)>,
     landmark: Landmark,
     /// A target that may lie in the unread part.
     target: Option<Target>,
@@ -275,10 +275,13 @@ impl<C: Cursor> Player<C> {
         self.handle(host, Control::Newest);
         self.handle(host, control);
         let is_there = match control {
-            Control::Jump { .. } | Control::Step { .. } => self.note.is_none(),
+            Control::Jump { .. } | Control::Step { .. } => {
+                !matches!(self.note, Some((Level::Warning, _)))
+            }
             Control::Seek(_) if self.is_at_end() => {
-                self.note
-                    .get_or_insert_with(|| "the present is the newest moment".to_owned());
+                if self.note.is_none() {
+                    self.warn("the present is the newest moment".to_owned());
+                }
                 false
             }
             _ => true,
@@ -306,7 +309,7 @@ impl<C: Cursor> Player<C> {
             Found::At(_) => self.at = self.timeline.at().min(self.until),
             Found::Nowhere => {
                 let end = if forward { "last" } else { "first" };
-                self.note = Some(format!("this is the {end} line"));
+                self.warn(format!("this is the {end} line"));
             }
             Found::NotYet => {
                 let target = Target::Landmark {
@@ -331,7 +334,7 @@ impl<C: Cursor> Player<C> {
             Position::Line(number) => self.look_for(Target::Line(number), STEPS_MAX),
             Position::Utc(since_midnight) => match self.moment_of_utc(since_midnight) {
                 Some(at) => self.go(at),
-                None => self.note = Some("that time of day is not in the capture".to_owned()),
+                None => self.warn("that time of day is not in the capture".to_owned()),
             },
         }
     }
@@ -397,10 +400,11 @@ impl<C: Cursor> Player<C> {
                         .filter(here)
                         .map(|(_, text)| &**text)
                         .collect();
-                    self.note = (!texts.is_empty()).then(|| format!("mark: {}", texts.join("; ")));
+                    self.note = (!texts.is_empty())
+                        .then(|| (Level::Info, format!("mark: {}", texts.join("; "))));
                 }
             }
-            Found::Nowhere => self.note = Some(target.not_found()),
+            Found::Nowhere => self.warn(target.not_found()),
             Found::NotYet => {
                 self.paused = true;
                 self.target = Some(target);
@@ -475,11 +479,25 @@ impl<C: Cursor> Player<C> {
         if let Some(place) = self.markers.iter().position(near) {
             self.marked = Some((self.markers.remove(place), false));
             self.removed.push(at);
-            self.noted
-                .retain(|(noted, _)| noted.abs_diff(at) >= MARK_REACH);
-            self.note = Some(format!("the mark at {marked} was removed"));
+            let texts: Vec<String> = self
+                .noted
+                .extract_if(.., |(noted, _)| near(noted))
+                .map(|(_, text)| text)
+                .collect();
+            let texts = texts.join("; ");
+            let is_recorded = self.recorded.iter().any(near);
+            self.tell(match (is_recorded, &*texts) {
+                (true, "") => format!(
+                    "mark at {marked} hidden: the recording keeps it, a new replay shows it"
+                ),
+                (true, texts) => {
+                    format!("text removed: {texts}; the recording keeps its mark at {marked}")
+                }
+                (false, "") => format!("mark at {marked} removed"),
+                (false, texts) => format!("mark at {marked} removed: {texts}"),
+            });
         } else if self.markers.len() == MARKS_MAX {
-            self.note = Some(format!(
+            self.warn(format!(
                 "there are {MARKS_MAX} marks already; <mark> on a mark removes it"
             ));
         } else {
@@ -489,7 +507,7 @@ impl<C: Cursor> Player<C> {
             self.marked = Some((at, true));
             let (next, last) = ("<ask-jump-forward>", "<ask-jump-back>");
             let mark = "<jump/jump-to-marker>";
-            self.note = Some(format!(
+            self.tell(format!(
                 "marked {marked}; {next} {mark} and {last} {mark} go to marks"
             ));
         }
@@ -497,30 +515,41 @@ impl<C: Cursor> Player<C> {
 
     fn set_loop(&mut self) {
         let at = clock_words(self.at);
-        (self.repeat, self.note) = match self.repeat {
-            None => (
-                Some((self.at, None)),
-                Some(format!(
+        match self.repeat {
+            None => {
+                self.repeat = Some((self.at, None));
+                self.tell(format!(
                     "the loop begins at {at}; <playback-loop> where it ends"
-                )),
-            ),
-            Some((begin, None)) if self.at > begin => {
-                let begins = clock_words(begin);
-                let note = format!("loops from {begins} to {at}; <playback-loop> ends that");
-                (Some((begin, Some(self.at))), Some(note))
+                ));
             }
-            Some((begin, None)) => (
-                Some((begin, None)),
-                Some("a loop ends later than it begins".to_owned()),
-            ),
-            Some((_, Some(_))) => (None, Some("no loop any more".to_owned())),
-        };
+            Some((begin, None)) if self.at > begin => {
+                self.repeat = Some((begin, Some(self.at)));
+                let begins = clock_words(begin);
+                self.tell(format!(
+                    "loops from {begins} to {at}; <playback-loop> ends that"
+                ));
+            }
+            Some((_, None)) => self.warn("a loop ends later than it begins".to_owned()),
+            Some((_, Some(_))) => {
+                self.repeat = None;
+                self.tell("no loop any more".to_owned());
+            }
+        }
+    }
+
+    fn tell(&mut self, text: String) {
+        self.note = Some((Level::Info, text));
+    }
+
+    fn warn(&mut self, text: String) {
+        self.note = Some((Level::Warning, text));
     }
 
     /// State of playback.
     #[must_use]
     pub fn playback(&self) -> Playback {
-        let note = self.progress().or_else(|| self.note.clone());
+        let progress = self.progress().map(|text| (Level::Info, text));
+        let note = progress.or_else(|| self.note.clone());
         Playback {
             is_live: self.is_live,
             paused: self.paused,
@@ -535,7 +564,7 @@ impl<C: Cursor> Player<C> {
             markers: self.markers.clone(),
             repeat: self.repeat,
             is_looking: self.target.is_some(),
-            note: note.map(|note| self.facts().config().keys.with_keys(&note)),
+            note: note.map(|(level, text)| (level, self.facts().config().keys.with_keys(&text))),
         }
     }
 }

@@ -377,8 +377,9 @@ impl Driver {
             } => {
                 self.station_sends = sends(share.as_ref());
                 self.events.extend(share.as_ref().and_then(truth_of));
+                let name = renamed.unwrap_or_else(|| self.name.clone());
                 let opened = LinkEvent::Opened {
-                    name: renamed.unwrap_or_else(|| self.name.clone()),
+                    name: via(share.as_ref(), name),
                     can_send: self.can_send(),
                 };
                 let now = self.now();
@@ -514,6 +515,14 @@ impl Driver {
 /// Whether the station that shares a link (if there is one) sends commands.
 fn sends(share: Option<&Welcome>) -> bool {
     share.is_none_or(|welcome| welcome.can_send)
+}
+
+/// The name of a link; of a shared link, first the name that the station that shares it gives it.
+fn via(share: Option<&Welcome>, name: String) -> String {
+    match share {
+        Some(welcome) => format!("{} via {name}", welcome.link),
+        None => name,
+    }
 }
 
 /// The world of the simulated robot behind another station.

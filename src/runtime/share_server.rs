@@ -4,6 +4,7 @@ use crate::event::{
     CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Truth,
 };
 use crate::io::share::{FromClient, Share};
+use crate::request::Request;
 use crate::share::{Asked, Broker, Heard, Output};
 
 /// The clients of a shared link.
@@ -82,9 +83,12 @@ impl ShareServer {
     /// Passes an event to the clients that it concerns.
     pub(super) fn handle_event(&mut self, event: &Event, heard: Heard) {
         match event {
-            Event::Asked { id, .. } => {
+            Event::Asked { id, request, by } => {
                 self.broker
                     .handle_status(*id, &CommandStatus::Queued, heard);
+                if *request == Request::Stop {
+                    self.broker.handle_stop(*id, by.as_deref());
+                }
             }
             Event::Command { id, status } => self.broker.handle_status(*id, status, heard),
             Event::Link(LinkEvent::Lost { reason }) => self.broker.handle_lost(reason),

@@ -285,28 +285,35 @@ impl Broker {
         }
     }
 
+    /// Takes a STOP; all clients but the one that sent it are told. `by` is `None` for the station's operator.
+    pub fn handle_stop(&mut self, id: CommandId, by: Option<&str>) {
+        let asker = self.commands.get(&id).map(|command| command.client);
+        let line = StationLine::Stopped {
+            stopped_by: by.unwrap_or("the operator of its station").to_owned(),
+        };
+        self.send_all_but(asker, &line);
+    }
+
     /// Takes the body of a line; a text is sent to all clients.
     pub fn handle_body(&mut self, body: &Body) {
         self.robot.take(body);
         if let Body::Text(text) = body {
-            self.send_all(&StationLine::Said {
-                said: text.as_str().to_owned(),
-            });
+            let said = text.as_str().to_owned();
+            self.send_all_but(None, &StationLine::Said { said });
         }
     }
 
     /// Reports a lost link to all clients.
     pub fn handle_lost(&mut self, reason: &str) {
-        self.send_all(&StationLine::Lost {
-            lost: reason.to_owned(),
-        });
+        let lost = reason.to_owned();
+        self.send_all_but(None, &StationLine::Lost { lost });
     }
 
-    fn send_all(&mut self, line: &StationLine) {
+    fn send_all_but(&mut self, except: Option<ClientId>, line: &StationLine) {
         let conversing: Vec<ClientId> = self
             .clients
             .iter()
-            .filter(|(_, client)| client.converses)
+            .filter(|(id, client)| client.converses && Some(**id) != except)
             .map(|(id, _)| *id)
             .collect();
         for client in conversing {

@@ -389,6 +389,11 @@ pub enum StationLine {
         /// The text.
         said: String,
     },
+    /// Somebody else sent STOP.
+    Stopped {
+        /// Who sent it, for display.
+        stopped_by: String,
+    },
     /// The station closes the connection.
     Error {
         /// The reason as a stable code.
@@ -428,6 +433,7 @@ impl StationLine {
             }
             Self::Lost { lost } => line_of(&json!({ "lost": lost })),
             Self::Said { said } => line_of(&json!({ "said": said })),
+            Self::Stopped { stopped_by } => line_of(&json!({ "stopped_by": stopped_by })),
             Self::Error { code, error } => line_of(&json!({ "code": code, "error": error })),
         }
     }

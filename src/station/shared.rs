@@ -125,6 +125,10 @@ impl Station {
                 let text = format!("the station closed the connection: {error}");
                 self.notice(NoticeCode::SharingStation, Level::Warning, &text);
             }
+            StationLine::Stopped { stopped_by } => {
+                let text = format!("STOP from {stopped_by}");
+                self.notice(NoticeCode::SharingStation, Level::Info, &text);
+            }
             // Texts of the robot come with its lines.
             StationLine::Welcome(_) | StationLine::Said { .. } | StationLine::Received { .. } => {}
         }

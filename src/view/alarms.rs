@@ -24,6 +24,9 @@ const ACKNOWLEDGE: &str = "<acknowledge-alarms>: acknowledge";
 /// The hint while a STOP waits for a lost link.
 const STOP_UNSENT: &str = "STOP NOT SENT: waits for the link; <cancel-commands> gives up";
 
+/// The hint after the station that shares the link closed the connection.
+const STATION_CLOSED: &str = "waits for its station; reconnecting";
+
 impl Screen<'_> {
     /// The alarms that are unacknowledged now, even while the screen shows the past of a live session.
     pub(super) fn calling(&self) -> Vec<(&Rule, Raised)> {
@@ -151,16 +154,14 @@ impl Screen<'_> {
 
     /// The hint of a rule, as a sentence.
     fn hint_of(&self, rule: &Rule) -> String {
-        let is_stop_unsent = rule.code == LINK_LOST
-            && self
-                .present
-                .ledger
-                .open()
-                .any(|open| *open == Request::Stop);
-        let hint = if is_stop_unsent {
+        let facts = self.present;
+        let is_lost = rule.code == LINK_LOST;
+        let hint = if is_lost && facts.ledger.open().any(|open| *open == Request::Stop) {
             STOP_UNSENT
+        } else if is_lost && facts.link.is_closed_by_station() {
+            STATION_CLOSED
         } else {
-            rule.hint_of(&self.present.recording)
+            rule.hint_of(&facts.recording)
         };
         let mut hint = self.with_keys(hint);
         if let Some(first) = hint.get_mut(..1) {

@@ -133,15 +133,12 @@ impl Screen<'_> {
     /// The hint while the screen shows the past: news, or the target of commands.
     fn aside(&self) -> Option<Line<'_>> {
         let playback = self.ui.playback.as_ref()?;
-        if let Some((Level::Info, said)) = &self.ui.aside {
-            return Some(Line::styled(
-                format!("{} {said}", self.theme.glyphs.dot),
-                self.theme.plain,
-            ));
-        }
-        let said = self.ui.aside.as_ref().map(|(_, said)| said);
-        if let Some(said) = said.or(playback.note.as_ref()) {
-            return Some(Line::styled(format!("! {said}"), self.theme.warning));
+        if let Some((level, said)) = self.ui.aside.as_ref().or(playback.note.as_ref()) {
+            let (mark, style) = match level {
+                Level::Info => (self.theme.glyphs.dot, self.theme.plain),
+                _ => ("!", self.theme.warning),
+            };
+            return Some(Line::styled(format!("{mark} {said}"), style));
         }
         if playback.is_partial {
             let text = "still reading the recording: trail and totals are incomplete";

@@ -1,5 +1,6 @@
 //! The status row: link and health, recording, clock, mode, battery.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use groundwave_protocol::status_codes::{Link as Letter, Mode, Power};
@@ -107,12 +108,22 @@ impl Screen<'_> {
         let width = least.max(room.saturating_sub(WORDS_COLUMNS));
         // The banner says that it is a replay; a file is known without its folder.
         let name = name.strip_prefix("replay of ").unwrap_or(name);
-        let name = if columns(name) > width {
-            file_name(name)
-        } else {
-            name
+        let name = match name.rsplit_once(" via ") {
+            _ if columns(name) <= width => Cow::Borrowed(name),
+            Some((link, via)) => {
+                let link = file_name(link);
+                let short = format!("{link} via {}", file_name(via));
+                let fits = columns(&short) <= width;
+                if fits {
+                    short
+                } else {
+                    format!("{link} shared")
+                }
+                .into()
+            }
+            None => file_name(name).into(),
         };
-        let shortened_name = shortened(name, width);
+        let shortened_name = shortened(&name, width);
         let newest = link.newest_age(self.now).map(age::words);
         // Parts that do not fit are omitted completely.
         let flow = |words: &str| {

@@ -56,7 +56,8 @@ pub(crate) fn windows() -> Result<(), String> {
     test(WINDOWS)?;
     run(cargo(WINDOWS)?
         .args(["test", "--no-run", "--locked", "--workspace"])
-        .args(["--exclude", "xtask", "--target", WINDOWS]))?;
+        .args(["--exclude", "xtask", "--exclude", crate::BENCH])
+        .args(["--target", WINDOWS]))?;
     run(cargo(WINDOWS)?.args([
         "build",
         "--locked",

@@ -14,6 +14,7 @@ use super::connection::{Connection, Reading, Reopener};
 use super::error::OpenError;
 use super::tx_queue::TxQueue;
 use super::{LinkInput, Sink};
+use crate::event::LinkEvent;
 use crate::hint;
 use crate::share::{Lines, StationLine, is_announced};
 
@@ -108,6 +109,7 @@ impl<R: Reopen> Reader<R> {
                     self.tell(LinkInput::Ended);
                     return;
                 }
+                End::Finished if shared.is_some() => LinkEvent::STATION_CLOSED.to_owned(),
                 End::Finished => self.reopener.end_of_file().to_owned(),
                 End::Failed(error) => describe(&error),
             };

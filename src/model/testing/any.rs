@@ -209,7 +209,7 @@ fn any_playback() -> impl Strategy<Value = Option<Playback>> {
         (seconds(), seconds(), seconds()),
         prop::collection::vec(seconds(), 0..5),
         prop::option::of((seconds(), prop::option::of(seconds()))),
-        prop::option::of(any::<String>()),
+        prop::option::of((select(vec![Level::Info, Level::Warning]), any::<String>())),
     );
     let playback = playback.prop_map(
         |((is_live, paused, speed, is_partial, line), (at, from, until), markers, repeat, note)| {

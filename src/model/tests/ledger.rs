@@ -1,6 +1,7 @@
 //! Claims of the ledger about commands.
 
 use super::*;
+use crate::request::Tuning;
 
 #[test]
 fn the_acknowledged_list_is_active_until_the_robot_reports_another() {
@@ -86,4 +87,22 @@ fn a_command_of_a_client_names_the_client() {
         newest.map(|entry| entry.text.clone()),
         Some(format!("scan: asked by {by}"))
     );
+}
+
+#[test]
+fn a_list_of_parameters_does_not_hide_commands_that_overtake_it() {
+    let mut scene = scene();
+    let newest = |scene: &Scene| {
+        let newest = scene.model.facts.ledger.newest();
+        newest.map(|entry| entry.request.to_string())
+    };
+    scene.ask(1, Request::Parameter(Tuning::List));
+    scene.ask(2, Request::Scan);
+    scene.now += Moment::from_secs(1);
+    scene.status_of(1, CommandStatus::Sent { frames: 1 });
+    assert_eq!(newest(&scene).as_deref(), Some("scan"));
+    scene.status_of(2, CommandStatus::Confirmed { digest: None });
+    scene.now += Moment::from_secs(1);
+    scene.status_of(1, CommandStatus::Sent { frames: 2 });
+    assert_eq!(newest(&scene).as_deref(), Some("param list"));
 }

@@ -53,12 +53,19 @@ fn motors_that_change_hands_with_every_line_thrash() {
 
 #[test]
 fn steering_is_not_thrashing() {
-    let mut scene = scene();
-    for n in 0..40 {
-        let state = [LayerState::Holds, LayerState::Quiet][n % 2];
-        scene.layers(&[(Layer::Sonar, state)]);
-        scene.hear();
-        assert!(!scene.model.facts.motors.thrashes(scene.now));
+    for reckoning in [LayerState::Quiet, LayerState::Holds] {
+        let mut scene = scene();
+        for n in 0..40 {
+            let sonar = [LayerState::Holds, LayerState::Quiet][n % 2];
+            let below = if n % 2 == 0 {
+                LayerState::Quiet
+            } else {
+                reckoning
+            };
+            scene.layers(&[(Layer::Sonar, sonar), (Layer::DeadReckoning, below)]);
+            scene.hear();
+            assert!(!scene.model.facts.motors.thrashes(scene.now));
+        }
     }
 }
 

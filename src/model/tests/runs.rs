@@ -84,7 +84,7 @@ fn runs_are_listed_beside_the_recording_and_two_are_compared() {
     }));
     assert_eq!(asked(&mut scene, ":runs"), list("evenings"));
     scene.event(Event::Runs(Ok(listed())));
-    // The newest run is chosen: picked, dropped and picked again; then another run.
+    // The newest run that is finished is chosen: picked, dropped and picked again; then another run.
     let c = KeyCode::Char('c');
     scene.press(&[c, c, c]);
     let wanted = compare("runs/morning.mcap", "runs/evening.mcap");
@@ -139,6 +139,23 @@ fn enter_replays_a_run_and_asks_before_it_leaves_a_robot() {
     });
     shown.model.ui.show_moment(Some(playback(false)));
     assert_eq!(shown.press(&[KeyCode::Enter]), replay);
+}
+
+#[test]
+fn the_run_being_recorded_is_not_selected_first() {
+    let mut scene = scene();
+    scene.event(Event::Recording(crate::event::Recording {
+        mcap: Some("runs/morning.mcap".to_owned()),
+        ..crate::event::Recording::default()
+    }));
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    scene.event(Event::Runs(Ok(listed())));
+    scene.press(&[KeyCode::Enter]);
+    let Overlay::Question(question) = &scene.model.ui.overlay else {
+        panic!("{:?}", scene.model.ui.overlay);
+    };
+    assert!(question.text.contains("replay runs/evening.mcap"));
 }
 
 #[test]

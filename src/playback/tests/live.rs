@@ -420,7 +420,7 @@ fn failed_search_leaves_the_session_at_its_newest_moment() {
         player.set_span(Moment::ZERO, now);
         assert!(!player.leave_newest(now, control), "{control:?}");
         assert!(player.is_at_end(), "{control:?}");
-        assert_eq!(player.playback().note.as_deref(), Some(note));
+        assert_eq!(said(player.playback()), note);
     }
     for control in [
         seek(Position::Back(Moment::from_secs(1))),

@@ -27,6 +27,11 @@ fn text_of(facts: &Facts) -> String {
     format!("{facts:?}")
 }
 
+/// The message about the last control; empty if there is none.
+fn said(playback: Playback) -> String {
+    playback.note.map(|(_, text)| text).unwrap_or_default()
+}
+
 fn capture(name: &str) -> Box<dyn SeekableReader + Send> {
     let folder = groundwave_captures::samples();
     index::open(&folder.join(name)).unwrap()

@@ -31,7 +31,7 @@ fn jump_into_the_unread_part_waits_for_it() {
     player.handle(host, line(lines - 100));
     let looks = |player: &Player<CaptureState>| {
         let playback = player.playback();
-        let note = playback.note.unwrap_or_default();
+        let note = said(playback.clone());
         let says = ["looking for line", "about line"];
         let says = says.into_iter().any(|words| note.starts_with(words));
         assert_eq!(playback.is_looking, says, "{note}");
@@ -67,8 +67,8 @@ fn jump_into_the_unread_part_waits_for_it() {
     player.handle(host, line(lines * 2));
     assert!(looks(&player));
     player.set_read_through(length);
-    let note = player.playback().note;
-    assert_eq!(note, Some(format!("there is no line {}", lines * 2)));
+    let note = said(player.playback());
+    assert_eq!(note, format!("there is no line {}", lines * 2));
 }
 
 #[test]
@@ -144,10 +144,7 @@ fn typed_positions_are_reached() {
     assert_eq!(playback.line, Some(30));
     assert!(at > s(5) && at < s(20), "{at:?}");
     let (there, playback) = go("#999999");
-    assert_eq!(
-        (there, playback.note.as_deref()),
-        (at, Some("there is no line 999999"))
-    );
+    assert_eq!((there, &*said(playback)), (at, "there is no line 999999"));
     let second = unix.as_secs() + 10;
     let clock = format!(
         "{:02}:{:02}:{:02}Z",
@@ -181,10 +178,7 @@ fn marks_are_set_visited_and_removed() {
     assert_eq!(player.at(), s(40));
     assert!(player.is_paused());
     player.handle(host, jump(true));
-    assert_eq!(
-        player.playback().note.as_deref(),
-        Some("there are no later marks")
-    );
+    assert_eq!(said(player.playback()), "there are no later marks");
     player.handle(
         host,
         Control::Jump {
@@ -212,16 +206,28 @@ fn marks_with_a_text_say_it_when_gone_to() {
     };
     player.handle(host, jump);
     assert_eq!(player.at(), s(20));
-    let note = player.playback().note;
-    assert_eq!(note.as_deref(), Some("mark: glass door; again"));
+    assert_eq!(said(player.playback()), "mark: glass door; again");
     player.handle(host, Control::Mark(player.at()));
     assert_eq!(player.playback().markers, [s(30)]);
     player.handle(host, jump);
-    assert_eq!(player.playback().note.as_deref(), Some("mark: stairs"));
+    assert_eq!(said(player.playback()), "mark: stairs");
     // The recording's own marks are found while it is read.
     let ms = Moment::from_millis;
     player.set_recorded_marks(vec![ms(20_100), ms(30_020), ms(40_000)]);
     assert_eq!(player.playback().markers, [s(30), s(40)]);
+    let mut remove_at = |at| {
+        player.handle(host, Control::Seek(Position::At(at)));
+        player.handle(host, Control::Mark(at));
+        said(player.playback())
+    };
+    assert_eq!(
+        remove_at(s(30)),
+        "text removed: stairs; the recording keeps its mark at 00:30"
+    );
+    assert_eq!(
+        remove_at(s(40)),
+        "mark at 00:40 hidden: the recording keeps it, a new replay shows it"
+    );
 }
 
 /// Marks of a recorded session are marks of its replay.
@@ -296,10 +302,7 @@ fn jumps_pause_at_the_landmark() {
     player.handle(host, bump(false));
     assert_eq!(player.at(), first);
     player.handle(host, bump(false));
-    assert_eq!(
-        player.playback().note.as_deref(),
-        Some("there are no earlier bumps")
-    );
+    assert_eq!(said(player.playback()), "there are no earlier bumps");
     player.handle(host, Control::Newest);
     assert!(player.is_at_end());
     player.handle(host, Control::Oldest);
@@ -328,7 +331,7 @@ fn notes_name_the_rebound_keys() {
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, Moment::ZERO, None);
     let mut note = |control| {
         player.handle(Moment::ZERO, control);
-        player.playback().note.unwrap_or_default()
+        said(player.playback())
     };
     assert_eq!(
         note(Control::Loop),

@@ -176,7 +176,7 @@ fn line_in_the_unread_part_is_shown_at_its_estimate() {
                 player.handle(Moment::ZERO, Control::Seek(Position::Line(number)));
                 let playback = player.playback();
                 assert!(playback.is_looking && player.is_paused(), "{name} {form}");
-                let note = playback.note.unwrap();
+                let note = said(playback);
                 assert!(note.starts_with(&format!("about line {number}:")), "{note}");
                 let off = player.at().abs_diff(whole.at());
                 assert!(
@@ -264,10 +264,7 @@ fn estimate_of_a_line_can_be_kept() {
     player.handle(Moment::ZERO, Control::Seek(Position::Line(200_000)));
     assert!(player.at() == at && player.playback().is_looking);
     player.set_read_through(length);
-    assert_eq!(
-        player.playback().note.as_deref(),
-        Some("there is no line 200000")
-    );
+    assert_eq!(said(player.playback()), "there is no line 200000");
 }
 
 /// A search interrupted after every few steps finds what reading finds, in text and in recordings.

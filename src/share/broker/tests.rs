@@ -277,3 +277,19 @@ fn a_client_cancels_its_own_commands_and_drives_after_its_hello() {
         ["command 2 given up: cancelled", "drive 6 -3"]
     );
 }
+
+#[test]
+fn others_are_told_who_sent_stop() {
+    let mut table = Table::new();
+    table.hear(FIRST, HELLO);
+    table.hear(SECOND, HELLO);
+    let stop = table
+        .hear(FIRST, br#"{"id":4,"do":"stop"}"#)
+        .expect("a wish");
+    table.outputs();
+    table.broker.handle_stop(stop, Some("pid 5"));
+    assert_eq!(table.outputs(), [r#"2 < {"stopped_by":"pid 5"}"#]);
+    table.broker.handle_stop(CommandId(9), None);
+    let told = r#"{"stopped_by":"the operator of its station"}"#;
+    assert_eq!(table.outputs(), [1, 2].map(|n| format!("{n} < {told}")));
+}

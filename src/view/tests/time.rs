@@ -146,7 +146,7 @@ fn a_paused_moment_does_not_age() {
 #[test]
 fn the_result_of_a_jump_shows() {
     let scene = flight_at(Config::default(), |scene| Playback {
-        note: Some("there are no later alarms".to_owned()),
+        note: Some((Level::Warning, "there are no later alarms".to_owned())),
         ..playback(scene, true)
     });
     row(&screen(&scene, 80, 24), "! there are no later alarms");
