@@ -22,7 +22,9 @@ pub(super) fn parse_station(text: &str) -> Result<Address, String> {
         let found = find_station().map_err(|error| error.to_string())?;
         return found.ok_or_else(no_home);
     }
-    text.parse()
+    text.parse().map_err(|error| {
+        format!("{error}; alone after the command (`send stop --via`), it finds the station on this machine")
+    })
 }
 
 fn no_home() -> String {

@@ -35,7 +35,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
     let (way, config) = &given.clone().at(config)?;
     let link = &way.link();
     if !options.headless {
-        terminal::needed("watch --headless")?;
+        terminal::needed("groundwave watch --headless")?;
     }
     if *link == LinkSpec::Stdin && !options.headless && !cfg!(unix) {
         return Err(Fault::new(
@@ -83,7 +83,6 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
 }
 
 pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Fault> {
-    terminal::needed("groundwave sim")?;
     let started = Instant::now();
     let recordings = [
         &options.recording.tee,
@@ -93,6 +92,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         check_inputs(path, [&options.simulated.world])?;
     }
     let config = simulated::config(&options.simulated)?;
+    terminal::needed("groundwave sim")?;
     let warnings = config.world.warnings(&options.simulated.world);
     let server = simulated::start(
         config,

@@ -26,6 +26,9 @@ const THRASH_CHANGES: usize = 6;
 
 const THRASH_WINDOW: Moment = Moment::from_secs(8);
 
+/// Time between two lines A after which it is unknown whether a state lasted meanwhile.
+const UNSEEN: Moment = Moment::from_secs(10);
+
 /// A holder of the motors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Holder {
@@ -129,6 +132,10 @@ pub(crate) struct Motors {
     /// The state of each layer, and since when.
     rungs: [Option<Reading<LayerState>>; Layer::ALL.len()],
     changes: VecDeque<Moment>,
+    /// Time of the newest line A.
+    heard_at: Moment,
+    /// Whether the times of the states begin with the next report.
+    begins_afresh: bool,
     samples: Tally,
     ticks: Tally,
     newest_counters: Option<Reading<CountersLine>>,
@@ -142,6 +149,10 @@ impl Motors {
         state: &StateLine,
         is_unguarded: bool,
     ) -> bool {
+        if now.saturating_sub(self.heard_at) > UNSEEN {
+            self.take_restart();
+        }
+        self.heard_at = now;
         let mut won = [0; HOLDERS];
         if let Some(place) = Holder::guarded(state, is_unguarded).place() {
             won[place] = 1;
@@ -159,6 +170,11 @@ impl Motors {
         is_unguarded: bool,
     ) -> bool {
         let holder = Holder::guarded(state, is_unguarded);
+        if std::mem::take(&mut self.begins_afresh) {
+            let rungs = self.rungs.iter_mut().flatten();
+            rungs.for_each(|rung| rung.at = now);
+            self.holder.iter_mut().for_each(|held| held.at = now);
+        }
         self.take_rungs(now, holder, state);
         if self.holder.is_some_and(|held| held.value == holder) {
             return false;
@@ -175,6 +191,11 @@ impl Motors {
             at: now,
         });
         true
+    }
+
+    /// Forgets since when the robot has been in its state.
+    pub(super) fn take_restart(&mut self) {
+        self.begins_afresh = true;
     }
 
     fn take_rungs(&mut self, now: Moment, holder: Holder, state: &StateLine) {

@@ -222,8 +222,10 @@ const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
         Failure::TakenOver => {
             "another station opened a session: this one sends nothing until you do"
         }
-        Failure::Stopped if stopped => "STOP ended the session",
-        Failure::Stopped => "the robot ended the session: a STOP from elsewhere, or a restart",
+        Failure::Stopped if stopped => "STOP ended all earlier commands",
+        Failure::Stopped => {
+            "the robot ended all earlier commands: a STOP from elsewhere, or a restart"
+        }
         Failure::CannotHear => "the robot cannot hear",
         Failure::TimedOut
         | Failure::Cancelled

@@ -70,6 +70,29 @@ fn steering_is_not_thrashing() {
 }
 
 #[test]
+fn a_state_is_no_older_than_what_was_seen_of_it() {
+    let mut scene = scene();
+    scene.hear();
+    let since = |scene: &Scene| {
+        let motors = &scene.model.facts.motors;
+        let holder = motors.holder().expect("a line A came");
+        assert_eq!(motors.since(Layer::Sonar), Some(holder.at));
+        holder.at
+    };
+    let begun = since(&scene);
+    scene.now += Moment::from_secs(4);
+    scene.hear();
+    assert_eq!(since(&scene), begun, "few lost lines");
+    scene.now += Moment::from_mins(1);
+    scene.hear();
+    let after_outage = since(&scene);
+    assert!(after_outage > begun + Moment::from_mins(1), "an outage");
+    scene.ack.boot += 1;
+    scene.hear();
+    assert!(since(&scene) > after_outage, "a restart");
+}
+
+#[test]
 fn only_what_is_below_the_holder_is_suppressed() {
     let mut line = state();
     line.layers.set(Layer::Infrared, LayerState::Raised);
