@@ -53,7 +53,7 @@ fn board_with(options: &[&str]) -> Result<(), String> {
     let half = mega::build("half", &["--features", "lcd,half-duplex"])?;
     let emulator = compile("board")?;
     let groundwave = root().join("target/debug/groundwave");
-    cargo(&[&["build", "--bin", "groundwave"], &super::EVERYTHING[..]].concat())?;
+    cargo(&[&["build", "--bin", "groundwave"], super::EVERYTHING].concat())?;
     run(bench()?
         .arg("board")
         .args(["--panic-at", &mega::panic_address(&full)?])
@@ -120,6 +120,6 @@ fn compile(name: &str) -> Result<PathBuf, String> {
 
 /// The program that compares a chip with the host.
 fn bench() -> Result<Command, String> {
-    cargo(&[&["build", "--bin", "sr04-bench"], &super::EVERYTHING[..]].concat())?;
+    cargo(&[&["build", "--bin", "sr04-bench"], super::EVERYTHING].concat())?;
     Ok(Command::new(root().join("target/debug/sr04-bench")))
 }

@@ -152,7 +152,7 @@ fn ended(result: Result<(), String>, step: &str) -> ExitCode {
 fn clippy() -> Result<(), String> {
     let arguments = [
         &["clippy", "--all-targets"],
-        &EVERYTHING[..],
+        EVERYTHING,
         &["--", "-D", "warnings"],
     ];
     cargo(&arguments.concat())
@@ -162,7 +162,7 @@ fn clippy() -> Result<(), String> {
 fn test() -> Result<(), String> {
     let skipped = IN_REAL_TIME.map(|name| ["--skip", name]).concat();
     for names in [&skipped[..], &IN_REAL_TIME] {
-        cargo(&[&["test"], &EVERYTHING[..], &["--"], names].concat())?;
+        cargo(&[&["test"], EVERYTHING, &["--"], names].concat())?;
     }
     Ok(())
 }
@@ -177,7 +177,7 @@ fn doc() -> Result<(), String> {
 /// Runs a judge (other people's program) for ten minutes at most (a minute is usual) on the program that the tests use;
 /// if the program were built alone, its dependencies would have other features.
 fn judge(script: &str) -> Result<(), String> {
-    cargo(&[&["test", "--no-run", "--test", "system"], &EVERYTHING[..]].concat())?;
+    cargo(&[&["test", "--no-run", "--test", "system"], EVERYTHING].concat())?;
     let program = root().join("target/debug/groundwave");
     run(Command::new("timeout")
         .args(["--verbose", "--kill-after=10", "600", "bash", script])
@@ -186,7 +186,7 @@ fn judge(script: &str) -> Result<(), String> {
 
 /// Runs the trials of the robot; `--help` describes the options.
 fn acceptance(arguments: &[String]) -> Result<(), String> {
-    cargo(&[&["build", "--bin", "sr04-trials"], &EVERYTHING[..]].concat())?;
+    cargo(&[&["build", "--bin", "sr04-trials"], EVERYTHING].concat())?;
     run(Command::new(root().join("target/debug/sr04-trials")).args(arguments))
 }
 
