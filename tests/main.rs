@@ -1,5 +1,9 @@
 //! Whole-system tests in one binary, with one module for each subject.
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+#![cfg_attr(
+    not(unix),
+    allow(unused, reason = "tests on pseudo-terminals and Unix sockets are left out")
+)]
 
 mod adversary;
 mod advice;
