@@ -2,7 +2,10 @@
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 #![cfg_attr(
     not(unix),
-    allow(unused, reason = "tests on pseudo-terminals and Unix sockets are left out")
+    allow(
+        unused,
+        reason = "tests on pseudo-terminals and Unix sockets are left out"
+    )
 )]
 
 mod adversary;
