@@ -134,6 +134,39 @@ impl Drift {
         self.estimate(1)
     }
 
+    /// The likeliest direction of the house in the world, degrees.
+    pub(super) fn likeliest_house_deg(&self) -> f64 {
+        let weight = |at: &usize| self.filters[*at].weight;
+        let best = (0..DIRECTIONS).max_by(|one, other| weight(one).total_cmp(&weight(other)));
+        best.unwrap_or_default() as f64
+    }
+
+    /// Direction of the house in the world, degrees, next to another one.
+    pub(super) fn house(&self, near_deg: f64) -> Estimate {
+        self.mixture_of(|at, _| (house_deg(at, near_deg), 0.0))
+    }
+
+    /// Direction of the walls in the odometer's frame, degrees, next to the house's direction.
+    pub(super) fn walls(&self, near_deg: f64) -> Estimate {
+        self.mixture_of(|at, filter| {
+            let variance = filter.covariance[0][0].max(0.0);
+            (house_deg(at, near_deg) - filter.state[0], variance)
+        })
+    }
+
+    fn mixture_of(&self, value: impl Fn(usize, &Filter) -> (f64, f64)) -> Estimate {
+        let filters = || self.filters.iter().enumerate();
+        let mean: f64 = filters().map(|(at, f)| f.weight * value(at, f).0).sum();
+        let variance = filters().map(|(at, filter)| {
+            let (value, variance) = value(at, filter);
+            filter.weight * (variance + (value - mean) * (value - mean))
+        });
+        Estimate {
+            value: mean,
+            deviation: libm::sqrt(variance.sum()),
+        }
+    }
+
     fn estimate(&self, at: usize) -> Estimate {
         mixture(&self.filters, at)
     }
@@ -226,6 +259,11 @@ impl Filter {
             }
         }
     }
+}
+
+/// The direction of the house of a filter next to another one, degrees.
+fn house_deg(filter: usize, near_deg: f64) -> f64 {
+    near_deg + (filter as f64 - near_deg + 45.0).rem_euclid(90.0) - 45.0
 }
 
 fn dot(one: State, other: State) -> f64 {

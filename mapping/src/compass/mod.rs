@@ -1,19 +1,32 @@
-//! A compass from the walls of a rectangular house: how far the odometer's heading is off.
+//! A compass from the walls of a rectangular house: how far the odometer's heading is off, and the position from matches with
+//! the walls seen before.
 
+mod directions;
 mod drift;
+mod lines;
+mod matching;
 mod reckoning;
+mod resets;
+mod statement;
+mod submaps;
+mod tracker;
 mod walls;
 
 use std::time::Duration;
 
-use groundwave_protocol::status_codes::{Bump, Drive};
+use groundwave_protocol::status_codes::Drive;
 use groundwave_protocol::telemetry::{Body, Line, ParameterLine, StateLine};
 
 use crate::pose::Pose;
 use crate::sensors::sonar::{self, TRACK_IN};
-use drift::{Drift, Estimate, Motion};
+use directions::{Belief, Change};
+use drift::{Drift, Motion};
+use lines::{is_touching, position_in, turn_deg};
 pub use reckoning::Ellipse;
 use reckoning::Reckoning;
+use resets::Resets;
+pub use statement::{CorrectedPose, Interval, Wheels};
+use tracker::{Leg, Tracker};
 use walls::{DIRECTIONS, Stretch};
 
 /// Movement after which echoes are new.
@@ -32,65 +45,21 @@ const MEAN_IN_S: f64 = 4.7;
 const MOST_IN_S: f64 = 12.0;
 const CONTACTS_S: f64 = 0.2;
 
-/// Difference of a wheel's speed from its command from which the wheel is held, in/s: more than a robot gains in 0.3 s.
-const HELD_IN_S: i16 = 8;
-
 /// Distance between two lines that no robot drives, inches.
 const JUMP_IN: f64 = 60.0;
 
 /// Differences up to which a new pose of the odometer is the stated one, in inches and degrees: it has whole ones.
 const SAME_IN: f64 = 1.5;
 const SAME_DEG: f64 = 1.5;
-/// Modulus of the count of resets in line B.
-const RESETS_MODULUS: u8 = 100;
+
 /// Diameter of the nominal wheels, inches.
 const NOMINAL_WHEEL_IN: f64 = 5.0;
 
+/// Deviation of the walls' direction in the odometer's frame from which the map begins, degrees.
+const KNOWN_DEG: f64 = 6.0;
+
 /// Factor on the deviation of the wheels' difference: slips at contacts have a side, too.
 const ALIKE: f64 = 1.7;
-
-/// Factor from a standard deviation to the half of a 95 % interval.
-const HALF_95: f64 = 1.96;
-
-/// A value with the half of its 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
-    /// The value.
-    pub value: f64,
-    /// Half of the 95 % interval.
-    pub half: f64,
-}
-
-impl Interval {
-    fn of(estimate: Estimate) -> Self {
-        Self {
-            value: estimate.value,
-            half: HALF_95 * estimate.deviation,
-        }
-    }
-}
-
-/// The robot's pose as the compass has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CorrectedPose {
-    /// X, inches.
-    pub x_in: f64,
-    /// Y, inches.
-    pub y_in: f64,
-    /// Heading, degrees from 0 to 360, clockwise from +Y.
-    pub theta_deg: Interval,
-    /// Where the true position is, around X and Y.
-    pub ellipse: Ellipse,
-}
-
-/// Diameters of the wheels, inches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wheels {
-    /// Left wheel.
-    pub left_in: f64,
-    /// Right wheel.
-    pub right_in: f64,
-}
 
 /// The wheels that the robot has reported.
 #[derive(Clone, Copy, Debug, Default)]
@@ -99,26 +68,15 @@ struct Gauge {
     right_in: Option<f64>,
 }
 
-/// A setting of the odometer's pose that only one kind of line has told so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Reset {
-    #[default]
-    None,
-    /// Line B counted it: the next line A has the new pose.
-    Counted,
-    /// Line A had the new pose: the next line B counts it.
-    Placed,
-}
-
 /// Estimates the true pose since the odometer's pose was last set, and how unequal the wheels are.
 ///
-/// It takes the robot's lines in the order in which they were received. A pose set by others is taken as true. A pose that
+/// It takes the robot's lines in the order in which they were received. The position is reckoned until the direction of the
+/// house is known, and from then on matched with a map that the compass builds itself. A pose set by others is taken as true. A pose that
 /// is the stated one was taken from it, so its uncertainty stays.
 #[derive(Clone, Debug, Default)]
 pub struct Compass {
     last: Option<(Duration, StateLine)>,
-    resets: Option<u8>,
-    reset: Reset,
+    resets: Resets,
     boots: Option<u16>,
     gauge: Gauge,
     /// Odometry since the stretch began, with the known error of the wheels taken off.
@@ -126,8 +84,15 @@ pub struct Compass {
     echoes_at: Option<Pose>,
     stretch: Stretch,
     motion: Motion,
+    /// Distance driven either way and contact since the stretch began, inches and seconds.
+    driven_in: f64,
+    contact_s: f64,
     drift: Drift,
+    /// Position until the direction of the house is known, and where it began.
     reckoning: Reckoning,
+    origin_in: (f64, f64),
+    /// Position from then on.
+    tracker: Option<Tracker>,
 }
 
 impl Compass {
@@ -136,25 +101,16 @@ impl Compass {
         match &line.body {
             Body::State(state) => self.take_state(now, state),
             Body::Status(status) => {
-                let resets = self.resets.replace(status.odometer_resets);
-                let resets = resets.map_or(0, |before| {
-                    (status.odometer_resets + RESETS_MODULUS - before) % RESETS_MODULUS
-                });
                 let has_restarted = self.boots.is_some_and(|boots| boots != status.boots);
                 self.boots = Some(status.boots);
                 if has_restarted {
                     *self = Self {
-                        resets: self.resets,
+                        resets: Resets::from_count(status.odometer_resets),
                         boots: self.boots,
                         ..Self::default()
                     };
                 } else {
-                    self.reset = match (resets, self.reset) {
-                        (0, Reset::Counted) | (2.., _) | (1, Reset::None | Reset::Counted) => {
-                            Reset::Counted
-                        }
-                        (0, Reset::None | Reset::Placed) | (1, Reset::Placed) => Reset::None,
-                    };
+                    self.resets.take_count(status.odometer_resets);
                 }
             }
             Body::Parameter(parameter) => self.take_parameter(parameter),
@@ -174,14 +130,24 @@ impl Compass {
     pub fn pose(&self) -> Option<CorrectedPose> {
         let (_, last) = self.last.as_ref()?;
         let error = self.heading_error_deg()?;
+        let ((x_in, y_in), ellipse) = self.tracker.as_ref().map_or_else(
+            || {
+                let at = (self.reckoning.x_in, self.reckoning.y_in);
+                (at, self.reckoning.ellipse())
+            },
+            |tracker| {
+                let house = self.drift.house(tracker.reference_deg);
+                tracker.position(&self.leg(f64::from(last.theta_deg), None), house)
+            },
+        );
         Some(CorrectedPose {
-            x_in: self.reckoning.x_in,
-            y_in: self.reckoning.y_in,
+            x_in,
+            y_in,
             theta_deg: Interval {
                 value: (f64::from(last.theta_deg) + error.value).rem_euclid(360.0),
                 half: error.half,
             },
-            ellipse: self.reckoning.ellipse(),
+            ellipse,
         })
     }
 
@@ -232,6 +198,9 @@ impl Compass {
             _ => ((value_in - NOMINAL_WHEEL_IN).abs() < 1e-6).then_some(0.0),
         };
         if change != Some(0.0) {
+            if let Some((_, last)) = self.last {
+                self.end_leg(f64::from(last.theta_deg), None);
+            }
             self.drift.pass(self.motion);
             self.drift.regauge(change);
             let theta_rad = self.pose.theta_rad;
@@ -249,14 +218,12 @@ impl Compass {
         });
         match self.last {
             Some((_, last)) if is_stated => {
-                self.drift.pass(self.motion);
-                self.drift.turn(turn_deg(
-                    f64::from(last.theta_deg),
-                    f64::from(state.theta_deg),
-                ));
+                let turn_deg = turn_deg(f64::from(last.theta_deg), f64::from(state.theta_deg));
+                self.drift.turn(turn_deg);
+                if let Some(tracker) = &mut self.tracker {
+                    tracker.turn(turn_deg);
+                }
                 self.last = Some((now, *state));
-                self.begin();
-                self.pose.theta_rad = f64::from(state.theta_deg).to_radians();
             }
             _ => self.restart(),
         }
@@ -273,22 +240,18 @@ impl Compass {
         self.echoes_at = None;
         self.stretch = Stretch::default();
         self.motion = Motion::default();
+        (self.driven_in, self.contact_s) = (0.0, 0.0);
     }
 
     fn take_state(&mut self, now: Duration, state: &StateLine) {
-        let is_flagged = state.drive == Drive::OdometerReset;
-        let is_counted = self.reset == Reset::Counted;
-        if is_flagged || is_counted {
-            self.reset = if is_counted {
-                Reset::None
-            } else {
-                Reset::Placed
-            };
+        if self.resets.take_flag(state.drive == Drive::OdometerReset) {
             self.reset(now, state);
         }
         let Some((then, last)) = self.last.replace((now, *state)) else {
             self.pose.theta_rad = f64::from(state.theta_deg).to_radians();
-            self.reckoning = Reckoning::at(position_in(state));
+            self.origin_in = position_in(state);
+            self.reckoning = Reckoning::at(self.origin_in);
+            self.tracker = None;
             return;
         };
         let elapsed = now.saturating_sub(then);
@@ -313,19 +276,23 @@ impl Compass {
             contact_s = CONTACTS_S * seconds;
             self.stretch = Stretch::default();
         }
-        let is_touching = !matches!(state.bump, Bump::None | Bump::NotFitted)
-            || state.drive == Drive::Stalled
-            || is_held(state);
-        if is_touching {
+        if is_touching(state) {
             contact_s += seconds.min(2.0);
         }
         self.motion.path_in += path_in;
         self.motion.turn_deg += turn_deg;
         self.motion.variance +=
             PER_IN * path_in.abs() + PER_DEG * turn_deg.abs() + PER_CONTACT_S * contact_s;
-        let (error, _) = self.drift.heading(self.motion);
-        self.reckoning
-            .advance((x_in, y_in), error, path_in.abs(), contact_s);
+        if let Some(tracker) = &mut self.tracker {
+            tracker.catch_up();
+        }
+        self.driven_in += path_in.abs();
+        self.contact_s += contact_s;
+        if self.tracker.is_none() {
+            let (error, _) = self.drift.heading(self.motion);
+            self.reckoning
+                .advance((x_in, y_in), error, path_in.abs(), contact_s);
+        }
         self.stretch.drive(path_in.abs());
 
         let turn_rad = (turn_deg + growth.value * path_in).to_radians();
@@ -363,38 +330,67 @@ impl Compass {
     /// Compares the walls of the finished stretch with what was expected.
     fn measure(&mut self, theta_deg: f64) {
         let likelihood = self.stretch.likelihood(self.pose.theta_rad);
-        self.drift.update(self.motion, |wall_deg| {
+        let of_wall = |wall_deg: f64| {
             let at = (wall_deg - theta_deg).rem_euclid(DIRECTIONS as f64);
             let low = at as usize % DIRECTIONS;
             let share = at - libm::floor(at);
             likelihood[low] * (1.0 - share) + likelihood[(low + 1) % DIRECTIONS] * share
-        });
-        let theta_rad = theta_deg.to_radians();
+        };
+        let likelihoods = std::array::from_fn(|deg| of_wall(deg as f64));
+        self.end_leg(theta_deg, Some(&likelihoods));
+        self.drift.update(self.motion, of_wall);
         self.begin();
-        self.pose.theta_rad = theta_rad;
+        self.pose.theta_rad = theta_deg.to_radians();
+        if self.tracker.is_none() {
+            self.begin_map();
+        }
     }
-}
 
-fn position_in(state: &StateLine) -> (f64, f64) {
-    (
-        f64::from(state.x_tenths_in) / 10.0,
-        f64::from(state.y_tenths_in) / 10.0,
-    )
-}
+    /// Begins the map if the direction of the walls is known.
+    fn begin_map(&mut self) {
+        let reference_deg = self.drift.likeliest_house_deg();
+        let house = self.drift.house(reference_deg);
+        let direction = self.drift.walls(reference_deg);
+        if direction.deviation < KNOWN_DEG {
+            let at = (self.reckoning.x_in, self.reckoning.y_in);
+            let variance = self.reckoning.variance();
+            let house_deg = house.value;
+            self.tracker = Some(Tracker::new(
+                self.origin_in,
+                at,
+                variance,
+                direction,
+                house_deg,
+            ));
+        }
+    }
 
-/// The shortest turn from one heading to another, degrees, positive to the right.
-fn turn_deg(from: f64, to: f64) -> f64 {
-    (to - from + 540.0).rem_euclid(360.0) - 180.0
-}
+    /// The leg since the stretch began, with the likelihoods of the walls' directions at its end.
+    fn leg(&self, theta_deg: f64, likelihood: Option<&Belief>) -> Leg {
+        let growth = self.drift.per_in();
+        let unknown_deg = growth.deviation * self.motion.path_in;
+        let stretch = likelihood.map(|_| self.stretch.clone());
+        Leg {
+            change: Change {
+                mean_deg: -growth.value * self.motion.path_in,
+                variance: self.motion.variance + unknown_deg * unknown_deg,
+                likelihood: likelihood.copied(),
+            },
+            pose: self.pose,
+            theta_deg,
+            path_in: self.driven_in,
+            contact_s: self.contact_s,
+            stretch: stretch.unwrap_or_default(),
+        }
+    }
 
-/// Whether a wheel lags behind its command by more than it takes to speed up.
-fn is_held(state: &StateLine) -> bool {
-    let (velocity, rotation) = (
-        i16::from(state.velocity_in_s),
-        i16::from(state.rotation_in_s),
-    );
-    let lag = |commanded: i16, measured: i8| (commanded - i16::from(measured)).abs();
-    let left = lag(velocity + rotation / 2, state.wheel_left_in_s);
-    let right = lag(velocity - rotation / 2, state.wheel_right_in_s);
-    left.max(right) > HELD_IN_S
+    fn end_leg(&mut self, theta_deg: f64, likelihood: Option<&Belief>) {
+        if self.tracker.is_none() {
+            return;
+        }
+        let leg = self.leg(theta_deg, likelihood);
+        if let Some(tracker) = &mut self.tracker {
+            tracker.take(leg);
+        }
+    }
 }

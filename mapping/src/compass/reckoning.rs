@@ -79,17 +79,27 @@ impl Reckoning {
         }
     }
 
+    /// Variance of the position on the worse axis, square inches.
+    pub(super) fn variance(&self) -> f64 {
+        self.covariance[0][0].max(self.covariance[1][1])
+    }
+
     pub(super) fn ellipse(&self) -> Ellipse {
         let p = &self.covariance;
-        let (mean, half) = (f64::midpoint(p[0][0], p[1][1]), (p[0][0] - p[1][1]) / 2.0);
-        let radius = libm::hypot(half, p[0][1]);
-        let axis = |variance: f64| libm::sqrt(CHI_95 * variance.max(0.0));
-        let from_x_deg = (libm::atan2(p[0][1], half) / 2.0).to_degrees();
-        Ellipse {
-            long_in: axis(mean + radius),
-            short_in: axis(mean - radius),
-            bearing_deg: (90.0 - from_x_deg).rem_euclid(180.0),
-        }
+        ellipse([[p[0][0], p[0][1]], [p[1][0], p[1][1]]])
+    }
+}
+
+/// The 95 % ellipse of a covariance.
+pub(super) fn ellipse(p: [[f64; 2]; 2]) -> Ellipse {
+    let (mean, half) = (f64::midpoint(p[0][0], p[1][1]), (p[0][0] - p[1][1]) / 2.0);
+    let radius = libm::hypot(half, p[0][1]);
+    let axis = |variance: f64| libm::sqrt(CHI_95 * variance.max(0.0));
+    let from_x_deg = (libm::atan2(p[0][1], half) / 2.0).to_degrees();
+    Ellipse {
+        long_in: axis(mean + radius),
+        short_in: axis(mean - radius),
+        bearing_deg: (90.0 - from_x_deg).rem_euclid(180.0),
     }
 }
 

@@ -8,6 +8,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use super::matching::Foot;
+
 /// Directions tried, one for each degree of a quarter turn.
 pub(super) const DIRECTIONS: usize = 90;
 
@@ -24,6 +26,9 @@ const CONE: (f64, f64) = (0.991_445, 0.130_526);
 /// to which it does not count (80 degrees). Furniture answers at large angles.
 const FULL: f64 = 0.866;
 const NONE: f64 = 0.174;
+
+/// Weight of the foot of a normal outside of the cone.
+const OBLIQUE: f64 = 0.5;
 
 /// Path and echoes after which a stretch has a spectrum: over a longer path the odometer turns, fewer echoes form no line.
 const PATH_IN: f64 = 60.0;
@@ -80,6 +85,43 @@ impl Stretch {
     /// Whether there is enough for a spectrum.
     pub(super) fn is_complete(&self) -> bool {
         self.path_in > PATH_IN && self.echoes.len() > ECHOES
+    }
+
+    /// Feet of the normals of walls, in the frame in which +Y has a bearing in the frame of the stretch and is along a wall.
+    pub(super) fn feet(&self, bearing_rad: f64) -> Vec<Foot> {
+        let (sin, cos) = libm::sincos(bearing_rad);
+        let turn = |(x, y): (f64, f64)| (x * cos - y * sin, y * cos + x * sin);
+        let mut feet = Vec::new();
+        for echo in &self.echoes {
+            let axis = turn(echo.axis);
+            for facing in 0..4 {
+                let (east, north) = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][facing];
+                let ahead = axis.0 * east + axis.1 * north;
+                if ahead < FULL {
+                    continue;
+                }
+                let is_in_cone = ahead > CONE.0;
+                let toward = if is_in_cone {
+                    (east, north)
+                } else {
+                    // The edge of the cone next to the normal.
+                    let to_right = axis.1 * east - axis.0 * north;
+                    let aside = CONE.1.copysign(to_right);
+                    (
+                        axis.0 * CONE.0 + axis.1 * aside,
+                        axis.1 * CONE.0 - axis.0 * aside,
+                    )
+                };
+                let eye = turn(echo.eye);
+                feet.push(Foot {
+                    facing,
+                    x_in: eye.0 + echo.range_in * toward.0,
+                    y_in: eye.1 + echo.range_in * toward.1,
+                    weight: if is_in_cone { 1.0 } else { OBLIQUE },
+                });
+            }
+        }
+        feet
     }
 
     /// Likelihood of each direction, whole degrees clockwise from a heading; 1 on average.

@@ -1,0 +1,392 @@
+//! The map of the house: walls seen in stretches of driving, and how certain the places of the stretches are.
+//!
+//! Each stretch is a small rigid submap (Bosse and others, "SLAM in large-scale cyclic environments using the Atlas
+//! framework", 2004). The headings are known, so the rest is linear: a Kalman filter holds the robot's position and the
+//! origins of all submaps with their joint covariance (Smith, Self and Cheeseman, 1990), and a match of one place corrects
+//! all places that depend on it.
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::matching::{Foot, Matrix, compare, inverse};
+
+/// Path over which the error of the heading changes, inches.
+const CORRELATED_IN: f64 = 600.0;
+
+/// Variance of the position, square inches: per inch driven (encoders, curves between two lines), and per contact second.
+const PER_IN: f64 = 0.01;
+const PER_CONTACT_S: f64 = 1.0;
+
+/// Maximum submaps: with 48, positions are off by a fifth more; a replay keeps the map of hundreds of moments.
+const SUBMAPS_MAX: usize = 64;
+
+/// Least feet of a submap.
+const FEET_LEAST: usize = 6;
+
+/// Variance, square inches, of a distance up to which two submaps stand together.
+const TOGETHER: f64 = 64.0;
+
+/// Distance of submaps that see the same walls, and length over which the nearer ones count more, inches.
+const NEAR_IN: f64 = 120.0;
+const WEIGHT_IN: f64 = 60.0;
+
+/// Error of a submap's own shape, square inches.
+const SHAPE: f64 = 4.0;
+
+/// Shares of matches in which the map says nothing: with the stretches just driven, and with places of long ago, where
+/// another room may look alike.
+const IDLE_RECENT: f64 = 0.1;
+const IDLE_EARLIER: f64 = 0.3;
+
+/// Stretches compared at once with places of long ago, and the least number of submaps there.
+const STRETCHES: usize = 4;
+const EARLIER_LEAST: usize = 4;
+
+/// State of the robot before the origins of submaps: X, Y and the error of the heading in its deviations.
+const ROBOT: usize = 3;
+const HEADING: usize = 2;
+
+/// Position in the house and the map around it.
+#[derive(Clone)]
+pub(super) struct Submaps {
+    mean: Vec<f64>,
+    covariance: Vec<Vec<f64>>,
+    /// Feet of each submap from its origin.
+    feet: Vec<Arc<[Foot]>>,
+    /// Stretches since the last match with places of long ago.
+    unmatched: usize,
+}
+
+/// The state is enough to tell two maps apart.
+impl fmt::Debug for Submaps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Submaps")
+            .field("mean", &self.mean)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Submaps {
+    /// No map, and a position with the same variance in all directions.
+    pub(super) fn at((x_in, y_in): (f64, f64), variance: f64) -> Self {
+        let row = |at: usize, value: f64| {
+            let mut row = vec![0.0; ROBOT];
+            row[at] = value;
+            row
+        };
+        Self {
+            mean: vec![x_in, y_in, 0.0],
+            covariance: vec![row(0, variance), row(1, variance), row(HEADING, 1.0)],
+            feet: Vec::new(),
+            unmatched: 0,
+        }
+    }
+
+    /// The robot without the map.
+    pub(super) fn robot(&self) -> Self {
+        Self {
+            mean: self.mean[..ROBOT].to_vec(),
+            covariance: self.covariance[..ROBOT]
+                .iter()
+                .map(|row| row[..ROBOT].to_vec())
+                .collect(),
+            feet: Vec::new(),
+            unmatched: 0,
+        }
+    }
+
+    pub(super) fn position_in(&self) -> (f64, f64) {
+        (self.mean[0], self.mean[1])
+    }
+
+    pub(super) fn covariance(&self) -> Matrix {
+        let p = &self.covariance;
+        [[p[0][0], p[0][1]], [p[1][0], p[1][1]]]
+    }
+
+    /// Adds a movement with the standard deviation of its direction.
+    pub(super) fn advance(
+        &mut self,
+        (x_in, y_in): (f64, f64),
+        deviation_rad: f64,
+        path_in: f64,
+        contact_s: f64,
+    ) {
+        let keep = libm::exp(-path_in / CORRELATED_IN);
+        // A heading error turns the movement to its right.
+        let lever = [y_in * deviation_rad, -x_in * deviation_rad];
+        let heading = self.mean[HEADING];
+        self.mean[0] += x_in + lever[0] * heading;
+        self.mean[1] += y_in + lever[1] * heading;
+        self.mean[HEADING] = keep * heading;
+        let p = &mut self.covariance;
+        let heading = p[HEADING].clone();
+        for (row, lever) in p.iter_mut().zip(lever) {
+            for (value, heading) in row.iter_mut().zip(&heading) {
+                *value += lever * heading;
+            }
+        }
+        for value in &mut p[HEADING] {
+            *value *= keep;
+        }
+        for row in p.iter_mut() {
+            let heading = row[HEADING];
+            row[0] += lever[0] * heading;
+            row[1] += lever[1] * heading;
+            row[HEADING] = keep * heading;
+        }
+        p[HEADING][HEADING] += 1.0 - keep * keep;
+        for (axis, row) in p.iter_mut().enumerate().take(2) {
+            row[axis] += PER_IN * path_in + PER_CONTACT_S * contact_s;
+        }
+    }
+
+    /// Matches the feet of a stretch, from the robot's position at its end, and adds them to the map.
+    pub(super) fn take(&mut self, feet: Vec<Foot>) {
+        let here = self.position_in();
+        let distance_in = |it: &Self, at: usize| {
+            let origin = it.origin(at);
+            libm::hypot(origin.0 - here.0, origin.1 - here.1)
+        };
+        let near = (0..self.feet.len()).filter(|at| {
+            let reach_in = NEAR_IN + 2.0 * libm::sqrt(self.variance(0, state(*at)));
+            distance_in(self, *at) < reach_in
+        });
+        let (recent, earlier): (Vec<usize>, Vec<usize>) =
+            near.partition(|at| self.variance(0, state(*at)) < TOGETHER);
+        self.match_with(&feet, &recent, IDLE_RECENT);
+        self.unmatched += 1;
+        let nearest = earlier
+            .iter()
+            .copied()
+            .min_by(|one, other| distance_in(self, *one).total_cmp(&distance_in(self, *other)));
+        let count = self.feet.len();
+        if let Some(nearest) = nearest
+            && self.unmatched >= STRETCHES
+            && count >= STRETCHES
+        {
+            let newest = count + 1 - STRETCHES..count;
+            let group: Vec<usize> = earlier
+                .into_iter()
+                .filter(|at| self.variance(state(nearest), state(*at)) < TOGETHER)
+                .filter(|at| *at < newest.start)
+                .collect();
+            if group.len() >= EARLIER_LEAST {
+                let here = self.position_in();
+                let mut seen = feet.clone();
+                for at in newest {
+                    let origin = self.origin(at);
+                    let from = (origin.0 - here.0, origin.1 - here.1);
+                    seen.extend(self.feet[at].iter().map(|foot| foot.moved(from)));
+                }
+                self.match_with(&seen, &group, IDLE_EARLIER);
+                self.unmatched = 0;
+            }
+        }
+        if feet.len() >= FEET_LEAST {
+            self.add(feet);
+        }
+    }
+
+    /// Corrects all places by a match of feet, from the robot's position, with some submaps.
+    fn match_with(&mut self, feet: &[Foot], group: &[usize], idle: f64) {
+        let here = self.position_in();
+        let mut weights: Vec<f64> = group
+            .iter()
+            .map(|at| {
+                let origin = self.origin(*at);
+                let far = libm::hypot(origin.0 - here.0, origin.1 - here.1) / WEIGHT_IN;
+                self.feet[*at].len() as f64 * libm::exp(-far * far / 2.0) + 1e-6
+            })
+            .collect();
+        let sum: f64 = weights.iter().sum();
+        for weight in &mut weights {
+            *weight /= sum;
+        }
+        // Covariance of all places with the distance of the robot from the submaps, on each axis.
+        let size = self.mean.len();
+        let from_group = |row: &dyn Fn(usize) -> f64, axis: usize| {
+            let pairs = group.iter().zip(&weights);
+            row(axis) - pairs.map(|(at, w)| w * row(state(*at) + axis)).sum::<f64>()
+        };
+        let across: Vec<[f64; 2]> = (0..size)
+            .map(|at| [0, 1].map(|axis| from_group(&|other| self.covariance[at][other], axis)))
+            .collect();
+        let mut prior =
+            [0, 1].map(|row| [0, 1].map(|axis| from_group(&|at| across[at][axis], row)));
+        prior[0][0] += SHAPE;
+        prior[1][1] += SHAPE;
+        let map: Vec<Foot> = group
+            .iter()
+            .flat_map(|at| {
+                let origin = self.origin(*at);
+                self.feet[*at].iter().map(move |foot| foot.moved(origin))
+            })
+            .collect();
+        let seen: Vec<Foot> = feet.iter().map(|foot| foot.moved(here)).collect();
+        let Some(inverse) = inverse(prior) else {
+            return;
+        };
+        if map.is_empty() {
+            return;
+        }
+        let Some(found) = compare(&seen, &map, prior, idle) else {
+            return;
+        };
+        let by = |row: [f64; 2], matrix: Matrix| {
+            [0, 1].map(|axis| row[0] * matrix[0][axis] + row[1] * matrix[1][axis])
+        };
+        let gains: Vec<[f64; 2]> = across.iter().map(|row| by(*row, inverse)).collect();
+        for (at, gain) in gains.iter().enumerate() {
+            self.mean[at] += gain[0] * found.shift_in.0 + gain[1] * found.shift_in.1;
+            let taken = by(*gain, found.taken);
+            for (value, other) in self.covariance[at].iter_mut().zip(&gains) {
+                *value -= taken[0] * other[0] + taken[1] * other[1];
+            }
+        }
+    }
+
+    /// Adds a submap whose origin is the robot's position.
+    fn add(&mut self, feet: Vec<Foot>) {
+        if self.feet.len() == SUBMAPS_MAX {
+            self.drop_redundant();
+        }
+        let (x_in, y_in) = self.position_in();
+        self.mean.extend([x_in, y_in]);
+        for row in &mut self.covariance {
+            row.extend([row[0], row[1]]);
+        }
+        self.covariance.push(self.covariance[0].clone());
+        self.covariance.push(self.covariance[1].clone());
+        self.feet.push(feet.into());
+    }
+
+    /// Drops the newer one of the two submaps whose origins are closest to each other.
+    fn drop_redundant(&mut self) {
+        let mut closest = (f64::MAX, 0);
+        for at in 0..self.feet.len() {
+            for other in 0..at {
+                let (one, two) = (self.origin(at), self.origin(other));
+                let distance_in = libm::hypot(one.0 - two.0, one.1 - two.1);
+                if distance_in < closest.0 {
+                    closest = (distance_in, at);
+                }
+            }
+        }
+        let states = state(closest.1)..state(closest.1) + 2;
+        self.feet.remove(closest.1);
+        self.mean.drain(states.clone());
+        self.covariance.drain(states.clone());
+        for row in &mut self.covariance {
+            row.drain(states.clone());
+        }
+    }
+
+    fn origin(&self, at: usize) -> (f64, f64) {
+        (self.mean[state(at)], self.mean[state(at) + 1])
+    }
+
+    /// Variance of the distance of two places on the worse axis.
+    fn variance(&self, one: usize, other: usize) -> f64 {
+        let p = &self.covariance;
+        let axis = |one: usize, other: usize| p[one][one] + p[other][other] - 2.0 * p[one][other];
+        // Rounding may leave a little less than none.
+        axis(one, other).max(axis(one + 1, other + 1)).max(0.0)
+    }
+}
+
+/// Place of a submap's X in the state; Y is the next.
+const fn state(submap: usize) -> usize {
+    ROBOT + 2 * submap
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Feet on the walls of a room of 160 by 120 in, from a position in it.
+    fn room((x_in, y_in): (f64, f64)) -> Vec<Foot> {
+        let foot = |facing, x_in, y_in| Foot {
+            facing,
+            x_in,
+            y_in,
+            weight: 1.0,
+        };
+        (-4..=4)
+            .map(|at| f64::from(at) * 4.0)
+            .flat_map(|along| {
+                [
+                    foot(0, along, 120.0 - y_in),
+                    foot(1, 160.0 - x_in, along),
+                    foot(2, along, -y_in),
+                    foot(3, -x_in, along),
+                ]
+            })
+            .collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        /// Rounds in a room with a heading error: reckoned, the position turns away; matched, it stays in its ellipse.
+        #[test]
+        fn position_stays_in_a_known_room(error_deg in -8.0..8.0_f64, rounds in 3..7_i32) {
+            let corners = [(40.0, 40.0), (40.0, 80.0), (120.0, 80.0), (120.0, 40.0)];
+            let mut submaps = Submaps::at(corners[0], 1.0);
+            let mut reckoned = corners[0];
+            let mut truth = corners[0];
+            for step in 0..rounds * 4 {
+                let next = corners[((step + 1) % 4) as usize];
+                let (x_in, y_in) = (next.0 - truth.0, next.1 - truth.1);
+                // The first round is nearly right; later the heading is off, and each side is driven too far.
+                let error_deg = if step < 4 { 0.0 } else { error_deg };
+                let (sin, cos) = libm::sincos(error_deg.to_radians());
+                let moved = (x_in * cos + y_in * sin + 1.0, y_in * cos - x_in * sin + 0.5);
+                reckoned = (reckoned.0 + moved.0, reckoned.1 + moved.1);
+                truth = next;
+                submaps.advance(moved, 4.0_f64.to_radians(), libm::hypot(x_in, y_in), 0.0);
+                submaps.take(room(truth));
+            }
+            let position = submaps.position_in();
+            let off_in = libm::hypot(position.0 - truth.0, position.1 - truth.1);
+            let reckoned_in = libm::hypot(reckoned.0 - truth.0, reckoned.1 - truth.1);
+            prop_assert!(off_in < 6.0 + reckoned_in / 4.0, "{off_in} of {reckoned_in}");
+            let p = submaps.covariance();
+            prop_assert!(p[0][0] > 10.0 && p[1][1] > 10.0 && p[0][0] + p[1][1] < 200.0, "{p:?}");
+            let inverse = inverse(p).unwrap();
+            let (x, y) = (position.0 - truth.0, position.1 - truth.1);
+            let squared = x * x * inverse[0][0] + 2.0 * x * y * inverse[0][1] + y * y * inverse[1][1];
+            prop_assert!(squared < 5.991, "{squared}");
+        }
+
+        /// Where the map has no walls, a stretch changes nothing.
+        #[test]
+        fn unknown_place_says_nothing(x_in in 400.0..900.0_f64) {
+            let mut submaps = Submaps::at((40.0, 40.0), 1.0);
+            submaps.take(room((40.0, 40.0)));
+            submaps.advance((x_in, 0.0), 0.05, x_in, 0.0);
+            let (position, p) = (submaps.position_in(), submaps.covariance());
+            submaps.take(room((40.0, 40.0)));
+            prop_assert_eq!(submaps.position_in(), position);
+            prop_assert_eq!(submaps.covariance(), p);
+        }
+    }
+
+    #[test]
+    fn memory_is_bounded() {
+        let mut submaps = Submaps::at((0.0, 0.0), 1.0);
+        for step in 0..SUBMAPS_MAX + 20 {
+            let x_in = if step % 2 == 0 { 400.0 } else { -399.0 };
+            submaps.advance((x_in, 0.0), 0.01, 400.0, 0.0);
+            submaps.add(room((40.0, 40.0)));
+        }
+        assert_eq!(submaps.feet.len(), SUBMAPS_MAX);
+        assert_eq!(submaps.mean.len(), state(SUBMAPS_MAX));
+        let is_square = |row: &Vec<f64>| row.len() == state(SUBMAPS_MAX);
+        assert!(
+            submaps.covariance.len() == state(SUBMAPS_MAX)
+                && submaps.covariance.iter().all(is_square)
+        );
+    }
+}
