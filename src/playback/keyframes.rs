@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use crate::event::Moment;
 
 /// Maximum number of keyframes.
-const FRAMES_MAX: usize = 384;
+const FRAMES_MAX: usize = 256;
 
 /// Frames in order of time, `spacing` apart. When the memory is full, every other frame
 /// is dropped and the spacing doubles.

@@ -9,6 +9,7 @@ mod reckoning;
 mod resets;
 mod statement;
 mod submaps;
+mod symmetric;
 mod tracker;
 mod walls;
 

@@ -9,6 +9,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::matching::{Foot, Matrix, compare, inverse};
+use super::symmetric::Symmetric;
 
 /// Path over which the error of the heading changes, inches.
 const CORRELATED_IN: f64 = 600.0;
@@ -50,7 +51,7 @@ const HEADING: usize = 2;
 #[derive(Clone)]
 pub(super) struct Submaps {
     mean: Vec<f64>,
-    covariance: Vec<Vec<f64>>,
+    covariance: Symmetric,
     /// Feet of each submap from its origin.
     feet: Vec<Arc<[Foot]>>,
     /// Stretches since the last match with places of long ago.
@@ -69,14 +70,9 @@ impl fmt::Debug for Submaps {
 impl Submaps {
     /// No map, and a position with the same variance in all directions.
     pub(super) fn at((x_in, y_in): (f64, f64), variance: f64) -> Self {
-        let row = |at: usize, value: f64| {
-            let mut row = vec![0.0; ROBOT];
-            row[at] = value;
-            row
-        };
         Self {
             mean: vec![x_in, y_in, 0.0],
-            covariance: vec![row(0, variance), row(1, variance), row(HEADING, 1.0)],
+            covariance: Symmetric::diagonal(&[variance, variance, 1.0]),
             feet: Vec::new(),
             unmatched: 0,
         }
@@ -86,10 +82,7 @@ impl Submaps {
     pub(super) fn robot(&self) -> Self {
         Self {
             mean: self.mean[..ROBOT].to_vec(),
-            covariance: self.covariance[..ROBOT]
-                .iter()
-                .map(|row| row[..ROBOT].to_vec())
-                .collect(),
+            covariance: self.covariance.first(ROBOT),
             feet: Vec::new(),
             unmatched: 0,
         }
@@ -100,8 +93,8 @@ impl Submaps {
     }
 
     pub(super) fn covariance(&self) -> Matrix {
-        let p = &self.covariance;
-        [[p[0][0], p[0][1]], [p[1][0], p[1][1]]]
+        let p = |row, column| self.covariance.at(row, column);
+        [[p(0, 0), p(0, 1)], [p(1, 0), p(1, 1)]]
     }
 
     /// Adds a movement with the standard deviation of its direction.
@@ -120,25 +113,28 @@ impl Submaps {
         self.mean[1] += y_in + lever[1] * heading;
         self.mean[HEADING] = keep * heading;
         let p = &mut self.covariance;
-        let heading = p[HEADING].clone();
-        for (row, lever) in p.iter_mut().zip(lever) {
-            for (value, heading) in row.iter_mut().zip(&heading) {
-                *value += lever * heading;
+        for at in ROBOT..self.mean.len() {
+            let heading = p.at(HEADING, at);
+            p.add(0, at, lever[0] * heading);
+            p.add(1, at, lever[1] * heading);
+            p.add(HEADING, at, (keep - 1.0) * heading);
+        }
+        let heading = [0, 1, HEADING].map(|at| p.at(HEADING, at));
+        for row in 0..2 {
+            for column in 0..=row {
+                let both = lever[row] * heading[column] + lever[column] * heading[row];
+                let turned = lever[row] * lever[column] * heading[HEADING];
+                p.add(row, column, both + turned);
             }
+            let with_heading = heading[row] + lever[row] * heading[HEADING];
+            p.add(HEADING, row, keep * with_heading - heading[row]);
+            p.add(row, row, PER_IN * path_in + PER_CONTACT_S * contact_s);
         }
-        for value in &mut p[HEADING] {
-            *value *= keep;
-        }
-        for row in p.iter_mut() {
-            let heading = row[HEADING];
-            row[0] += lever[0] * heading;
-            row[1] += lever[1] * heading;
-            row[HEADING] = keep * heading;
-        }
-        p[HEADING][HEADING] += 1.0 - keep * keep;
-        for (axis, row) in p.iter_mut().enumerate().take(2) {
-            row[axis] += PER_IN * path_in + PER_CONTACT_S * contact_s;
-        }
+        p.add(
+            HEADING,
+            HEADING,
+            (keep * keep - 1.0) * (heading[HEADING] - 1.0),
+        );
     }
 
     /// Matches the feet of a stretch, from the robot's position at its end, and adds them to the map.
@@ -210,7 +206,7 @@ impl Submaps {
             row(axis) - pairs.map(|(at, w)| w * row(state(*at) + axis)).sum::<f64>()
         };
         let across: Vec<[f64; 2]> = (0..size)
-            .map(|at| [0, 1].map(|axis| from_group(&|other| self.covariance[at][other], axis)))
+            .map(|at| [0, 1].map(|axis| from_group(&|other| self.covariance.at(at, other), axis)))
             .collect();
         let mut prior =
             [0, 1].map(|row| [0, 1].map(|axis| from_group(&|at| across[at][axis], row)));
@@ -240,7 +236,7 @@ impl Submaps {
         for (at, gain) in gains.iter().enumerate() {
             self.mean[at] += gain[0] * found.shift_in.0 + gain[1] * found.shift_in.1;
             let taken = by(*gain, found.taken);
-            for (value, other) in self.covariance[at].iter_mut().zip(&gains) {
+            for (value, other) in self.covariance.row_mut(at).iter_mut().zip(&gains) {
                 *value -= taken[0] * other[0] + taken[1] * other[1];
             }
         }
@@ -253,11 +249,8 @@ impl Submaps {
         }
         let (x_in, y_in) = self.position_in();
         self.mean.extend([x_in, y_in]);
-        for row in &mut self.covariance {
-            row.extend([row[0], row[1]]);
-        }
-        self.covariance.push(self.covariance[0].clone());
-        self.covariance.push(self.covariance[1].clone());
+        self.covariance.push_copy_of(0);
+        self.covariance.push_copy_of(1);
         self.feet.push(feet.into());
     }
 
@@ -276,10 +269,7 @@ impl Submaps {
         let states = state(closest.1)..state(closest.1) + 2;
         self.feet.remove(closest.1);
         self.mean.drain(states.clone());
-        self.covariance.drain(states.clone());
-        for row in &mut self.covariance {
-            row.drain(states.clone());
-        }
+        self.covariance.remove(&states);
     }
 
     fn origin(&self, at: usize) -> (f64, f64) {
@@ -288,8 +278,8 @@ impl Submaps {
 
     /// Variance of the distance of two places on the worse axis.
     fn variance(&self, one: usize, other: usize) -> f64 {
-        let p = &self.covariance;
-        let axis = |one: usize, other: usize| p[one][one] + p[other][other] - 2.0 * p[one][other];
+        let p = |one, other| self.covariance.at(one, other);
+        let axis = |one: usize, other: usize| p(one, one) + p(other, other) - 2.0 * p(one, other);
         // Rounding may leave a little less than none.
         axis(one, other).max(axis(one + 1, other + 1)).max(0.0)
     }
@@ -383,10 +373,6 @@ mod tests {
         }
         assert_eq!(submaps.feet.len(), SUBMAPS_MAX);
         assert_eq!(submaps.mean.len(), state(SUBMAPS_MAX));
-        let is_square = |row: &Vec<f64>| row.len() == state(SUBMAPS_MAX);
-        assert!(
-            submaps.covariance.len() == state(SUBMAPS_MAX)
-                && submaps.covariance.iter().all(is_square)
-        );
+        assert_eq!(submaps.covariance.size(), state(SUBMAPS_MAX));
     }
 }
