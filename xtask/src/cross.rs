@@ -87,15 +87,29 @@ pub(crate) fn macos() -> Result<(), String> {
 /// hours of simulated robots with a compass.
 const SKIPPED: [&str; 3] = ["search::", "statement_holds", "unequal_wheels"];
 
+/// Skipped on the emulated ARM only: random sessions and captures in the dashboard, each over a quarter of an hour there and minutes
+/// on Windows, and a serial device, for which qemu 7.2 lacks a call.
+const SKIPPED_ON_ARM: [&str; 5] = [
+    "live::a_live_",
+    "live_and_replayed_figures_are_equal",
+    "a_seek_shows_what_playing_there_shows",
+    "damaged_capture_is_shown_up_to_the_damage",
+    "another_terminal_of_the_same_name_is_not_opened",
+];
+
 /// Runs tests on the other machine.
 fn test(target: &str) -> Result<(), String> {
-    let arguments = ["test", "--locked", "--target", target];
-    run(cargo(target)?
-        .args(arguments)
-        .args(CRATES)
-        .arg("--")
-        .args(SKIPPED.map(|name| ["--skip", name]).concat()))?;
-    run(cargo(target)?.args(arguments).args(STATION))
+    let on_arm = SKIPPED_ON_ARM.iter().filter(|_| target == ARM);
+    let skipped = SKIPPED.iter().chain(on_arm);
+    let skips: Vec<&str> = skipped.flat_map(|name| ["--skip", *name]).collect();
+    for packages in [&CRATES[..], &STATION] {
+        run(cargo(target)?
+            .args(["test", "--locked", "--target", target])
+            .args(packages)
+            .arg("--")
+            .args(&skips))?;
+    }
+    Ok(())
 }
 
 /// Builds the program for users and returns its path.
