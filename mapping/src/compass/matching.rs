@@ -261,17 +261,29 @@ pub(super) fn compare(seen: &[Foot], map: &[Foot], prior: Matrix, idle: f64) -> 
             .enumerate()
             .map(|(at, weight)| (place(at), weight)),
     );
-    let less = |axis: usize| {
-        let less = before.1[axis][axis] - after.1[axis][axis];
-        less - KEPT.min(less.max(0.0))
-    };
-    let (x, y) = (less(0), less(1));
-    let limit = libm::sqrt(x.max(0.0) * y.max(0.0));
-    let both = (before.1[0][1] - after.1[0][1]).clamp(-limit, limit);
+    let less = [0, 1].map(|row| [0, 1].map(|axis| before.1[row][axis] - after.1[row][axis]));
     Some(Match {
         shift_in: after.0,
-        taken: [[x, both], [both, y]],
+        taken: without_kept(less),
     })
+}
+
+/// A reduction of the variance less what remains of it on each of its own axes. Other axes could leave less than no variance
+/// of correlated coordinates.
+fn without_kept(less: Matrix) -> Matrix {
+    let mean = f64::midpoint(less[0][0], less[1][1]);
+    let half = (less[0][0] - less[1][1]) / 2.0;
+    let radius = libm::hypot(half, less[0][1]);
+    let rest = |value: f64| value - KEPT.min(value.max(0.0));
+    let (long, short) = (rest(mean + radius), rest(mean - radius));
+    let mean = f64::midpoint(long, short);
+    let scale = if radius > 0.0 {
+        (long - short) / 2.0 / radius
+    } else {
+        0.0
+    };
+    let both = less[0][1] * scale;
+    [[mean + half * scale, both], [both, mean - half * scale]]
 }
 
 /// Mean and covariance of weighted places.
@@ -333,6 +345,24 @@ mod tests {
             prop_assert!(result.shift_in.0.abs() < 1.0 && result.taken[0][0] < 10.0, "{result:?}");
             let other = compare(&seen, &wall(2), prior, 0.1).unwrap();
             prop_assert!(other.shift_in.1.abs() < 0.1 && other.taken[1][1].abs() < 0.1, "{other:?}");
+        }
+
+        /// However uncertain the coordinates are together, a match leaves a covariance.
+        #[test]
+        fn no_match_takes_more_than_there_is(
+            short in 4.0..100.0_f64, long in 100.0..1000.0_f64, tilt_deg in -45.0..45.0_f64
+        ) {
+            let (sin, cos) = libm::sincos(tilt_deg.to_radians());
+            let both = (long - short) * sin * cos;
+            let along = [short * cos * cos + long * sin * sin, short * sin * sin + long * cos * cos];
+            let prior = [[along[0], both], [both, along[1]]];
+            let wall: Vec<Foot> = (-60..60)
+                .map(|at| Foot { facing: 0, x_in: f64::from(at) * 2.0, y_in: 60.0, weight: 1.0 })
+                .collect();
+            let result = compare(&wall[45..75], &wall, prior, 0.1).unwrap();
+            let left = [0, 1].map(|row| [0, 1].map(|axis| prior[row][axis] - result.taken[row][axis]));
+            let determinant = left[0][0] * left[1][1] - left[0][1] * left[1][0];
+            prop_assert!(left[0][0] > 0.0 && left[1][1] > 0.0 && determinant > 0.0, "{left:?}");
         }
     }
 }

@@ -79,9 +79,11 @@ impl Reckoning {
         }
     }
 
-    /// Variance of the position on the worse axis, square inches.
+    /// Variance of the position in its worst direction, square inches.
     pub(super) fn variance(&self) -> f64 {
-        self.covariance[0][0].max(self.covariance[1][1])
+        let p = &self.covariance;
+        let half = (p[0][0] - p[1][1]) / 2.0;
+        f64::midpoint(p[0][0], p[1][1]) + libm::hypot(half, p[0][1])
     }
 
     pub(super) fn ellipse(&self) -> Ellipse {
