@@ -159,6 +159,29 @@ fn label_is_kept_beside_the_capture_and_listed() {
 }
 
 #[cfg(unix)]
+/// The note of a mark goes with it, in the session that wrote both too.
+#[test]
+fn a_mark_removed_while_recording_leaves_no_note() {
+    let folder = folder();
+    let path = folder.path().join("live.mcap");
+    let arguments = ["demo", "--record", path.to_str().unwrap()];
+    let mut demo = OnTerminal::start(env!("CARGO_BIN_EXE_groundwave"), &arguments, 120, 40);
+    demo.wait_for("lines", |screen| screen.contains("newest <1 s"));
+    demo.type_keys("asofa\r");
+    demo.wait_for("the note", |screen| screen.contains("note: sofa"));
+    demo.type_keys("Nm");
+    demo.wait_for("the mark", |screen| screen.contains("PAST"));
+    demo.type_keys("aG");
+    demo.wait_for("that it is removed", |screen| {
+        screen.contains("note removed: sofa")
+    });
+    demo.type_keys("q");
+    assert_eq!(demo.wait(), 0);
+    let output = groundwave(folder.path(), &["info", "live.mcap"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("lines") && !said.contains("sofa"), "{said}");
+}
+
 #[test]
 fn marks_of_a_label_are_in_the_picture_and_in_the_replay() {
     let folder = folder();

@@ -172,6 +172,13 @@ impl<C: Cursor> Player<C> {
         self.noted.push((at, text));
     }
 
+    /// Whether the capture itself has a mark at a moment.
+    #[must_use]
+    pub fn is_recorded_mark(&self, at: Moment) -> bool {
+        let mut recorded = self.recorded.iter();
+        recorded.any(|mark| mark.abs_diff(at) < MARK_REACH)
+    }
+
     /// The mark set (`true`) or removed (`false`) since the last call.
     pub const fn take_marked(&mut self) -> Option<(Moment, bool)> {
         self.marked.take()
@@ -485,8 +492,7 @@ impl<C: Cursor> Player<C> {
                 .map(|(_, text)| text)
                 .collect();
             let texts = texts.join("; ");
-            let is_recorded = self.recorded.iter().any(near);
-            self.tell(match (is_recorded, &*texts) {
+            self.tell(match (self.is_recorded_mark(at), &*texts) {
                 (true, "") => format!(
                     "mark at {marked} hidden: the recording keeps it, a new replay shows it"
                 ),

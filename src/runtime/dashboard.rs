@@ -13,6 +13,7 @@ use super::pace::Pace;
 use super::runs;
 use super::{Driver, Keeper, Source};
 use crate::capture::runs::Label;
+use crate::capture::runs::label::Note;
 use crate::event::{Effect, Event, Gesture, Level, Moment, Notice, NoticeCode, Recording, Remark};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -262,7 +263,9 @@ impl Running {
             }
             Effect::Playback(control) => {
                 let events = self.source.handle(control);
-                self.forget_removed_mark();
+                if let Some((capture, at)) = self.removed_mark(&events) {
+                    self.forget_notes(capture, at);
+                }
                 self.refresh();
                 let mut leave = false;
                 for event in events {
@@ -371,16 +374,31 @@ impl Running {
         });
     }
 
-    /// Removes the notes of a mark that the operator removed from a capture.
-    fn forget_removed_mark(&mut self) {
-        let Source::Capture(source) = &mut self.source else {
-            return;
-        };
-        let Some((at, false)) = source.player.take_marked() else {
-            return;
-        };
-        let Some(capture) = self.ui.config.capture.clone() else {
-            return;
+    /// Capture and moment of a mark that the operator removed.
+    fn removed_mark(&mut self, events: &[Event]) -> Option<(String, Moment)> {
+        if let Source::Capture(source) = &mut self.source {
+            let (at, is_set) = source.player.take_marked()?;
+            let capture = self.ui.config.capture.clone()?;
+            return (!is_set).then_some((capture, at));
+        }
+        let ago = events.iter().find_map(|event| match event {
+            Event::Mark(mark) if !mark.is_set => Some(mark.ago),
+            _ => None,
+        })?;
+        let recording = &self.source.present().recording;
+        let capture = recording.mcap.as_ref().or(recording.tee.as_ref())?;
+        let keeper = self.keeper.as_ref()?;
+        let now = keeper.moment_of(Path::new(capture), Instant::now())?;
+        Some((capture.clone(), now.saturating_sub(ago)))
+    }
+
+    /// Removes the notes of a removed mark, and tells it once that is done.
+    fn forget_notes(&self, capture: String, at: Moment) {
+        let stays = match &self.source {
+            Source::Capture(source) if source.player.is_recorded_mark(at) => {
+                "; the recording keeps its mark"
+            }
+            _ => "",
         };
         let readers = self.readers.clone();
         thread::spawn(move || {
@@ -392,14 +410,9 @@ impl Running {
                 }
                 Ok(removed)
             });
+            let tell = |note: Note| format!("note removed: {}{stays}", note.text);
             let (level, texts) = match removed {
-                Ok(notes) => {
-                    let texts = notes.into_iter().map(|note| note.text);
-                    (
-                        Level::Info,
-                        texts.map(|text| format!("note removed: {text}")).collect(),
-                    )
-                }
+                Ok(notes) => (Level::Info, notes.into_iter().map(tell).collect()),
                 Err(error) => (Level::Warning, vec![error.to_string()]),
             };
             for text in texts {

@@ -81,8 +81,11 @@ impl Station {
                     self.give_up_tuning(now, failure);
                     // A robot that has restarted may have other values.
                     self.paused_list = None;
-                    let text = lost_session(failure, self.stopped);
-                    self.notice(NoticeCode::SessionEnded, Level::Warning, text);
+                    // The statuses of the commands say what an own STOP ended.
+                    if failure != Failure::Stopped || !self.stopped {
+                        let text = lost_session(failure);
+                        self.notice(NoticeCode::SessionEnded, Level::Warning, text);
+                    }
                 }
                 FopEvent::Task(status) => self.take_status(now, status),
                 FopEvent::Stop(status) => self.take_stop_status(now, status),
@@ -214,7 +217,7 @@ pub(super) fn order(request: &Request) -> Option<Order> {
     })
 }
 
-const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
+const fn lost_session(loss: Failure) -> &'static str {
     match loss {
         Failure::RobotRestarted => {
             "the robot restarted: session, staged list and active list are lost"
@@ -222,7 +225,6 @@ const fn lost_session(loss: Failure, stopped: bool) -> &'static str {
         Failure::TakenOver => {
             "another station opened a session: this one sends nothing until you do"
         }
-        Failure::Stopped if stopped => "STOP ended all earlier commands",
         Failure::Stopped => {
             "the robot ended all earlier commands: a STOP from elsewhere, or a restart"
         }

@@ -108,18 +108,15 @@ impl Screen<'_> {
         let width = least.max(room.saturating_sub(WORDS_COLUMNS));
         // The banner says that it is a replay; a file is known without its folder.
         let name = name.strip_prefix("replay of ").unwrap_or(name);
-        let name = match name.rsplit_once(" via ") {
+        // The robot is named before the station that shares its link.
+        let shared = name.rsplit_once(" via ").filter(|_| !self.ui.is_replay());
+        let name = match shared {
             _ if columns(name) <= width => Cow::Borrowed(name),
             Some((link, via)) => {
                 let link = file_name(link);
-                let short = format!("{link} via {}", file_name(via));
-                let fits = columns(&short) <= width;
-                if fits {
-                    short
-                } else {
-                    format!("{link} shared")
-                }
-                .into()
+                let both = format!("{link} via {}", file_name(via));
+                let fits = columns(&both) <= width;
+                if fits { both.into() } else { link.into() }
             }
             None => file_name(name).into(),
         };
@@ -294,7 +291,7 @@ const NAME_COLUMNS: usize = 24;
 const FILE_COLUMNS: usize = 32;
 
 /// Width kept free for the words after a longer name, columns.
-const WORDS_COLUMNS: usize = 54;
+const WORDS_COLUMNS: usize = 47;
 
 /// The last part of a path.
 pub(super) fn file_name(path: &str) -> &str {
