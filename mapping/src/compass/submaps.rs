@@ -162,10 +162,6 @@ impl Submaps {
             && count >= STRETCHES
         {
             let newest = count + 1 - STRETCHES..count;
-            // Those that were dropped as redundant leave older ones in their places.
-            let driven = newest
-                .clone()
-                .filter(|at| self.variance(0, state(*at)) < TOGETHER);
             let group: Vec<usize> = earlier
                 .into_iter()
                 .filter(|at| self.variance(state(nearest), state(*at)) < TOGETHER)
@@ -174,7 +170,7 @@ impl Submaps {
             if group.len() >= EARLIER_LEAST {
                 let here = self.position_in();
                 let mut seen = feet.clone();
-                for at in driven {
+                for at in newest {
                     let origin = self.origin(at);
                     let from = (origin.0 - here.0, origin.1 - here.1);
                     seen.extend(self.feet[at].iter().map(|foot| foot.moved(from)));
