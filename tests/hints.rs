@@ -38,7 +38,7 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["replay", CAPTURE, "--speed", "fast"], "`fast` is not a number; write 10 or 0.5"),
     (2, &["replay", CAPTURE], "needs a terminal"),
     (2, &["demo"], "use `groundwave sim` instead"),
-    (2, &["watch", "sim"], "use `watch --headless` instead"),
+    (2, &["watch", "sim"], "use `groundwave watch --headless` instead"),
     (2, &["recover", "gone"], NO_FILE),
     (1, &["recover", "a.txt"], "no part of a Groundwave recording"),
     (2, &["label", "gone"], NO_FILE),
