@@ -57,7 +57,7 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (6, &["send", "-", "stop"], "--via ADDR"),
     (6, &["send", "sim", "--no-uplink", "stop"], "--via ADDR"),
     (2, &["send", "sim", "route", "gone"], NO_FILE),
-    (2, &["send", "sim", "route", "bad.csv"], "bad.csv:2:1: expected `X,Y`"),
+    (2, &["send", "sim", "route", "bad.csv"], "bad.csv:2:1: `3;4` is not two numbers with a comma"),
     (2, &["send", "sim", "-f", "gone"], NO_FILE),
     (2, &["send", "sim", "-f", "."], IS_FOLDER),
     (2, &["send", "sim", "goto", "1", "x"], "whole number of inches from"),
