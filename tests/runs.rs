@@ -158,8 +158,8 @@ fn label_is_kept_beside_the_capture_and_listed() {
     );
 }
 
-#[cfg(unix)]
 /// The note of a mark goes with it, in the session that wrote both too.
+#[cfg(unix)]
 #[test]
 fn a_mark_removed_while_recording_leaves_no_note() {
     let folder = folder();
@@ -182,6 +182,7 @@ fn a_mark_removed_while_recording_leaves_no_note() {
     assert!(said.contains("lines") && !said.contains("sofa"), "{said}");
 }
 
+#[cfg(unix)]
 #[test]
 fn marks_of_a_label_are_in_the_picture_and_in_the_replay() {
     let folder = folder();

@@ -272,7 +272,7 @@ fn command_from_a_second_dashboard(share: &str, prefix: &str) {
     second.wait_for("the present", |text| !text.contains("PAST"));
     owner.type_keys(" ");
     second.wait_for("who stopped it", |text| {
-        text.contains("STOP from the operator of its station")
+        text.contains("STOP from the station's operator")
     });
     let shown = second.text();
     let name = link.rsplit('/').next().unwrap();
@@ -286,7 +286,7 @@ fn command_from_a_second_dashboard(share: &str, prefix: &str) {
     owner.type_keys("q");
     assert_eq!(owner.wait(), 0);
     second.wait_for("that the station has gone", |text| {
-        text.contains(LinkEvent::STATION_CLOSED) && text.contains("Waits for its station")
+        text.contains(LinkEvent::STATION_CLOSED) && text.contains("Waits for the station")
     });
     second.type_keys("q");
     assert_eq!(second.wait(), 0);

@@ -362,7 +362,7 @@ pub enum LinkEvent {
 
 impl LinkEvent {
     /// Reason of a link that was lost because the station that shares it closed the connection.
-    pub const STATION_CLOSED: &str = "its station closed the connection";
+    pub const STATION_CLOSED: &str = "the station closed the connection";
 }
 
 /// Kind of the bytes from the radio over the last seconds.

@@ -105,7 +105,7 @@ pub(super) async fn run(
     }
 }
 
-/// Reports the alarms that an event or the passing of time raises or ends, and the suggestions.
+/// Updates the facts with an event, and reports the alarms that begin or end, and the suggestions.
 pub(super) fn update_facts(facts: &mut Facts, driver: &mut Driver, event: &Event) {
     let now = driver.now();
     facts.update(now, event);

@@ -421,7 +421,7 @@ impl Facts {
     fn take_restart(&mut self, now: Moment) {
         self.ledger.take_restart();
         self.robot.take_restart();
-        self.motors.take_restart();
+        self.motors.start_afresh();
         self.parameters.take_restart();
         self.chart.start_afresh();
         self.ground.take_restart();

@@ -177,13 +177,11 @@ impl Ledger {
 
     /// The command whose status changed last. A list of parameters does not count while other commands overtake it.
     pub(crate) fn newest(&self) -> Option<&Entry> {
-        let is_list = |entry: &&Entry| entry.request == Request::Parameter(Tuning::List);
-        let mut open = self.entries.iter().filter(|entry| !entry.is_over());
-        let is_overtaken = open.any(|entry| !is_list(&entry));
-        let counts = |entry: &&Entry| entry.is_over() || !is_overtaken || !is_list(entry);
+        let list = Request::Parameter(Tuning::List);
+        let is_overtaken = self.open().any(|request| *request != list);
         self.entries
             .iter()
-            .filter(counts)
+            .filter(|entry| entry.is_over() || !is_overtaken || entry.request != list)
             .max_by_key(|entry| entry.at)
     }
 

@@ -134,8 +134,8 @@ pub(crate) struct Motors {
     changes: VecDeque<Moment>,
     /// Time of the newest line A.
     heard_at: Moment,
-    /// Whether the times of the states begin with the next report.
-    begins_afresh: bool,
+    /// Whether the ages of the states begin with the next report.
+    starts_afresh: bool,
     samples: Tally,
     ticks: Tally,
     newest_counters: Option<Reading<CountersLine>>,
@@ -150,7 +150,7 @@ impl Motors {
         is_unguarded: bool,
     ) -> bool {
         if now.saturating_sub(self.heard_at) > UNSEEN {
-            self.take_restart();
+            self.start_afresh();
         }
         self.heard_at = now;
         let mut won = [0; HOLDERS];
@@ -170,7 +170,7 @@ impl Motors {
         is_unguarded: bool,
     ) -> bool {
         let holder = Holder::guarded(state, is_unguarded);
-        if std::mem::take(&mut self.begins_afresh) {
+        if std::mem::take(&mut self.starts_afresh) {
             let rungs = self.rungs.iter_mut().flatten();
             rungs.for_each(|rung| rung.at = now);
             self.holder.iter_mut().for_each(|held| held.at = now);
@@ -194,8 +194,8 @@ impl Motors {
     }
 
     /// Forgets since when the robot has been in its state.
-    pub(super) fn take_restart(&mut self) {
-        self.begins_afresh = true;
+    pub(super) fn start_afresh(&mut self) {
+        self.starts_afresh = true;
     }
 
     fn take_rungs(&mut self, now: Moment, holder: Holder, state: &StateLine) {

@@ -289,7 +289,7 @@ impl Broker {
     pub fn handle_stop(&mut self, id: CommandId, by: Option<&str>) {
         let asker = self.commands.get(&id).map(|command| command.client);
         let line = StationLine::Stopped {
-            stopped_by: by.unwrap_or("the operator of its station").to_owned(),
+            stopped_by: by.unwrap_or("the station's operator").to_owned(),
         };
         self.send_all_but(asker, &line);
     }

@@ -389,7 +389,7 @@ pub enum StationLine {
         /// The text.
         said: String,
     },
-    /// Somebody else sent STOP.
+    /// Another client or the station's operator sent STOP.
     Stopped {
         /// Who sent it, for display.
         stopped_by: String,

@@ -25,7 +25,7 @@ const ACKNOWLEDGE: &str = "<acknowledge-alarms>: acknowledge";
 const STOP_UNSENT: &str = "STOP NOT SENT: waits for the link; <cancel-commands> gives up";
 
 /// The hint after the station that shares the link closed the connection.
-const STATION_CLOSED: &str = "waits for its station; reconnecting";
+const STATION_CLOSED: &str = "waits for the station; reconnecting";
 
 impl Screen<'_> {
     /// The alarms that are unacknowledged now, even while the screen shows the past of a live session.

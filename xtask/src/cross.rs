@@ -83,11 +83,11 @@ pub(crate) fn macos() -> Result<(), String> {
         .env("AR_aarch64_apple_darwin", "true"))
 }
 
-/// Tests that depend on no machine and would take longer than all others under emulation: the search of all states of the link, and
+/// Tests of these packages that depend on no machine and would take longer than all others under emulation: the search of all states of the link, and
 /// hours of simulated robots with a compass.
 const SKIPPED: [&str; 3] = ["search::", "statement_holds", "unequal_wheels"];
 
-/// Skipped on the emulated ARM only: the playback of random sessions and captures, which takes minutes on Windows and hours there,
+/// Tests of the station that are skipped on the emulated ARM: the playback of random sessions and captures, which takes minutes on Windows and hours there,
 /// and a serial device, for which qemu 7.2 lacks a call.
 const SKIPPED_ON_ARM: [&str; 2] = [
     "playback::",
@@ -96,15 +96,13 @@ const SKIPPED_ON_ARM: [&str; 2] = [
 
 /// Runs tests on the other machine.
 fn test(target: &str) -> Result<(), String> {
-    let on_arm = SKIPPED_ON_ARM.iter().filter(|_| target == ARM);
-    let skipped = SKIPPED.iter().chain(on_arm);
-    let skips: Vec<&str> = skipped.flat_map(|name| ["--skip", *name]).collect();
-    for packages in [&CRATES[..], &STATION] {
+    let of_station: &[&str] = if target == ARM { &SKIPPED_ON_ARM } else { &[] };
+    for (packages, skipped) in [(&CRATES[..], &SKIPPED[..]), (&STATION, of_station)] {
         run(cargo(target)?
             .args(["test", "--locked", "--target", target])
             .args(packages)
             .arg("--")
-            .args(&skips))?;
+            .args(skipped.iter().flat_map(|name| ["--skip", name])))?;
     }
     Ok(())
 }

@@ -1,9 +1,9 @@
-//! Settings of the odometer's pose. Lines A and B tell of each, in either order.
+//! Settings of the odometer's pose. Lines A and B report each, in either order.
 
 /// Modulus of the count of settings in line B.
 const MODULUS: u8 = 100;
 
-/// A setting of which only one kind of line has told so far.
+/// A setting that only one of the two kinds of line has reported so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Pending {
     #[default]

@@ -290,6 +290,6 @@ fn others_are_told_who_sent_stop() {
     table.broker.handle_stop(stop, Some("pid 5"));
     assert_eq!(table.outputs(), [r#"2 < {"stopped_by":"pid 5"}"#]);
     table.broker.handle_stop(CommandId(9), None);
-    let told = r#"{"stopped_by":"the operator of its station"}"#;
+    let told = r#"{"stopped_by":"the station's operator"}"#;
     assert_eq!(table.outputs(), [1, 2].map(|n| format!("{n} < {told}")));
 }
