@@ -155,7 +155,7 @@ fn scan_prints_its_result_or_the_reason_for_a_refusal() {
     );
     expect(0, &["send", link, "disable", "rotate"]);
     let (_, err) = expect(5, &["send", link, "scan"]);
-    let why = "layer rotation, which is forbidden; `enable rotation` first";
+    let why = "layer rotation is forbidden; `enable rotation` first";
     assert!(err.contains(why), "{err}");
 
     // The station that shares its link is receive-only and tells its clients.

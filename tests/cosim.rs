@@ -1,7 +1,6 @@
 //! Commands over many seeds: a confirmed command has arrived, is kept by the robot, and is executed.
 
 use std::collections::HashSet;
-use std::time::Duration;
 
 use crate::common::{CoSimulation, Rng, on_all_cores, seeds};
 use groundwave::event::{CommandStatus, Failure, LinkEvent};
@@ -176,19 +175,14 @@ fn a_stop_of_an_operator_outlives_a_lost_link() {
         };
         co.station.handle_link(co.now(), lost);
         let late = co.request(Request::Mode(Mode::Reactive));
-        let [given_up, stop] = [0, 1].map(|n| {
-            let stop = co.request(Request::Stop);
-            let mut at = co.now();
-            for _ in 0..10 {
-                at += Duration::from_secs(7);
-                co.station.handle_timeout(at);
-                assert_eq!(co.station.poll_transmit(at), None, "{}", co.context());
-            }
-            if n == 0 {
-                co.station.handle_cancel(at);
-            }
-            stop
-        });
+        let given_up = co.request(Request::Stop);
+        co.run(20);
+        assert_eq!(co.fate(given_up), None, "{}", co.context());
+        co.station.handle_cancel(co.now());
+        let stop = co.request(Request::Stop);
+        co.run(40);
+        assert_eq!(co.fate(stop), None, "{}", co.context());
+        assert_ne!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
         let opened = LinkEvent::Opened {
             name: "radio".to_owned(),
             can_send: true,

@@ -110,7 +110,8 @@ fn enter_on_a_run_replays_it_in_the_same_program() {
     replay.wait_for("the first capture", |screen| screen.contains("a.txt"));
     replay.type_keys(":runs\r");
     replay.wait_for("the runs", |screen| screen.contains("runs in"));
-    replay.type_keys("\r");
+    // The replayed run is selected; the other one is below it.
+    replay.type_keys("j\r");
     replay.wait_for("the other capture", |screen| {
         screen.contains("b.mcap") && !screen.contains("runs in")
     });
@@ -170,8 +171,10 @@ fn a_mark_removed_while_recording_leaves_no_note() {
     demo.type_keys("asofa\r");
     demo.wait_for("the note", |screen| screen.contains("note: sofa"));
     demo.type_keys("Nm");
-    demo.wait_for("the mark", |screen| screen.contains("PAST"));
-    demo.type_keys("aG");
+    demo.wait_for("the mark and its text", |screen| {
+        screen.contains("PAST") && screen.contains("mark: sofa")
+    });
+    demo.type_keys("a\rG");
     demo.wait_for("that it is removed", |screen| {
         screen.contains("note removed: sofa")
     });

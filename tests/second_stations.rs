@@ -209,7 +209,10 @@ fn stop_outlives_a_lost_connection_to_the_station() {
     );
     pair.second.handle_shared(now, true);
     pair.run_until(20, |pair| pair.fate(stop) == Some(CONFIRMED));
-    assert!(!pair.co.modes.contains(&Mode::Prowl));
+    for _ in 0..5000 {
+        pair.step();
+        assert_eq!(pair.co.simulation.robot().mode(), Mode::Stop);
+    }
 }
 
 /// A demo that was left and begun again is another robot with the same id and boot counter: its lines tell nothing of the first one's.

@@ -50,7 +50,7 @@ impl Ui {
             (Some("runs"), None, ..) => Ok(Some(self.list_runs(self.folder_at_hand(facts)))),
             (Some("runs"), Some(folder), None, _) => Ok(Some(self.list_runs(folder))),
             (Some("runs"), ..) => {
-                Err("`runs` takes one folder; quote a name with spaces".to_owned())
+                Err("`runs` takes one folder, in quotes if it has spaces; by date: `groundwave runs --since 14:30`".to_owned())
             }
             (_, Some(a), Some(b), None) => Ok(Some(self.compare_runs([a, b]))),
             _ => Err("`compare` takes two captures; quote a name with spaces".to_owned()),

@@ -103,7 +103,7 @@ const BATTERY: Plot = Plot {
 };
 
 const LOSS: Plot = Plot {
-    name: "loss",
+    name: "not intact",
     unit: "%",
     low: 0,
     high: 20,

@@ -212,7 +212,10 @@ impl Info {
         writeln!(output, "distance   {:.1} in", self.distance_in)?;
         writeln!(output, "bumps      {}", self.bumps)?;
         if let (Some(first), Some(last)) = (self.battery_first_v, self.battery_last_v) {
-            writeln!(output, "battery    {first:.1} V to {last:.1} V")?;
+            writeln!(
+                output,
+                "battery    {first:.1} V at first, {last:.1} V at last"
+            )?;
         }
         if !self.holders.is_empty() {
             let shares: Vec<_> = self

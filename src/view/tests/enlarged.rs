@@ -82,7 +82,7 @@ fn enlarging_shows_more() {
     ];
     expect(&scene, &limits, "large_sensors");
     scene.model.ui.panel = Panel::Link;
-    let history = ["loss %", "damaged / 20 s", "airtime down %", "now|"];
+    let history = ["not intact %", "damaged / 20 s", "airtime down %", "now|"];
     expect(&scene, &history, "large_link");
     scene.model.ui.enlarged = Some(Large::Map);
     // Coordinates along the edges, and the waypoints' numbers.

@@ -230,7 +230,7 @@ fn plots_have_gaps_in_silence() {
         "sonar in",
         "darkness %",
         "battery V",
-        "loss %",
+        "not intact %",
     ] {
         row(&large, name);
     }
