@@ -5,10 +5,13 @@
 //! lines give equal results.
 
 mod compass;
+mod floor;
 mod grid;
 mod local;
+mod plan;
 mod pose;
 mod sensors;
+mod trail;
 
-pub use compass::{Compass, CorrectedPose, Ellipse, Interval, Wheels};
+pub use compass::{Compass, CorrectedPose, Destination, Ellipse, Interval, NoWay, Way, Wheels};
 pub use local::LocalMap;

@@ -4,7 +4,70 @@ pub(crate) mod body;
 pub(crate) mod infrared;
 pub(crate) mod sonar;
 
-use crate::grid::{CELL_IN, Cell, floor};
+use groundwave_protocol::status_codes::{Bump, Cliff, Infrared, Layer, LayerState};
+use groundwave_protocol::telemetry::StateLine;
+
+use crate::grid::{CELL_IN, Cell, Grid, floor};
+use crate::pose::Pose;
+
+/// Greatest range that is kept, inches: no model looks farther.
+const RANGE_MAX_IN: u16 = 255;
+
+/// What a line A says of the obstacles around the robot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Readings {
+    sonars_in: (Option<u8>, Option<u8>),
+    wheels_in_s: (i8, i8),
+    infrared: infrared::Sides,
+    bump: Bump,
+    pub(crate) cliff: Cliff,
+}
+
+impl Readings {
+    pub(crate) fn of(state: &StateLine) -> Self {
+        let range_in = |range_in: Option<u16>| range_in.map(|it| it.min(RANGE_MAX_IN) as u8);
+        Self {
+            sonars_in: (
+                range_in(state.sonar_left_in),
+                range_in(state.sonar_right_in),
+            ),
+            wheels_in_s: (state.wheel_left_in_s, state.wheel_right_in_s),
+            infrared: detections(state),
+            bump: state.bump,
+            cliff: state.cliff,
+        }
+    }
+
+    /// Adds the obstacles that were read from a pose to a map.
+    pub(crate) fn update(&self, grid: &mut Grid, pose: Pose) {
+        let pinged_at = sonar::pinged_at(pose, self.wheels_in_s);
+        let sides = [
+            (sonar::Side::Left, self.sonars_in.0),
+            (sonar::Side::Right, self.sonars_in.1),
+        ];
+        for (side, range_in) in sides {
+            if let Some(range_in) = range_in {
+                sonar::update(grid, pinged_at, side, f64::from(range_in));
+            }
+        }
+        infrared::update(grid, pose, self.infrared);
+        body::update_outline(grid, pose);
+        body::update_contact(grid, pose, self.bump);
+    }
+}
+
+/// The detectors' states; those of a layer that is off are known only while they fire.
+fn detections(state: &StateLine) -> infrared::Sides {
+    let is_on = state.layers.get(Layer::Infrared) != LayerState::Off;
+    let side = |fired: Infrared| {
+        let fires = state.infrared == fired || state.infrared == Infrared::Both;
+        (is_on || fires).then_some(fires)
+    };
+    match state.infrared {
+        Infrared::Jammed | Infrared::NotFitted => (None, None),
+        _ => (side(Infrared::Left), side(Infrared::Right)),
+    }
+}
 
 /// A ray over the grid, in cells.
 #[derive(Clone, Copy, Debug)]
