@@ -54,7 +54,7 @@ impl Floor {
         it
     }
 
-    /// Marks the cells of a straight way.
+    /// Marks the cells of a straight path.
     fn drive(&mut self, from: Pose, to: Pose) {
         let steps = libm::ceil(from.distance_in(to)).max(1.0) as u32;
         for step in 0..=steps {

@@ -13,5 +13,7 @@ mod pose;
 mod sensors;
 mod trail;
 
-pub use compass::{Compass, CorrectedPose, Destination, Ellipse, Interval, NoWay, Way, Wheels};
+pub use compass::{
+    Compass, CorrectedPose, Destination, Ellipse, Interval, NoRoute, PlannedRoute, Wheels,
+};
 pub use local::LocalMap;

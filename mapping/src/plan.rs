@@ -1,7 +1,7 @@
-//! The shortest way over a floor, and the fewest points that keep to it.
+//! The cheapest route over a floor, and its fewest waypoints.
 //!
-//! The way is that of the robot's centre: obstacles are inflated by its body (Lozano-Pérez, "Spatial planning: a configuration
-//! space approach", 1983). A straight leg replaces a piece of the way where it is clear and costs no more (Daniel, Nash,
+//! The route is that of the robot's centre: obstacles are inflated by its body (Lozano-Pérez, "Spatial planning: a configuration
+//! space approach", 1983). A straight leg replaces a piece of the route where it is clear and costs no more (Daniel, Nash,
 //! Koenig and Felner, "Theta*: any-angle path planning on grids", 2010, as a post-process).
 
 use pathfinding::directed::astar::astar;
@@ -13,7 +13,7 @@ use crate::sensors::body::RADIUS_IN;
 /// Distance of the robot's centre from the centre of an obstacle's cell that is clear, inches: the body and half of a cell.
 pub(crate) const CLEAR_IN: f64 = RADIUS_IN + CELL_IN / 2.0;
 
-/// The same where the robot has driven: it passed, so the obstacle is misplaced, unless it stands in the middle of the way.
+/// The same where the robot has driven: it passed, so the obstacle is misplaced, unless it stands in the middle of the path.
 pub(crate) const DRIVEN_CLEAR_IN: f64 = CELL_IN;
 
 /// Distance from the centre of a drop's cell where the robot has driven, inches: it stood before the drop.
@@ -25,7 +25,7 @@ const NEAR_IN: f64 = 12.0;
 /// Distance from the robot in which no obstacle keeps it: it stands there.
 const STANDS_IN: f64 = RADIUS_IN + CELL_IN;
 
-/// Distance from the target in which the way may end if the target itself is blocked, inches.
+/// Distance from the target in which the route may end if the target itself is blocked, inches.
 const BESIDE_IN: f64 = 24.0;
 
 /// Log-odds from which a cell is an obstacle (4 to 1), and below which it is known to be free.
@@ -49,7 +49,7 @@ const EXCESS_STEPS: f64 = 1.0;
 /// Distance of the points of a leg that are checked, inches.
 const CHECK_IN: f64 = 1.0;
 
-/// Cells around what is known through which a way may lead.
+/// Cells around what is known through which a route may lead.
 const MARGIN: i32 = 16;
 
 /// Maximum cells: a square of 360 ft.
@@ -58,7 +58,7 @@ const CELLS_MAX: i64 = 1 << 21;
 /// A point, inches.
 pub(crate) type Point = (f64, f64);
 
-/// Reason why there is no way over the floor.
+/// Reason why there is no route over the floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Blocked {
     /// The target and its surroundings are blocked.
@@ -187,8 +187,8 @@ impl Terrain {
         })
     }
 
-    /// The points of the way after its start; the last is at the target, or beside it if it is blocked.
-    pub(crate) fn way(&self, start: Point, target: Point) -> Result<Vec<Point>, Blocked> {
+    /// The points of the route after its start; the last is at the target, or beside it if it is blocked.
+    pub(crate) fn route(&self, start: Point, target: Point) -> Result<Vec<Point>, Blocked> {
         let first = self.nearest(start).ok_or(Blocked::Between)?;
         let goal = self.nearest(target).ok_or(Blocked::Target)?;
         let estimate = |(column, row): &Cell| {
@@ -212,7 +212,7 @@ impl Terrain {
         Ok(self.fewest(&points))
     }
 
-    /// The fewest of the points whose legs are clear and cost no more than the way along all points; without the first.
+    /// The fewest of the points whose legs are clear and cost no more than the route along all points; without the first.
     fn fewest(&self, points: &[Point]) -> Vec<Point> {
         let mut costs = vec![0.0];
         for pair in points.windows(2) {
@@ -265,11 +265,11 @@ impl Terrain {
         Some(sum / f64::from(steps + 1) * length_in)
     }
 
-    /// Length of a way over floor that the robot does not know, inches.
-    pub(crate) fn unknown_in(&self, start: Point, way: &[Point]) -> f64 {
+    /// Length of a route over floor that was never seen, inches.
+    pub(crate) fn unknown_in(&self, start: Point, route: &[Point]) -> f64 {
         let mut from = start;
         let mut unknown_in = 0.0;
-        for to in way {
+        for to in route {
             let length_in = libm::hypot(to.0 - from.0, to.1 - from.1);
             let steps = libm::ceil(length_in / CHECK_IN).max(1.0) as u32;
             for step in 0..steps {
@@ -330,11 +330,11 @@ mod tests {
         libm::hypot(one.0 - other.0, one.1 - other.1)
     }
 
-    /// Points on a way, half an inch apart.
-    fn along(start: Point, way: &[Point]) -> Vec<Point> {
+    /// Points on a route, half an inch apart.
+    fn along(start: Point, route: &[Point]) -> Vec<Point> {
         let mut from = start;
         let mut points = Vec::new();
-        for to in way {
+        for to in route {
             let steps = (distance_in(from, *to) * 2.0) as u32 + 1;
             points.extend((0..=steps).map(|step| {
                 let share = f64::from(step) / f64::from(steps);
@@ -358,11 +358,11 @@ mod tests {
         ) {
             let floor = floor(&obstacles, &drops, &driven);
             let terrain = Terrain::new(&floor, start, target).unwrap();
-            if let Ok(way) = terrain.way(start, target) {
-                let end = *way.last().unwrap();
+            if let Ok(route) = terrain.route(start, target) {
+                let end = *route.last().unwrap();
                 prop_assert!(distance_in(end, target) <= BESIDE_IN);
                 let driven: BTreeSet<Cell> = driven.into_iter().collect();
-                for point in along(start, &way) {
+                for point in along(start, &route) {
                     if distance_in(point, start) < STANDS_IN + ROUNDING_IN {
                         continue;
                     }
@@ -370,20 +370,20 @@ mod tests {
                     let (clear_in, drop_in) =
                         if is_driven { (DRIVEN_CLEAR_IN, DRIVEN_DROP_IN) } else { (CLEAR_IN, CLEAR_IN) };
                     for obstacle in &obstacles {
-                        prop_assert!(distance_in(point, Grid::center(*obstacle)) >= clear_in - ROUNDING_IN, "{way:?} at {point:?} by {obstacle:?}");
+                        prop_assert!(distance_in(point, Grid::center(*obstacle)) >= clear_in - ROUNDING_IN, "{route:?} at {point:?} by {obstacle:?}");
                     }
                     for drop in &drops {
-                        prop_assert!(distance_in(point, Grid::center(*drop)) >= drop_in - ROUNDING_IN, "{way:?} at {point:?} by {drop:?}");
+                        prop_assert!(distance_in(point, Grid::center(*drop)) >= drop_in - ROUNDING_IN, "{route:?} at {point:?} by {drop:?}");
                     }
                 }
-                prop_assert_eq!(way, Terrain::new(&floor, start, target).unwrap().way(start, target).unwrap());
+                prop_assert_eq!(route, Terrain::new(&floor, start, target).unwrap().route(start, target).unwrap());
             }
         }
 
         #[test]
         fn way_over_open_floor_is_one_leg(start in point(), target in point()) {
             let terrain = Terrain::new(&floor(&[], &[], &[]), start, target).unwrap();
-            prop_assert_eq!(terrain.way(start, target).unwrap(), [target]);
+            prop_assert_eq!(terrain.route(start, target).unwrap(), [target]);
         }
 
         /// A wall across the floor with one opening.
@@ -397,17 +397,17 @@ mod tests {
             let floor = floor(&wall, &[], if is_driven { &driven } else { &[] });
             let (start, target) = ((60.0, 30.0), (60.0, 100.0));
             let terrain = Terrain::new(&floor, start, target).unwrap();
-            let way = terrain.way(start, target).unwrap();
-            let (column, _) = crossing(start, &way);
-            prop_assert!((opening..opening + width).contains(&column), "{way:?}");
-            prop_assert!(way.len() <= 4, "{way:?}");
-            prop_assert_eq!(*way.last().unwrap(), target);
+            let route = terrain.route(start, target).unwrap();
+            let (column, _) = crossing(start, &route);
+            prop_assert!((opening..opening + width).contains(&column), "{route:?}");
+            prop_assert!(route.len() <= 4, "{route:?}");
+            prop_assert_eq!(*route.last().unwrap(), target);
         }
     }
 
-    /// The first point of a way behind the wall of row 20.
-    fn crossing(start: Point, way: &[Point]) -> Cell {
-        let mut points = along(start, way).into_iter();
+    /// The first point of a route behind the wall of row 20.
+    fn crossing(start: Point, route: &[Point]) -> Cell {
+        let mut points = along(start, route).into_iter();
         Grid::cell(points.find(|point| point.1 >= 61.5).unwrap())
     }
 
@@ -418,15 +418,15 @@ mod tests {
             .map(|column| (column, 20))
             .collect();
         let (start, target) = ((60.0, 30.0), (60.0, 100.0));
-        let way = |driven: &[Cell]| {
+        let route = |driven: &[Cell]| {
             let floor = floor(&wall, &[], driven);
             let terrain = Terrain::new(&floor, start, target).unwrap();
-            crossing(start, &terrain.way(start, target).unwrap())
+            crossing(start, &terrain.route(start, target).unwrap())
         };
-        let (column, _) = way(&[]);
+        let (column, _) = route(&[]);
         assert!(!(-60..100).contains(&column), "{column}");
         let driven: Vec<Cell> = (10..30).flat_map(|row| [(19, row), (20, row)]).collect();
-        let (column, _) = way(&driven);
+        let (column, _) = route(&driven);
         assert!((18..22).contains(&column), "{column}");
     }
 
@@ -436,7 +436,7 @@ mod tests {
         let floor = floor(&ring.collect::<Vec<_>>(), &[], &[]);
         let (start, target) = ((60.0, 60.0), (60.0, 110.0));
         let terrain = Terrain::new(&floor, start, target).unwrap();
-        assert_eq!(terrain.way(start, target), Err(Blocked::Between));
+        assert_eq!(terrain.route(start, target), Err(Blocked::Between));
     }
 
     #[test]
@@ -451,8 +451,8 @@ mod tests {
         }
         let (start, target) = ((12.0, 12.0), (106.0, 110.0));
         let terrain = Terrain::new(&floor, start, target).unwrap();
-        let way = terrain.way(start, target).unwrap();
-        assert!(terrain.unknown_in(start, &way) < 10.0, "{way:?}");
+        let route = terrain.route(start, target).unwrap();
+        assert!(terrain.unknown_in(start, &route) < 10.0, "{route:?}");
         assert!(terrain.unknown_in(start, &[target]) > 50.0);
     }
 
@@ -463,8 +463,11 @@ mod tests {
             .collect();
         let terrain = |target| Terrain::new(&floor(&wall, &[], &[]), (10.0, 10.0), target);
         let target = Grid::center((20, 20));
-        let way = terrain(target).unwrap().way((10.0, 10.0), target).unwrap();
-        let short_in = distance_in(*way.last().unwrap(), target);
+        let route = terrain(target)
+            .unwrap()
+            .route((10.0, 10.0), target)
+            .unwrap();
+        let short_in = distance_in(*route.last().unwrap(), target);
         assert!(short_in > CLEAR_IN && short_in <= BESIDE_IN, "{short_in}");
         assert!(terrain((9000.0, 9000.0)).is_none());
     }

@@ -1,4 +1,4 @@
-//! The readings on a way that was driven.
+//! The readings on a path.
 
 use std::sync::Arc;
 

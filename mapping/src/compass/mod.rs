@@ -7,12 +7,12 @@ mod lines;
 mod matching;
 mod reckoning;
 mod resets;
+mod route;
 mod statement;
 mod submaps;
 mod symmetric;
 mod tracker;
 mod walls;
-mod way;
 
 use std::time::Duration;
 
@@ -29,10 +29,10 @@ use lines::{is_touching, position_in, turn_deg};
 pub use reckoning::Ellipse;
 use reckoning::Reckoning;
 use resets::Resets;
+pub use route::{Destination, NoRoute, PlannedRoute};
 pub use statement::{CorrectedPose, Interval, Wheels};
 use tracker::{Leg, Tracker};
 use walls::{DIRECTIONS, Stretch};
-pub use way::{Destination, NoWay, Way};
 
 /// Movement after which echoes are new.
 const MOVED_IN: f64 = 1.5;

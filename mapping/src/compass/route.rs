@@ -1,4 +1,4 @@
-//! The way to a place over the floor that was seen.
+//! Routes over the floor that was seen.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use crate::floor::Floor;
 use crate::plan::{Blocked, Point, Terrain};
 use crate::pose::turned;
 
-/// Where a way leads.
+/// Where a route leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Destination {
     /// The true origin of the odometer's frame, where its pose was set.
@@ -18,9 +18,9 @@ pub enum Destination {
     Point(Waypoint),
 }
 
-/// Waypoints for a robot that trusts its odometer.
+/// A route for a robot that trusts its odometer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Way {
+pub struct PlannedRoute {
     /// The waypoints as the robot will believe them.
     pub waypoints: Vec<Waypoint>,
     /// Length, inches.
@@ -31,9 +31,9 @@ pub struct Way {
     pub short_in: f64,
 }
 
-/// Reason why there is no way.
+/// Reason why there is no route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoWay {
+pub enum NoRoute {
     /// No line A was received.
     NoPose,
     /// The heading may be wrong by a quarter turn.
@@ -48,7 +48,7 @@ pub enum NoWay {
     Blocked,
 }
 
-impl fmt::Display for NoWay {
+impl fmt::Display for NoRoute {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unknown = match self {
             Self::NoPose => "no position was received",
@@ -59,27 +59,30 @@ impl fmt::Display for NoWay {
                 return f.write_str("obstacles or drops are all over the destination");
             }
             Self::Blocked => {
-                return f.write_str("no way is known: obstacles or drops are on all sides");
+                return f.write_str("no route is known: obstacles or drops are on all sides");
             }
         };
         write!(f, "the ground does not know where the robot is: {unknown}")
     }
 }
 
-impl std::error::Error for NoWay {}
+impl std::error::Error for NoRoute {}
 
 impl Compass {
-    /// The way from the true pose to a destination over the floor that was seen, with no more than `most` waypoints.
+    /// Plans a route from the true pose to a destination over the floor that was seen, with no more than `most` waypoints.
     ///
-    /// The waypoints are turned and shifted by the error of the odometer, and by its expected growth on the way: a robot that
-    /// drives them by its odometer arrives where it should.
+    /// The waypoints are turned and shifted by the error of the odometer, and by its expected growth on the route: a robot that
+    /// drives them by its odometer arrives there.
     ///
     /// # Errors
     /// If the true pose is not known, or the floor is blocked.
-    pub fn way(&self, to: Destination, most: usize) -> Result<Way, NoWay> {
-        let (_, last) = self.last.as_ref().ok_or(NoWay::NoPose)?;
-        let error_deg = self.heading_error_deg().ok_or(NoWay::HeadingUnknown)?.value;
-        let tracker = self.tracker.as_ref().ok_or(NoWay::WallsUnknown)?;
+    pub fn route(&self, to: Destination, most: usize) -> Result<PlannedRoute, NoRoute> {
+        let (_, last) = self.last.as_ref().ok_or(NoRoute::NoPose)?;
+        let error_deg = self
+            .heading_error_deg()
+            .ok_or(NoRoute::HeadingUnknown)?
+            .value;
+        let tracker = self.tracker.as_ref().ok_or(NoRoute::WallsUnknown)?;
         let house = self.drift.house(tracker.reference_deg);
         let mut leg = self.leg(f64::from(last.theta_deg), None);
         leg.trail = self.trail.clone();
@@ -100,18 +103,18 @@ impl Compass {
         };
         let target = tracker.in_house(target, house);
         let floor = Floor::new(&views);
-        let terrain = Terrain::new(&floor, start, target).ok_or(NoWay::TooFar)?;
+        let terrain = Terrain::new(&floor, start, target).ok_or(NoRoute::TooFar)?;
         let mut points = terrain
-            .way(start, target)
+            .route(start, target)
             .map_err(|blocked| match blocked {
-                Blocked::Target => NoWay::DestinationBlocked,
-                Blocked::Between => NoWay::Blocked,
+                Blocked::Target => NoRoute::DestinationBlocked,
+                Blocked::Between => NoRoute::Blocked,
             })?;
         points.truncate(most);
         let end = points.last().copied().unwrap_or(start);
         let world = points.iter().map(|point| tracker.in_world(*point, house));
         let waypoints = self.believed(believed, here, error_deg, world);
-        Ok(Way {
+        Ok(PlannedRoute {
             waypoints,
             length_in: length_in(start, &points),
             unknown_in: terrain.unknown_in(start, &points),
@@ -144,7 +147,7 @@ impl Compass {
     }
 }
 
-/// Length of a way, inches.
+/// Length of a route, inches.
 fn length_in(start: Point, points: &[Point]) -> f64 {
     let mut from = start;
     let legs = points.iter().map(|to| {
@@ -194,7 +197,9 @@ mod tests {
 
     #[test]
     fn unknown_position_is_refused_in_words() {
-        let refusal = Compass::default().way(Destination::Home, 300).unwrap_err();
+        let refusal = Compass::default()
+            .route(Destination::Home, 300)
+            .unwrap_err();
         assert_eq!(
             refusal.to_string(),
             "the ground does not know where the robot is: no position was received"

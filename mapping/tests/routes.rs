@@ -1,4 +1,4 @@
-//! Ways home that simulated robots drive in generated houses, judged by the true position.
+//! Planned routes home, driven by simulated robots in generated houses and judged by the true position.
 
 use std::time::Duration;
 
@@ -11,11 +11,11 @@ use groundwave_protocol::telemetry::Outcome;
 use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 use sr04_sim::{Simulation, SimulationConfig, World};
 
-/// Time of driving about before the way home, and limit for the way itself.
+/// Time of prowling before the route home, and limit for the route.
 const PROWL_MS: u64 = 20 * 60_000;
 const LIMIT_MS: u64 = 15 * 60_000;
 
-/// Time after which a way is planned again.
+/// Time after which a route is planned again.
 const AGAIN_MS: u64 = 60_000;
 
 /// Distance from home that counts as being there, inches.
@@ -108,15 +108,15 @@ impl Run {
         });
     }
 
-    /// Drives ways home, planned again after each time; returns whether the end of one was reached.
+    /// Drives routes home, planned again after each time; returns whether the end of one was reached.
     fn drive_ways(&mut self, again_ms: u64) -> bool {
         let end_ms = self.simulation.now_ms() + LIMIT_MS;
         let mut count = usize::MAX;
         while self.simulation.now_ms() < end_ms {
-            // Without a new way, the robot drives on along the one that it has.
-            if let Ok(way) = self.compass.way(Destination::Home, WAYPOINTS_MAX) {
-                self.route(&way.waypoints);
-                count = way.waypoints.len();
+            // Without a new route, the robot drives on along the one that it has.
+            if let Ok(route) = self.compass.route(Destination::Home, WAYPOINTS_MAX) {
+                self.route(&route.waypoints);
+                count = route.waypoints.len();
             }
             let limit_ms = again_ms.min(end_ms - self.simulation.now_ms());
             if self.until(limit_ms, |it| usize::from(it.robot().driven()) >= count) {
@@ -145,10 +145,10 @@ impl Run {
 enum By {
     /// By its odometer, in mode home.
     Itself,
-    /// By a way that the ground planned once.
-    OneWay,
-    /// By a way that the ground planned again each minute.
-    WaysAgain,
+    /// By a route that the ground planned once.
+    OneRoute,
+    /// By a route that the ground planned again each minute.
+    RoutesAgain,
 }
 
 /// The end of a drive home.
@@ -176,8 +176,8 @@ fn drive_home(seed: u64, bit_errors: f64, by: By) -> End {
             run.order(Order::Mode(Mode::GoHome));
             run.until(LIMIT_MS, |it| it.robot().mode() == Mode::Stop)
         }
-        By::OneWay => run.drive_ways(LIMIT_MS),
-        By::WaysAgain => run.drive_ways(AGAIN_MS),
+        By::OneRoute => run.drive_ways(LIMIT_MS),
+        By::RoutesAgain => run.drive_ways(AGAIN_MS),
     };
     End {
         is_driven,
@@ -188,7 +188,7 @@ fn drive_home(seed: u64, bit_errors: f64, by: By) -> End {
 
 /// Counts of robots that are home, and prints of all.
 fn homes(seeds: std::ops::Range<u64>, bit_errors: f64) -> [usize; 3] {
-    [By::Itself, By::OneWay, By::WaysAgain].map(|by| {
+    [By::Itself, By::OneRoute, By::RoutesAgain].map(|by| {
         let ends: Vec<End> = seeds.clone().map(|seed| drive_home(seed, bit_errors, by)).collect();
         for (seed, end) in seeds.clone().zip(&ends) {
             println!("{seed} {by:?}: {end:.0?}");
@@ -209,7 +209,7 @@ fn homes(seeds: std::ops::Range<u64>, bit_errors: f64) -> [usize; 3] {
 
 /// Houses that were not used for tuning.
 #[test]
-fn robot_comes_home_by_the_ways_of_the_ground() {
+fn robot_comes_home_by_planned_routes() {
     let [alone, _, again] = homes(40_000..40_004, 0.0);
     assert!(again >= 3 && again > alone, "{again} and {alone}");
 }
