@@ -35,18 +35,18 @@ impl Ui {
         let destination = destination(to)?;
         let route = facts.ground.route(destination, most);
         let route = route.map_err(|reason| format!("no route planned: {reason}"))?;
-        let mut text = format!(
-            "plan {to}: {} drafted, {:.0} in",
-            counted(route.waypoints.len() as u64, "waypoint"),
-            route.length_in,
-        );
+        let count = counted(route.waypoints.len() as u64, "waypoint");
+        let mut parts = vec![
+            format!("plan {to}: {count} drafted"),
+            format!("{:.0} in", route.length_in),
+        ];
         if route.unknown_in >= 1.0 {
-            text += &format!(", {:.0} in unseen", route.unknown_in);
+            parts.push(format!("{:.0} in unseen", route.unknown_in));
         }
         if route.short_in >= 1.0 {
-            text += &format!(", ends {:.0} in short", route.short_in);
+            parts.push(format!("ends {:.0} in short", route.short_in));
         }
-        text += &self.with_keys("; <send-draft> sends them");
+        let text = parts.join(", ") + &self.with_keys("; <send-draft> sends them");
         self.note(Level::Info, text);
         self.map.take_draft(&route.waypoints);
         self.show_selected();

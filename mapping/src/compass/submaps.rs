@@ -46,9 +46,9 @@ const IDLE_EARLIER: f64 = 0.3;
 const STRETCHES: usize = 4;
 const EARLIER_LEAST: usize = 4;
 
-/// Maximum patches: an hour of driving before the first is dropped. Copies of a map share their views, which are at most as many as
-/// lines A were received.
-const PATCHES_MAX: usize = 256;
+/// Maximum patches: 20 min of driving before the first is dropped. With at most 128 views of 14 bytes they take 172 kB, usually half.
+/// Copies of a map share them.
+const PATCHES_MAX: usize = 96;
 
 /// State of the robot before the origins of submaps: X, Y and the error of the heading in its deviations.
 const ROBOT: usize = 3;

@@ -10,13 +10,13 @@ use groundwave_protocol::telemetry::StateLine;
 use crate::grid::{CELL_IN, Cell, Grid, floor};
 use crate::pose::Pose;
 
-/// Greatest range that is kept, inches: no model looks farther.
-const RANGE_MAX_IN: u16 = 255;
+/// Value of a range without an echo. Longer ranges are kept as the next smaller one: no model looks so far.
+const NO_ECHO: u8 = u8::MAX;
 
 /// What a line A says of the obstacles around the robot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Readings {
-    sonars_in: (Option<u8>, Option<u8>),
+    sonars_in: [u8; 2],
     wheels_in_s: (i8, i8),
     infrared: infrared::Sides,
     bump: Bump,
@@ -25,12 +25,11 @@ pub(crate) struct Readings {
 
 impl Readings {
     pub(crate) fn of(state: &StateLine) -> Self {
-        let range_in = |range_in: Option<u16>| range_in.map(|it| it.min(RANGE_MAX_IN) as u8);
+        let kept_in = |range_in: Option<u16>| {
+            range_in.map_or(NO_ECHO, |it| it.min(u16::from(NO_ECHO) - 1) as u8)
+        };
         Self {
-            sonars_in: (
-                range_in(state.sonar_left_in),
-                range_in(state.sonar_right_in),
-            ),
+            sonars_in: [state.sonar_left_in, state.sonar_right_in].map(kept_in),
             wheels_in_s: (state.wheel_left_in_s, state.wheel_right_in_s),
             infrared: detections(state),
             bump: state.bump,
@@ -39,14 +38,11 @@ impl Readings {
     }
 
     /// Adds the obstacles that were read from a pose to a map.
-    pub(crate) fn update(&self, grid: &mut Grid, pose: Pose) {
+    pub(crate) fn update(self, grid: &mut Grid, pose: Pose) {
         let pinged_at = sonar::pinged_at(pose, self.wheels_in_s);
-        let sides = [
-            (sonar::Side::Left, self.sonars_in.0),
-            (sonar::Side::Right, self.sonars_in.1),
-        ];
-        for (side, range_in) in sides {
-            if let Some(range_in) = range_in {
+        let sides = [sonar::Side::Left, sonar::Side::Right];
+        for (side, range_in) in sides.into_iter().zip(self.sonars_in) {
+            if range_in != NO_ECHO {
                 sonar::update(grid, pinged_at, side, f64::from(range_in));
             }
         }
