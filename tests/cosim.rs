@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::common::{CoSimulation, Rng, on_all_cores, seeds};
-use groundwave::event::{CommandStatus, Failure};
+use groundwave::event::{CommandStatus, Failure, LinkEvent};
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::digest::digest;
@@ -122,6 +122,46 @@ fn no_two_seeds_draw_the_same_route() {
     assert_eq!(routes.len() as u64, SEEDS);
 }
 
+/// A command without a link is not sent, and not said to be; one that still waits when the link is open again arrives.
+#[test]
+fn a_command_waits_for_a_lost_link_and_is_given_up_unsent() {
+    over_seeds(|seed, channel| {
+        let mut co = CoSimulation::new("house", seed, channel);
+        co.run(2);
+        let lost = LinkEvent::Lost {
+            reason: "unplugged".to_owned(),
+        };
+        co.station.handle_link(co.now(), lost);
+        let begun = co.now();
+        let mode = co.request(Request::Mode(Mode::Reactive));
+        let give_up = |co: &mut CoSimulation, id| {
+            while co.fate(id).is_none() {
+                let at = co.station.poll_timeout();
+                let at = at.unwrap_or_else(|| panic!("it ends: {}", co.context()));
+                co.station.handle_timeout(at);
+                assert_eq!(co.station.poll_transmit(at), None, "{}", co.context());
+                while let Some(event) = co.station.poll_event() {
+                    co.events.push((at, event));
+                }
+            }
+            co.fate(id)
+        };
+        let not_sent = Some(CommandStatus::Failed(Failure::NotSent));
+        assert_eq!(give_up(&mut co, mode), not_sent, "{}", co.context());
+        let stop = co.station.handle_request(begun, Request::Stop, None);
+        assert_eq!(give_up(&mut co, stop), not_sent, "{}", co.context());
+
+        let waiting = co.request(Request::Mode(Mode::Reactive));
+        let opened = LinkEvent::Opened {
+            name: "radio".to_owned(),
+            can_send: true,
+        };
+        co.station.handle_link(co.now(), opened);
+        co.run_until("the command arrives", 60, |co| co.fate(waiting).is_some());
+        assert_eq!(co.fate(waiting), Some(CONFIRMED), "{}", co.context());
+    });
+}
+
 /// The operator presses STOP before the first line arrives.
 #[test]
 fn a_stop_before_anything_was_heard_goes_out() {
@@ -182,10 +222,9 @@ fn a_command_that_is_given_up_leaves_the_others_alone() {
         co.station.handle_give_up(now, first, Failure::TimedOut);
         co.run_until("the third ends", 120, |co| co.fate(third).is_some());
         assert_eq!(co.fate(third), Some(CONFIRMED), "{}", co.context());
-        for given_up in [first, second] {
-            let fate = co.fate(given_up);
-            let failed = Some(CommandStatus::Failed(Failure::TimedOut));
-            assert_eq!(fate, failed, "{}", co.context());
+        for (given_up, why) in [(first, Failure::TimedOut), (second, Failure::NotSent)] {
+            let failed = Some(CommandStatus::Failed(why));
+            assert_eq!(co.fate(given_up), failed, "{}", co.context());
         }
         assert!(!co.modes.contains(&Mode::Passive), "{}", co.context());
     });

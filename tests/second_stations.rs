@@ -209,9 +209,9 @@ fn stop_outlives_a_lost_connection_to_the_station() {
     for _ in 0..20_000 {
         pair.step();
     }
-    let timed_out = Some(CommandStatus::Failed(Failure::TimedOut));
+    let not_sent = Some(CommandStatus::Failed(Failure::NotSent));
     let stopped = Some(CommandStatus::Failed(Failure::Stopped));
-    assert_eq!((pair.fate(late), pair.fate(later)), (stopped, timed_out));
+    assert_eq!((pair.fate(late), pair.fate(later)), (stopped, not_sent));
     let now = pair.co.now();
     pair.second.handle_shared(now, true);
     pair.run_until(20, |pair| pair.fate(stop) == Some(CONFIRMED));

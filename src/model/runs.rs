@@ -109,22 +109,26 @@ impl Ui {
         matches!(self.overlay, Overlay::Runs(Runs::Waits(_)))
     }
 
-    /// Shows the list; the newest run that is finished is selected.
+    /// Shows the list; the replayed run is selected, or the newest run that is finished.
     pub(super) fn take_runs(&mut self, facts: &Facts, runs: Result<Arc<Listed>, String>) -> bool {
         let waits = self.waits_for_runs();
         if waits {
             let recording = &facts.recording;
             let is_recorded = |capture: &String| {
-                let name = Path::new(capture).file_name();
                 let mut recorded = [&recording.mcap, &recording.tee].into_iter().flatten();
-                recorded.any(|own| Path::new(own).file_name() == name)
+                recorded.any(|own| is_same_file(own, capture))
             };
+            let replayed = self.config.capture.as_ref();
+            let is_replayed =
+                |capture: &String| replayed.is_some_and(|own| is_same_file(own, capture));
             self.overlay = Overlay::Runs(match runs {
                 Ok(list) => Runs::Listed {
-                    chosen: list
-                        .runs
-                        .iter()
-                        .rposition(|run| !is_recorded(&run.capture))
+                    chosen: (list.runs.iter())
+                        .position(|run| is_replayed(&run.capture))
+                        .or_else(|| {
+                            let mut runs = list.runs.iter();
+                            runs.rposition(|run| !is_recorded(&run.capture))
+                        })
                         .unwrap_or_default(),
                     list,
                     first: None,
@@ -216,4 +220,9 @@ impl Runs {
             *chosen = chosen.saturating_add_signed(steps.into()).min(last);
         }
     }
+}
+
+/// Whether two names are those of one file, with a folder or without.
+fn is_same_file(a: &str, b: &str) -> bool {
+    Path::new(a).file_name() == Path::new(b).file_name()
 }

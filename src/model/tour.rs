@@ -2,7 +2,7 @@
 
 use groundwave_protocol::status_codes::Mode;
 
-use super::{Overlay, Ui};
+use super::{Facts, Overlay, Ui};
 use crate::event::Effect;
 use crate::model::keys::Context;
 use crate::playback::Control;
@@ -25,45 +25,50 @@ struct Step {
     /// The instruction, with the names of its keys.
     text: &'static str,
     /// Whether the operator has just done the step.
-    is_done: fn(&Ui, &[Effect]) -> bool,
+    is_done: fn(&Ui, &Facts, &[Effect]) -> bool,
 }
 
 /// The steps, from STOP to the help.
 const STEPS: [Step; 8] = [
     Step {
         text: "Press <stop>: the robot stops",
-        is_done: |_, effects| effects.contains(&Effect::Send(Request::Stop)),
+        is_done: |_, _, effects| effects.contains(&Effect::Send(Request::Stop)),
     },
     Step {
         text: "Press <modes/mode-go-home>: it drives home",
-        is_done: |_, effects| effects.contains(&Effect::Send(Request::Mode(Mode::GoHome))),
+        is_done: |_, _, effects| effects.contains(&Effect::Send(Request::Mode(Mode::GoHome))),
     },
     Step {
         text: "Move the cursor with <move-cursor-left..>, press <add-waypoint>: a waypoint",
-        is_done: |ui, _| !ui.map.draft.waypoints().is_empty(),
+        is_done: |ui, _, _| !ui.map.draft.waypoints().is_empty(),
     },
     Step {
         text: "Press <send-draft>: the route goes to the robot",
-        is_done: |_, effects| {
+        is_done: |_, _, effects| {
             let is_route = |effect: &Effect| matches!(effect, Effect::Send(Request::Route(_)));
             effects.iter().any(is_route)
         },
     },
     Step {
         text: "Press <modes/mode-prowl>: it drives the route",
-        is_done: |_, effects| effects.contains(&Effect::Send(Request::Mode(Mode::Prowl))),
+        // A robot that prowls has begun the route already.
+        is_done: |_, facts, effects| {
+            let prowls = |mode| mode == Mode::Prowl;
+            facts.robot.mode().is_some_and(prowls)
+                || effects.contains(&Effect::Send(Request::Mode(Mode::Prowl)))
+        },
     },
     Step {
         text: "Press <playback-step-back>: one line back in time",
-        is_done: |ui, _| ui.shows_past(),
+        is_done: |ui, _, _| ui.shows_past(),
     },
     Step {
         text: "Press <playback-newest>: back to now",
-        is_done: |_, effects| effects.contains(&Effect::Playback(Control::Newest)),
+        is_done: |_, _, effects| effects.contains(&Effect::Playback(Control::Newest)),
     },
     Step {
         text: "Press <help>: all keys",
-        is_done: |ui, _| ui.overlay == Overlay::Help,
+        is_done: |ui, _, _| ui.overlay == Overlay::Help,
     },
 ];
 
@@ -112,13 +117,13 @@ impl Ui {
     }
 
     /// Advances the tour if the displayed step is done; returns whether it is.
-    pub(super) fn advance_tour(&mut self, effects: &[Effect]) -> bool {
+    pub(super) fn advance_tour(&mut self, facts: &Facts, effects: &[Effect]) -> bool {
         let Tour::At(step) = self.tour else {
             return false;
         };
         let is_done = STEPS
             .get(step)
-            .is_some_and(|step| (step.is_done)(self, effects));
+            .is_some_and(|step| (step.is_done)(self, facts, effects));
         if is_done {
             self.tour = if step + 1 < STEPS.len() {
                 Tour::At(step + 1)
@@ -134,6 +139,8 @@ impl Ui {
 mod tests {
     use crossterm::event::KeyCode;
 
+    use super::*;
+    use crate::event::CommandStatus;
     use crate::model::Config;
     use crate::model::testing::{Scene, playback};
 
@@ -178,6 +185,22 @@ mod tests {
         scene.type_text("?");
         assert_eq!(number(&scene), None);
         assert!(scene.model.ui.has_ended_tour());
+    }
+
+    #[test]
+    fn a_robot_that_prowls_is_not_asked_to() {
+        let mut scene = scene();
+        scene.type_text(" mh");
+        scene.command(
+            1,
+            Request::Mode(Mode::Prowl),
+            CommandStatus::Confirmed { digest: None },
+        );
+        scene.press(&[KeyCode::Up]);
+        scene.type_text("wS");
+        assert_eq!(number(&scene), Some(5));
+        scene.hear();
+        assert_eq!(number(&scene), Some(6));
     }
 
     #[test]

@@ -185,7 +185,7 @@ impl Ui {
             } => self.recover_draft(facts, id),
             _ => changed = change.is_shown,
         }
-        changed |= self.advance_tour(&effects);
+        changed |= self.advance_tour(facts, &effects);
         self.leave_empty_panel(facts);
         effects.append(&mut self.notices);
         if change.calls && self.bell && !self.is_shelved_alone(facts) {

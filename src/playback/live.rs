@@ -281,6 +281,11 @@ impl LivePlayer {
         note.into_iter().chain(marked).collect()
     }
 
+    /// Adds the text of a mark.
+    pub fn add_noted_mark(&mut self, at: Moment, text: String) {
+        self.player.add_noted_mark(at, text);
+    }
+
     fn go(&mut self, now: Moment, control: Control) -> Option<Event> {
         self.stretch(now);
         if self.shows_past {

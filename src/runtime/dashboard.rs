@@ -291,10 +291,8 @@ impl Running {
                 remark,
                 ago,
             } => {
-                if let (Source::Capture(capture), Remark::Note(text)) = (&mut self.source, &remark)
-                {
-                    let at = capture.player.at().saturating_sub(ago);
-                    capture.player.add_noted_mark(at, text.clone());
+                if let Remark::Note(text) = &remark {
+                    self.source.add_noted_mark(ago, text.clone());
                 }
                 self.label(capture, remark, ago);
             }

@@ -402,6 +402,10 @@ impl Driver {
             }
             LinkInput::Said(line) => {
                 let now = self.now();
+                if let Some(server) = &mut self.share {
+                    server.pass_on(&line);
+                    self.serve_share();
+                }
                 self.station.handle_shared_line(now, &line);
             }
             LinkInput::Lost(reason) => {

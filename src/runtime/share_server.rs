@@ -5,7 +5,7 @@ use crate::event::{
 };
 use crate::io::share::{FromClient, Share};
 use crate::request::Request;
-use crate::share::{Asked, Broker, Heard, Output};
+use crate::share::{Asked, Broker, Heard, Output, StationLine};
 
 /// The clients of a shared link.
 #[derive(Debug)]
@@ -95,6 +95,11 @@ impl ShareServer {
             Event::Line { line, .. } => self.broker.handle_body(&line.body),
             _ => {}
         }
+    }
+
+    /// Passes to the clients what the station before this one tells.
+    pub(super) fn pass_on(&mut self, line: &StationLine) {
+        self.broker.pass_on(line);
     }
 
     pub(super) fn handle_timeout(&mut self, now: Moment, heard: Heard) {

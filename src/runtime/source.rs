@@ -111,6 +111,15 @@ impl Source {
         }
     }
 
+    /// Adds the text of a mark that was set some time before now.
+    pub(super) fn add_noted_mark(&mut self, ago: Moment, text: String) {
+        let at = self.now().saturating_sub(ago);
+        match self {
+            Self::Live(live) => live.player.add_noted_mark(at, text),
+            Self::Capture(capture) => capture.player.add_noted_mark(at, text),
+        }
+    }
+
     /// Waits for an input; returns whether the screen has changed. Cancel-safe.
     pub(super) async fn step(&mut self) -> bool {
         match self {

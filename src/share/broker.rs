@@ -303,6 +303,13 @@ impl Broker {
         }
     }
 
+    /// Passes to all clients what the station before this one tells of its link and its operator.
+    pub fn pass_on(&mut self, line: &StationLine) {
+        if let StationLine::Stopped { .. } | StationLine::Lost { .. } = line {
+            self.send_all_but(None, line);
+        }
+    }
+
     /// Reports a lost link to all clients.
     pub fn handle_lost(&mut self, reason: &str) {
         let lost = reason.to_owned();

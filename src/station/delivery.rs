@@ -45,13 +45,17 @@ impl Station {
         let Some(Waiting { id, request }) = self.waiting.pop_front() else {
             return false;
         };
+        self.has_left = false;
         let now_us = micros(now);
         let started = match &request {
             Request::Route(waypoints) => self.fop.start(now_us, Task::List(waypoints)),
             Request::Parameter(tuning) => {
                 let paused = self.paused_list.take_if(|(paused, _)| *paused == id);
                 let (tuner, order) = match paused {
-                    Some((_, tuner)) => tuner.resume(),
+                    Some((_, tuner)) => {
+                        self.has_left = true;
+                        tuner.resume()
+                    }
                     None => Tuner::begin(*tuning),
                 };
                 self.tuner = Some(tuner);
@@ -111,11 +115,25 @@ impl Station {
         }
         if status.is_end() {
             self.tuner = None;
+            let status = match status {
+                CommandStatus::Failed(why) => CommandStatus::Failed(self.unless_sent(why)),
+                _ => status,
+            };
             if let Some(id) = self.current.take() {
                 self.report(now, id, status);
             }
         } else {
+            self.has_left |= matches!(status, CommandStatus::Sent { .. });
             self.report_current(now, status);
+        }
+    }
+
+    /// Why the current command failed: the robot cannot have heard what was never sent.
+    pub(super) fn unless_sent(&self, why: Failure) -> Failure {
+        if self.has_left || self.shared.is_some() {
+            why
+        } else {
+            unsent(why)
         }
     }
 
@@ -131,6 +149,9 @@ impl Station {
                 }
             }
             CommandStatus::Confirmed { .. } => self.end_stops(now, status, 1),
+            CommandStatus::Failed(why) if self.stops.iter().all(|(_, sent)| *sent == 0) => {
+                self.end_stops(now, CommandStatus::Failed(unsent(why)), 0);
+            }
             _ => self.end_stops(now, status, 0),
         }
     }
@@ -230,10 +251,19 @@ const fn lost_session(loss: Failure) -> &'static str {
         }
         Failure::CannotHear => "the robot cannot hear",
         Failure::TimedOut
+        | Failure::NotSent
         | Failure::Cancelled
         | Failure::ReceiveOnly
         | Failure::BeyondLevel(_)
         | Failure::BeyondCapacity(_)
         | Failure::NotConfigured => "session given up",
+    }
+}
+
+/// Why a command failed of which no frame was sent.
+pub(super) const fn unsent(why: Failure) -> Failure {
+    match why {
+        Failure::TimedOut => Failure::NotSent,
+        _ => why,
     }
 }

@@ -27,6 +27,7 @@ use crate::outages::Outages;
 use crate::request::Request;
 use crate::share::ClientLine;
 use crate::statistics::{BITS_PER_BYTE, LinkMeter, Statistics};
+use delivery::unsent;
 use own_uplink::OwnUplink;
 use reception::Listener;
 use shared::Shared;
@@ -65,8 +66,12 @@ pub struct Station {
     /// Connection to another station that sends the commands; `None` on a radio.
     shared: Option<Shared>,
     can_send: bool,
+    /// Whether the link is lost: nothing can be sent until it is open again.
+    is_lost: bool,
     waiting: VecDeque<Waiting>,
     current: Option<CommandId>,
+    /// Whether a frame of the current command was sent.
+    has_left: bool,
     /// The current command, if it is about parameters.
     tuner: Option<Tuner>,
     /// A list of parameters that waits for other commands, and the part of it that was received.
@@ -104,8 +109,10 @@ impl Station {
             fop: Fop::new(config),
             shared: None,
             can_send,
+            is_lost: false,
             waiting: VecDeque::new(),
             current: None,
+            has_left: false,
             tuner: None,
             paused_list: None,
             stops: Vec::new(),
@@ -152,6 +159,10 @@ impl Station {
         }
         self.listener
             .open(matches!(event, LinkEvent::Opened { .. }));
+        self.is_lost = !matches!(event, LinkEvent::Opened { .. });
+        if let Some(uplink) = &mut self.own_uplink {
+            uplink.set_lost(self.is_lost);
+        }
         self.meter.interrupt();
         match &event {
             LinkEvent::Opened { can_send, .. } => {
@@ -450,12 +461,13 @@ impl Station {
     }
 
     /// Ends a command for a reason, such as a passed timeout; a STOP continues.
-    pub fn handle_give_up(&mut self, now: Moment, id: CommandId, why: Failure) {
+    pub fn handle_give_up(&mut self, now: Moment, id: CommandId, mut why: Failure) {
         if let (Some(uplink), None) = (&mut self.own_uplink, &self.shared) {
             uplink.cancel(why, Some(id));
             return self.settle_own(now);
         }
         if self.current == Some(id) {
+            why = self.unless_sent(why);
             self.current = None;
             self.tuner = None;
             self.fop.cancel();
@@ -464,6 +476,7 @@ impl Station {
             }
         } else if let Some(at) = self.waiting.iter().position(|waiting| waiting.id == id) {
             self.waiting.remove(at);
+            why = unsent(why);
         } else {
             return;
         }
@@ -485,7 +498,7 @@ impl Station {
         }
         self.fop.handle_timeout(micros(now));
         if self.shared_give_up_at().is_some_and(|at| at <= now) {
-            self.cancel_waiting(now, Failure::TimedOut);
+            self.cancel_waiting(now, Failure::NotSent);
         }
         self.settle(now);
         if let Some(tuner) = &mut self.tuner {
@@ -506,7 +519,7 @@ impl Station {
 
     /// The next bytes for the radio.
     pub fn poll_transmit(&mut self, now: Moment) -> Option<Vec<u8>> {
-        if !self.can_send || self.shared.is_some() {
+        if !self.can_send || self.is_lost || self.shared.is_some() {
             return None;
         }
         let bytes = match &mut self.own_uplink {
@@ -528,7 +541,12 @@ impl Station {
     /// Latest time for the next call of [`Station::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        let fop = self.fop.poll_timeout().map(Duration::from_micros);
+        let fop = if self.is_lost {
+            self.fop.poll_give_up()
+        } else {
+            self.fop.poll_timeout()
+        };
+        let fop = fop.map(Duration::from_micros);
         let tuner = self.tuner.as_ref().and_then(Tuner::poll_timeout);
         let shared = self.shared_give_up_at();
         let outage = self.outages.poll_timeout();

@@ -36,6 +36,8 @@ pub(super) struct OwnUplink {
     waiting: VecDeque<Waiting>,
     outgoing: VecDeque<Vec<u8>>,
     statuses: VecDeque<(CommandId, CommandStatus)>,
+    /// Whether the link is lost; commands wait for it as long as they would wait for a reply.
+    is_lost: bool,
 }
 
 impl OwnUplink {
@@ -44,6 +46,10 @@ impl OwnUplink {
             commands,
             ..Self::default()
         }
+    }
+
+    pub(super) const fn set_lost(&mut self, is_lost: bool) {
+        self.is_lost = is_lost;
     }
 
     /// Sends a request; STOP ends all others.
@@ -89,7 +95,8 @@ impl OwnUplink {
     }
 
     pub(super) fn handle_timeout(&mut self, now: Moment) {
-        for waiting in &mut self.waiting {
+        let due = self.waiting.iter_mut().filter(|_| !self.is_lost);
+        for waiting in due {
             if waiting.again_at.is_some_and(|at| at <= now) {
                 waiting.frames += 1;
                 waiting.again_at = waiting.is_stop.then_some(now + STOP_INTERVAL);
@@ -100,6 +107,9 @@ impl OwnUplink {
                 self.statuses.push_back((waiting.id, sent));
             }
         }
+        self.end_all(Failure::NotSent, |waiting| {
+            waiting.over_at <= now && waiting.frames == 0
+        });
         self.end_all(Failure::TimedOut, |waiting| waiting.over_at <= now);
     }
 
@@ -124,8 +134,9 @@ impl OwnUplink {
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Moment> {
+        let again = |it: &Waiting| it.again_at.filter(|_| !self.is_lost);
         let deadlines = self.waiting.iter();
-        let deadlines = deadlines.flat_map(|it| [Some(it.over_at), it.again_at]);
+        let deadlines = deadlines.flat_map(|it| [Some(it.over_at), again(it)]);
         deadlines.flatten().min()
     }
 
@@ -197,6 +208,27 @@ mod tests {
         let timed_out = CommandStatus::Failed(Failure::TimedOut);
         assert_eq!(drained(&mut uplink).1.last(), Some(&(2, timed_out)));
         assert_eq!(uplink.poll_timeout(), None);
+    }
+
+    #[test]
+    fn commands_wait_for_a_lost_link_and_are_given_up_unsent() {
+        let mut uplink = uplink();
+        uplink.set_lost(true);
+        let goto = Request::Own("goto 48 -3".to_owned());
+        uplink.handle_request(Moment::ZERO, CommandId(1), &goto);
+        assert_eq!(drained(&mut uplink), (vec![], vec![]));
+        assert_eq!(uplink.poll_timeout(), Some(PATIENCE));
+        uplink.handle_timeout(PATIENCE);
+        let not_sent = CommandStatus::Failed(Failure::NotSent);
+        assert_eq!(drained(&mut uplink), (vec![], vec![(1, not_sent)]));
+
+        uplink.handle_request(PATIENCE, CommandId(2), &goto);
+        uplink.set_lost(false);
+        assert_eq!(uplink.poll_timeout(), Some(PATIENCE));
+        uplink.handle_timeout(PATIENCE);
+        let sent = CommandStatus::Sent { frames: 1 };
+        let expected = (vec!["G 48 -3\n".to_owned()], vec![(2, sent)]);
+        assert_eq!(drained(&mut uplink), expected);
     }
 
     #[test]

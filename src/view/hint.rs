@@ -166,7 +166,12 @@ impl Screen<'_> {
         match news {
             News::Command(entry) => {
                 let (glyph, says, style) = self.fate(entry);
-                Line::styled(format!("{glyph} {prefix}{}: {says}", entry.request), style)
+                let from = entry.by.iter().map(|by| format!(" from {by}"));
+                let from: String = from.collect();
+                Line::styled(
+                    format!("{glyph} {prefix}{}{from}: {says}", entry.request),
+                    style,
+                )
             }
             News::Logged(entry) => {
                 let (glyph, style) = self.mark(entry);

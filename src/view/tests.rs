@@ -27,12 +27,12 @@ mod windows;
 
 use super::draw;
 use crate::event::{
-    CommandStatus, Effect, Event, Failure, Level, LineRate, LinkEvent, Moment, Notice, NoticeCode,
-    Reception, Recording, Truth,
+    CommandId, CommandStatus, Effect, Event, Failure, Level, LineRate, LinkEvent, Moment, Notice,
+    NoticeCode, Reception, Recording, Truth,
 };
 use crate::model::testing::{Scene, listed, overlaid};
 use crate::model::{Colors, Config, Large, Shown};
-use crate::request::Request;
+use crate::request::{Request, Tuning};
 use crate::safe_text::is_control;
 
 fn buffer(scene: &Scene, width: u16, height: u16) -> Buffer {
@@ -333,6 +333,35 @@ fn a_lost_link_shows_at_once_and_values_age() {
     insta::assert_snapshot!(lost);
     assert!(row(&lost, "bumper   ✖").contains("◌ 4 s"));
     row(&lost, "who holds the motors ─────────────── ◌ 4 s");
+}
+
+/// The owner reads in the hint row that somebody else commands.
+#[test]
+fn the_command_of_a_client_is_told_with_its_client() {
+    let mut scene = flight(demo());
+    scene.event(Event::Asked {
+        id: CommandId(9),
+        request: Request::Stop,
+        by: Some("pid 7".to_owned()),
+    });
+    scene.status_of(9, CommandStatus::Confirmed { digest: None });
+    row(&screen(&scene, 80, 24), "stop from pid 7: confirmed");
+}
+
+/// Nor does a list of parameters, which brings news every second, hide the answer to a key.
+#[test]
+fn the_answer_to_a_key_is_readable() {
+    let mut scene = flight(demo());
+    scene.ask(9, Request::Parameter(Tuning::List));
+    scene.type_text("T");
+    for _ in 0..3 {
+        row(&screen(&scene, 80, 24), "plots");
+        scene.wait_ms(500);
+        scene.status_of(9, CommandStatus::Sent { frames: 1 });
+    }
+    scene.wait_ms(600);
+    scene.status_of(9, CommandStatus::Sent { frames: 2 });
+    row(&screen(&scene, 80, 24), "param list: sent 2 frames");
 }
 
 /// The alarm row tells of a STOP that waits for the link, until it is given up.

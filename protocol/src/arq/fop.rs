@@ -431,15 +431,6 @@ impl Fop {
             .flatten()
             .map(|sent_us| sent_us.max(self.heard_us) + self.silence_us())
             .min();
-        let give_up = [
-            self.work.as_ref().map(|_| self.progress_us),
-            self.stopping.map(|s| s.since_us),
-        ];
-        let give_up = give_up
-            .into_iter()
-            .flatten()
-            .min()
-            .map(|us| us + self.give_up_us());
         let may_speak = !self.is_half_duplex() || self.turn.is_some();
         let drive = self.drive.map(|d| {
             if self.is_open() && may_speak {
@@ -464,7 +455,7 @@ impl Fop {
             knock.filter(|_| free),
             self.pacer.poll_timeout(),
             silence,
-            give_up,
+            self.poll_give_up(),
             self.explained_by_us(),
             drive.filter(|_| free || !self.is_open()),
             stop.filter(|_| free),
@@ -474,6 +465,14 @@ impl Fop {
         .into_iter()
         .flatten()
         .min()
+    }
+
+    /// Time at which the task or the STOP in progress is given up. While nothing can be sent, no other time matters.
+    #[must_use]
+    pub fn poll_give_up(&self) -> Option<u64> {
+        let work = self.work.as_ref().map(|_| self.progress_us);
+        let since = work.into_iter().chain(self.stopping.map(|s| s.since_us));
+        since.min().map(|us| us + self.give_up_us())
     }
 
     /// The next event, or `None`.

@@ -103,6 +103,8 @@ pub struct Shortfall {
 pub enum Failure {
     /// No acknowledgement arrived in time.
     TimedOut,
+    /// No frame of the command was sent in time, because the link was lost or nothing was received.
+    NotSent,
     /// The robot restarted.
     RobotRestarted,
     /// Another station opened a session.
@@ -125,8 +127,9 @@ pub enum Failure {
 
 impl Failure {
     /// All failures; shortfalls are examples.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::TimedOut,
+        Self::NotSent,
         Self::RobotRestarted,
         Self::TakenOver,
         Self::Stopped,
@@ -143,6 +146,7 @@ impl Failure {
     pub const fn code(self) -> &'static str {
         match self {
             Self::TimedOut => "timed-out",
+            Self::NotSent => "not-sent",
             Self::RobotRestarted => "robot-restarted",
             Self::TakenOver => "taken-over",
             Self::Stopped => "stopped",
@@ -182,6 +186,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::TimedOut => "not confirmed in time: the robot may or may not have heard it",
+            Self::NotSent => "not sent: the link was lost, or no line came from the robot",
             Self::RobotRestarted => "the robot restarted before it confirmed",
             Self::TakenOver => "another station took over the robot",
             Self::Stopped => "cancelled by STOP",

@@ -141,7 +141,7 @@ impl Progress {
             CommandStatus::Refused(outcome) => {
                 return Err(refused(request, outcome_words(*outcome)));
             }
-            CommandStatus::Failed(Failure::TimedOut) => {
+            CommandStatus::Failed(Failure::TimedOut | Failure::NotSent) => {
                 return Err(not_confirmed(request, heard, timeout, self.frames));
             }
             CommandStatus::Failed(failure) => return Err(failed(request, *failure)),

@@ -29,7 +29,7 @@ pub struct Runs {
     /// List runs that started at this time or later: a date, a time of day, `yesterday`, `2 days`
     #[arg(long, value_name = "DATE", value_parser = parse_stretch)]
     pub since: Option<Stretch>,
-    /// List runs that started at this time or earlier; a date includes its whole day
+    /// List runs that started at this time or earlier; a date includes its whole day, a time its whole minute
     #[arg(long, value_name = "DATE", value_parser = parse_stretch)]
     pub until: Option<Stretch>,
     /// Print one JSON object per run

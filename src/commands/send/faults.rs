@@ -28,7 +28,7 @@ pub(in super::super) fn refused(request: &Request, why: &str) -> Fault {
 pub(in super::super) fn failed(request: &Request, failure: Failure) -> Fault {
     let exit = match failure {
         Failure::ReceiveOnly => Exit::ReceiveOnly,
-        Failure::TimedOut => Exit::NotConfirmed,
+        Failure::TimedOut | Failure::NotSent => Exit::NotConfirmed,
         Failure::BeyondLevel(_) | Failure::BeyondCapacity(_) => Exit::Refused,
         _ => Exit::Failed,
     };

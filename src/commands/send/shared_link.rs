@@ -94,7 +94,7 @@ fn ask(
                 report.reason = json.text;
             }
             let ended = report.status(line, &status, begun.elapsed())?;
-            if status == CommandStatus::Failed(Failure::TimedOut) {
+            if let CommandStatus::Failed(Failure::TimedOut | Failure::NotSent) = status {
                 let waited = begun.elapsed();
                 return Err(not_confirmed(request, heard, waited, report.frames));
             }

@@ -138,7 +138,8 @@ fn enter_replays_a_run_and_asks_before_it_leaves_a_robot() {
         ..Config::default()
     });
     shown.model.ui.show_moment(Some(playback(false)));
-    assert_eq!(shown.press(&[KeyCode::Enter]), replay);
+    // The replayed run is selected.
+    assert_eq!(shown.press(&[KeyCode::Down, KeyCode::Enter]), replay);
 }
 
 #[test]

@@ -293,3 +293,20 @@ fn others_are_told_who_sent_stop() {
     let told = r#"{"stopped_by":"the station's operator"}"#;
     assert_eq!(table.outputs(), [1, 2].map(|n| format!("{n} < {told}")));
 }
+
+#[test]
+fn what_the_station_before_tells_is_passed_on() {
+    let mut table = Table::new();
+    table.hear(FIRST, HELLO);
+    table.outputs();
+    for told in [r#"{"stopped_by":"pid 5"}"#, r#"{"lost":"unplugged"}"#] {
+        let line = StationLine::parse(told.as_bytes()).expect("a line");
+        table.broker.pass_on(&line);
+        assert_eq!(table.outputs(), [format!("1 < {told}")]);
+    }
+    let said = StationLine::Said {
+        said: "hello".to_owned(),
+    };
+    table.broker.pass_on(&said);
+    assert!(table.outputs().is_empty(), "it comes with the line T");
+}
