@@ -74,11 +74,11 @@ const DASHBOARD_COMMANDS: [(&str, &str); 15] = [
         "tells when: mode home, driven, stopped, a field of a line",
     ),
     ("expect THIS", ""),
-    ("advise", "accept the suggestion"),
     (
         "plan home",
-        "draft a route home over seen floor; plan X Y: to a point",
+        "draft a route home; plan X Y; advise: accept suggestion",
     ),
+    ("advise", ""),
     ("acknowledge", ""),
     (
         "shelve NAME 10m",
