@@ -5,7 +5,9 @@ use std::fmt::{self, Write as _};
 
 use groundwave_protocol::telemetry::{ParameterLine, ParameterName};
 
-use crate::request::{Amount, Request, RequestError, Tuning, in_whole_unit, known_parameters};
+use crate::request::{
+    Amount, Request, RequestError, Tuning, in_whole_unit, known_parameters, unit_words,
+};
 use crate::suggest::question;
 
 /// Reason why a text is not a set of parameters, or why this robot cannot take the set.
@@ -65,10 +67,10 @@ impl fmt::Display for Difference {
         let unit = self.robot.unit.as_str();
         let (wanted, _) = shown(self.wanted, unit);
         let (value, unit) = shown(self.robot.value, unit);
-        let name = self.robot.name.as_str();
+        let (name, unit) = (self.robot.name.as_str(), in_brackets(&unit));
         write!(
             f,
-            "{name}: {wanted} in the file, {value} in the robot ({unit})"
+            "{name}: {wanted} in the file, {value} in the robot{unit}"
         )
     }
 }
@@ -175,7 +177,8 @@ impl ParameterFile {
 #[must_use]
 pub fn limits(line: &ParameterLine) -> String {
     let unit = line.unit.as_str();
-    let counts = format!("it takes {} to {} ({unit})", line.least, line.most);
+    let words = in_brackets(&unit_words(unit));
+    let counts = format!("it takes {} to {}{words}", line.least, line.most);
     match (
         in_whole_unit(line.least, unit),
         in_whole_unit(line.most, unit),
@@ -187,9 +190,21 @@ pub fn limits(line: &ParameterLine) -> String {
     }
 }
 
-/// A value in the largest unit that needs no rounding, and that unit: `11.6` and `V`.
-fn shown(value: i32, unit: &str) -> (String, &str) {
-    in_whole_unit(value, unit).unwrap_or_else(|| (value.to_string(), unit))
+/// A value in the largest unit that needs no rounding, and that unit in words: `11.6` and `V`.
+fn shown(value: i32, unit: &str) -> (String, String) {
+    match in_whole_unit(value, unit) {
+        Some((value, whole)) => (value, whole.to_owned()),
+        None => (value.to_string(), unit_words(unit)),
+    }
+}
+
+/// A unit behind a number: ` (in/s)`.
+fn in_brackets(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" ({unit})")
+    }
 }
 
 /// The text of a file with the robot's parameters, in the robot's order, with meanings, units and limits as comments.
@@ -210,7 +225,8 @@ pub fn write(head: &str, robot: &[ParameterLine]) -> String {
         }
         let [(value, unit), (least, _), (most, _)] =
             [line.value, line.least, line.most].map(|value| shown(value, line.unit.as_str()));
-        let _ = writeln!(text, "{name} = {value}  # {unit}, {least} to {most}");
+        let comma = if unit.is_empty() { "" } else { ", " };
+        let _ = writeln!(text, "{name} = {value}  # {unit}{comma}{least} to {most}");
     }
     text
 }

@@ -14,7 +14,7 @@ mod words;
 use std::fmt;
 use std::time::Duration;
 
-pub use amount::{Amount, in_whole_unit};
+pub use amount::{Amount, in_whole_unit, unit_words};
 pub use commands::{command_description, dashboard_commands, dashboard_listing, listing};
 pub use groundwave_captures::words::{layer_word, mode_word, outcome_words};
 pub use parameters::{default_of as known_default, known as known_parameters};
@@ -185,7 +185,9 @@ impl Request {
     /// # Errors
     /// The error names the wrong word and the valid ones.
     pub fn from_words<S: AsRef<str>>(words: &[S]) -> Result<Self, RequestError> {
-        let words: Vec<&str> = words.iter().map(AsRef::as_ref).collect();
+        // A script or a shell may give empty words.
+        let words = words.iter().map(AsRef::as_ref);
+        let words: Vec<&str> = words.filter(|word| !word.trim().is_empty()).collect();
         let (&command, arguments) = words.split_first().ok_or(RequestError::Empty)?;
         let wrong = || commands::wrong(command, arguments);
         match (command, arguments) {
@@ -389,6 +391,21 @@ mod tests {
         let words: Vec<&str> = words.split(' ').collect();
         let error = Request::all_from_words(&words).expect_err("it is wrong");
         error.to_string()
+    }
+
+    #[test]
+    fn empty_words_are_no_words() {
+        assert_eq!(error(""), RequestError::Empty.to_string());
+        assert!(
+            error("goto 1 ").ends_with("got `1`"),
+            "{}",
+            error("goto 1 ")
+        );
+        assert!(
+            !error("param get ").contains("``"),
+            "{}",
+            error("param get ")
+        );
     }
 
     #[test]

@@ -157,7 +157,10 @@ fn route_claim(row: &str) -> Option<(Option<(&str, &str)>, usize)> {
     let length = words.next()?.parse().ok()?;
     match words.nth(1)? {
         "confirmed" => Some((None, length)),
-        "driving" | "done" => Some((words.next()?.split_once('/'), length)),
+        "driving" | "driven" | "done" => {
+            let place = words.next()?.trim_end_matches('.');
+            Some((place.split_once('/'), length))
+        }
         _ => None,
     }
 }

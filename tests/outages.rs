@@ -366,7 +366,7 @@ fn a_session_has_the_same_loss_and_outages_everywhere() {
     let to_svg = ["--to", "svg", "-o", svg.to_str().unwrap()];
     expect(0, &[&["export", recording][..], &to_svg].concat());
     let svg = fs::read_to_string(svg).unwrap();
-    let gaps = format!("not received ({} gaps)", info["gaps"]);
+    let gaps = format!("lost or damaged ({} gaps)", info["gaps"]);
     for words in ["outage (4)", "4 outages, the longest: silent 55.3 s", &gaps] {
         assert!(svg.contains(words), "no {words}");
     }
@@ -446,7 +446,7 @@ fn damaged_lines_are_not_lost_and_are_gaps() {
         (&damaged.into(), &damaged.into())
     );
     let picture = expect(0, &["export", path, "--to", "svg", "-o", "-"]).0;
-    assert!(picture.contains(&format!("not received ({damaged} gaps)")));
+    assert!(picture.contains(&format!("lost or damaged ({damaged} gaps)")));
     fs::remove_dir_all(folder).unwrap();
 }
 

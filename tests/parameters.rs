@@ -326,7 +326,7 @@ fn set_of_parameters_is_saved_edited_compared_and_loaded() {
     let (out, _) = param(1, "diff", &[]);
     let differing = [
         "top-speed: 8 in the file, 12 in the robot (in/s)",
-        "cliff-guard: 0 in the file, 1 in the robot (0 or 1)",
+        "cliff-guard: 0 in the file, 1 in the robot",
     ];
     assert_eq!(out.lines().collect::<Vec<_>>(), differing);
     let (out, _) = param(0, "load", &["--yes"]);

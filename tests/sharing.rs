@@ -123,7 +123,7 @@ fn exit_codes_over_a_shared_link_are_those_of_an_own_link() {
     assert!(out.starts_with("mode reactive: confirmed after"), "{out}");
     let (_, err) = expect(5, &["send", "--via", &socket, "dock"]);
     assert!(
-        err.contains("refused `mode dock`: it has no sensor for the dock's beacon"),
+        err.contains("refused `mode dock`: it has no dock sensor"),
         "{err}"
     );
     expect(2, &["send", "--via", &socket, "fly"]);

@@ -346,7 +346,7 @@ fn the_picture_shows_what_happened() {
         "bump (",
         "sonar",
         "prowl",
-        "not received (",
+        "lost or damaged (",
         "x, feet",
         "house-noisy",
     ] {
@@ -410,7 +410,7 @@ fn pictures_and_info_have_the_same_gaps() {
         assert_eq!(gaps > 0, svg.contains("stroke-dasharray"), "{name}");
         let has_bad = info["lines_lost"] != 0 || info["damaged"]["lines"] != 0;
         assert_eq!(gaps > 0, has_bad, "{name}");
-        let named = svg.contains(&format!("not received ({gaps} gap"));
+        let named = svg.contains(&format!("lost or damaged ({gaps} gap"));
         assert_eq!(gaps > 0, named, "{name}");
     }
 }

@@ -93,8 +93,8 @@ pub struct Robot {
     cliff_guard: CliffGuard,
     /// Guard that controls the motors in place of the holder.
     guarded: Option<MotorGuard>,
-    /// With the cliff guard off: ticks until the robot reports it again.
-    unguarded_ticks: u16,
+    /// With the cliff guard or the critical battery off: ticks until the robot reports it again.
+    unguarded_ticks: [u16; 2],
     autonomy: Autonomy,
     song_player: SongPlayer,
     /// Remaining number of ticks of braking after a stop.
@@ -151,7 +151,7 @@ impl Robot {
             motion: Motion::STILL,
             cliff_guard: CliffGuard::default(),
             guarded: None,
-            unguarded_ticks: 0,
+            unguarded_ticks: [0; 2],
             autonomy: Autonomy::default(),
             song_player: SongPlayer::default(),
             brake_ticks: 0,
@@ -264,7 +264,7 @@ impl Robot {
         self.events.infrared(infrared);
         let acts_for = self.cliff_guard.acts_for();
         self.events.cliff(inputs.cliff.map(|now| now.or(acts_for)));
-        self.report_cliffs(inputs);
+        self.report_guards(inputs);
         self.events.drive(&self.drive);
         let motion = &self.layers.motion;
         self.events.arm(motion.seen(), motion.touched());

@@ -149,6 +149,37 @@ fn lifted_robot_stops_its_wheels_and_continues_when_put_down() {
     assert_eq!(reports, ["cliff guard: there is no floor under me"; 2]);
 }
 
+/// A station that opens the link later hears it, too.
+#[test]
+fn critical_battery_that_is_off_is_reported_at_once_and_every_minute() {
+    let (mut bench, _) = running();
+    let key = bench.open(OWNER);
+    let set = |value| Order::SetParameter {
+        key: parameter::key("battery-critical"),
+        value,
+    };
+    let reports = |bench: &Bench| {
+        let is_off = |line: &&groundwave_protocol::telemetry::Line| match line.body {
+            Body::Parameter(parameter) => {
+                parameter.name.as_str() == "battery-critical" && parameter.value == 0
+            }
+            _ => false,
+        };
+        let lines = bench.lines.iter().map(|(_, line)| line);
+        lines.filter(is_off).count()
+    };
+    bench.order(key, set(0));
+    bench.lines.clear();
+    bench.run_ms(150_000);
+    let parameters = reports(&bench);
+    assert!((3..=4).contains(&parameters), "{parameters}");
+    bench.order(key, set(112));
+    bench.run_ms(1000);
+    bench.lines.clear();
+    bench.run_ms(150_000);
+    assert_eq!(reports(&bench), 0);
+}
+
 #[test]
 fn switched_off_guard_is_reported_at_once_and_every_minute() {
     let (mut bench, _) = running();

@@ -26,7 +26,7 @@ pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment)
         Holder::Layer(Layer::Sonar) => sonar(state),
         Holder::Layer(Layer::Photo) => photo(state),
         Holder::Layer(Layer::Motion) => arm(state.arm).to_owned(),
-        Holder::Layer(Layer::DeadReckoning) => route(robot),
+        Holder::Layer(Layer::DeadReckoning) => route(state.mode, robot),
         Holder::Prowl => prowl(state, robot),
         Holder::CliffGuard => no_floor(state),
         Holder::ArmGuard => "stands until the arm is down".to_owned(),
@@ -59,7 +59,7 @@ pub(crate) fn reads(layer: Layer, state: &StateLine, robot: &Robot) -> String {
             Some(status) if status.target_in.is_none() && status.list.count == 0 => {
                 "no route, no target".to_owned()
             }
-            _ => route(robot),
+            _ => route(state.mode, robot),
         },
     }
 }
@@ -189,12 +189,13 @@ pub(crate) const fn arm(arm: Arm) -> &'static str {
     }
 }
 
-fn route(robot: &Robot) -> String {
+fn route(mode: Mode, robot: &Robot) -> String {
     let Some(status) = robot.status.map(|status| status.value) else {
         return "drives its route".to_owned();
     };
     let ListPlace { driven, count } = status.list;
     match status.target_in {
+        Some((0, 0)) if mode == Mode::GoHome => "heads for home".to_owned(),
         Some((x_in, y_in)) if count == 0 => format!("heads for ({x_in}, {y_in})"),
         Some((x_in, y_in)) => format!("heads for ({x_in}, {y_in}), {driven} of {count} reached"),
         None if count > 0 && driven == count => "has finished its route".to_owned(),

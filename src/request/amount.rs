@@ -80,6 +80,16 @@ pub fn in_whole_unit(value: i32, unit: &str) -> Option<(String, &str)> {
     Some((decimal(value, decimals), whole))
 }
 
+/// A unit of the wire in words: none for a switch or a plain number; `256ths` for a fraction, of which the number is the numerator.
+#[must_use]
+pub fn unit_words(unit: &str) -> String {
+    match (unit, unit.strip_prefix("1/")) {
+        ("1" | "0 or 1", _) => String::new(),
+        (_, Some(parts)) => format!("{parts}ths"),
+        _ => unit.to_owned(),
+    }
+}
+
 fn decimal(digits: i32, places: u8) -> String {
     let width = usize::from(places) + 1;
     let sign = if digits < 0 { "-" } else { "" };
@@ -91,6 +101,18 @@ fn decimal(digits: i32, places: u8) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn units_have_words() {
+        for (unit, words) in [
+            ("in/s", "in/s"),
+            ("1/256", "256ths"),
+            ("0 or 1", ""),
+            ("1", ""),
+        ] {
+            assert_eq!(unit_words(unit), words);
+        }
+    }
 
     #[test]
     fn decimals_are_of_the_whole_unit() {

@@ -49,7 +49,7 @@ impl Standing {
                 ));
             }
             (Request::Mode(Mode::Forage), Outcome::NotFitted) => {
-                return Some("it has no sensor for the dock's beacon; try `home`; in the simulator, `--world flat` has a dock".to_owned());
+                return Some("it has no dock sensor: try `home`, or demo --world flat".to_owned());
             }
             (Request::Mode(Mode::Passive), Outcome::NotFitted) => {
                 return Some(
@@ -65,17 +65,15 @@ impl Standing {
             .is_some_and(|allowed| !allowed.contains(Layer::Rotation))
         {
             return Some(format!(
-                "a scan needs layer {rotation}, which is forbidden; `enable {rotation}` first"
+                "layer {rotation} is forbidden; `enable {rotation}` first"
             ));
         }
         Some(match self.mode {
             Some(mode @ (Mode::Stop | Mode::User | Mode::Passive | Mode::Calibrate)) => format!(
-                "in mode {} it does not turn by itself; enter another mode first, such as `mode prowl`",
+                "in mode {} it does not turn by itself; `mode prowl` first",
                 mode_word(mode)
             ),
-            _ => format!(
-                "a scan needs an autonomous mode and layer {rotation}; `enable {rotation}` and `mode prowl` first"
-            ),
+            _ => format!("`enable {rotation}` and `mode prowl` first"),
         })
     }
 }
@@ -104,7 +102,10 @@ mod tests {
     fn mode_without_its_sensor_has_an_alternative() {
         let why = |mode| Standing::default().why(&Request::Mode(mode), Outcome::NotFitted);
         let dock = why(Mode::Forage).expect("there is a reason");
-        assert!(dock.contains("beacon") && dock.contains("`home`"), "{dock}");
+        assert!(
+            dock.contains("`home`") && dock.contains("--world flat"),
+            "{dock}"
+        );
         let hide = why(Mode::Passive).expect("there is a reason");
         assert!(
             hide.contains("motion detector") && hide.contains("`reactive`"),

@@ -45,7 +45,7 @@ impl Station {
         let Some(Waiting { id, request }) = self.waiting.pop_front() else {
             return false;
         };
-        self.has_left = false;
+        self.frames = 0;
         let now_us = micros(now);
         let started = match &request {
             Request::Route(waypoints) => self.fop.start(now_us, Task::List(waypoints)),
@@ -53,7 +53,7 @@ impl Station {
                 let paused = self.paused_list.take_if(|(paused, _)| *paused == id);
                 let (tuner, order) = match paused {
                     Some((_, tuner)) => {
-                        self.has_left = true;
+                        self.frames = 1;
                         tuner.resume()
                     }
                     None => Tuner::begin(*tuning),
@@ -123,14 +123,16 @@ impl Station {
                 self.report(now, id, status);
             }
         } else {
-            self.has_left |= matches!(status, CommandStatus::Sent { .. });
+            if let CommandStatus::Sent { frames } = status {
+                self.frames = self.frames.max(frames);
+            }
             self.report_current(now, status);
         }
     }
 
     /// Why the current command failed: the robot cannot have heard what was never sent.
     pub(super) fn unless_sent(&self, why: Failure) -> Failure {
-        if self.has_left || self.shared.is_some() {
+        if self.frames > 0 || self.shared.is_some() {
             why
         } else {
             unsent(why)

@@ -70,8 +70,8 @@ pub struct Station {
     is_lost: bool,
     waiting: VecDeque<Waiting>,
     current: Option<CommandId>,
-    /// Whether a frame of the current command was sent.
-    has_left: bool,
+    /// Least number of frames that were sent for the current command.
+    frames: u32,
     /// The current command, if it is about parameters.
     tuner: Option<Tuner>,
     /// A list of parameters that waits for other commands, and the part of it that was received.
@@ -112,7 +112,7 @@ impl Station {
             is_lost: false,
             waiting: VecDeque::new(),
             current: None,
-            has_left: false,
+            frames: 0,
             tuner: None,
             paused_list: None,
             stops: Vec::new(),

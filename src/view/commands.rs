@@ -135,6 +135,7 @@ impl Screen<'_> {
             .filter(|active| active.id == entry.id && active.digest == digest);
         let driven = entry.driven.filter(|place| place.driven > 0);
         let glyph = theme.glyphs.done;
+        let drives = self.facts.robot.mode() == Some(Mode::Prowl);
         let says = match (active, driven) {
             (None, None) => return (glyph, "replaced".to_owned(), theme.dim),
             (None, Some(ListPlace { driven, count })) => {
@@ -143,9 +144,7 @@ impl Screen<'_> {
             }
             (Some(active), None) => {
                 let after = entry.confirmed_after.map(in_seconds).unwrap_or_default();
-                let mode = self.facts.robot.state.map(|state| state.value.mode);
-                let drives = mode == Some(Mode::Prowl) || active.waypoints.is_empty();
-                let next = if drives {
+                let next = if drives || active.waypoints.is_empty() {
                     String::new()
                 } else {
                     self.with_keys(". Press <modes/mode-prowl> to drive it")
@@ -153,8 +152,14 @@ impl Screen<'_> {
                 format!("confirmed{after}{next}")
             }
             (Some(_), Some(ListPlace { driven, count })) => {
-                let state = if driven == count { "done" } else { "driving" };
-                format!("{state} {driven}/{count}")
+                if driven == count {
+                    format!("done {driven}/{count}")
+                } else if drives {
+                    format!("driving {driven}/{count}")
+                } else {
+                    let key = self.with_keys("<modes/mode-prowl>");
+                    format!("driven {driven}/{count}. Press {key} to drive on")
+                }
             }
         };
         (glyph, says, theme.good)

@@ -59,7 +59,7 @@ impl Screen<'_> {
                 [_, _, _] => "all".to_owned(),
                 _ => stale.join(", "),
             };
-            let words = format!("{} old: {which}", self.theme.glyphs.stale);
+            let words = format!("{} stale: {which}", self.theme.glyphs.stale);
             Span::styled(words, self.theme.warning)
         });
         let (rows, below) = split_top(area, 1 + lines.len() as u16);

@@ -521,6 +521,12 @@ fn driven_waypoints_show_only_for_the_confirmed_digest() {
     scene.hear_status();
     let same = screen(&scene, 120, 40);
     row(&same, "✔ driving 1/2");
+    scene.state.mode = Mode::Stop;
+    scene.hear();
+    let stopped = screen(&scene, 120, 40);
+    row(&stopped, "✔ driven 1/2. Press m p to drive on");
+    scene.state.mode = Mode::Prowl;
+    scene.hear();
     scene.status.digest ^= 1;
     scene.hear_status();
     let other = screen(&scene, 120, 40);

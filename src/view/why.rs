@@ -61,7 +61,7 @@ impl Screen<'_> {
         let mut facts = Vec::new();
         if state_age >= STATE_STALE {
             let old = format!("{} by its last line, {heard} ago", theme.glyphs.stale);
-            facts.push(("old", old, theme.warning));
+            facts.push(("stale", old, theme.warning));
         }
         if let Some(holder) = self.facts.motors.holder() {
             let since = age::words(holder.age(self.now));

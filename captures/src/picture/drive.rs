@@ -155,7 +155,7 @@ fn walls(sheet: &Sheet, truth: &Truth) -> Vec<Shape> {
     shapes
 }
 
-/// The path in the colours of its behaviours, dashed where lines were not received.
+/// The path in the colours of its behaviours, dashed where lines were lost or damaged.
 pub(super) fn path(
     sheet: &Sheet,
     stretches: &[Stretch],
@@ -288,5 +288,5 @@ fn legend(track: &Track, stretches: &[Stretch]) -> Vec<Vec<Row>> {
 
 /// Number of gaps as text, counted as in the summary.
 pub(super) fn gap_words(track: &Track) -> String {
-    format!("not received ({})", counted(track.gaps, "gap"))
+    format!("lost or damaged ({})", counted(track.gaps, "gap"))
 }

@@ -64,7 +64,7 @@ pub(super) fn draw(shapes: &mut Vec<Shape>, font: &Font, symbol: Symbol, at: Spo
     }
 }
 
-/// A path that was not received.
+/// A path whose lines were lost or damaged.
 pub(super) fn gap(spots: Vec<Spot>) -> Shape {
     Shape::Line {
         spots,

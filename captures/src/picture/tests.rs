@@ -131,7 +131,10 @@ fn long_names_counts_and_problems_are_within_the_picture() {
         legend.contains(&"floor edge (20000, 1 shown)"),
         "{legend:?}"
     );
-    assert!(legend.contains(&"not received (12345 gaps)"), "{legend:?}");
+    assert!(
+        legend.contains(&"lost or damaged (12345 gaps)"),
+        "{legend:?}"
+    );
 }
 
 #[test]
@@ -238,7 +241,7 @@ fn two_runs_have_their_facts_beside_them() {
         "start (0.0, 0.0) ft",
         "end (10.0, −0.5) ft",
         "closing error 3.2 in",
-        "not received (1 gap)",
+        "lost or damaged (1 gap)",
     ] {
         assert!(legend.contains(&fact), "{fact} is not in {legend:?}");
     }

@@ -16,7 +16,7 @@ const LIFTED: &str = "cliff guard: there is no floor under me";
 /// Text while the cliff guard is switched off.
 const GUARD_OFF: &str = "the cliff guard is switched off";
 
-/// Number of ticks between two such texts.
+/// Number of ticks between two reports of a safeguard that is off.
 const UNGUARDED_TICKS: u16 = 60 * TICK_HZ as u16;
 
 impl Robot {
@@ -46,8 +46,9 @@ impl Robot {
         }
     }
 
-    /// Reports when the cliff guard takes the motors, and from time to time that it is switched off.
-    pub(super) fn report_cliffs(&mut self, inputs: &Inputs) {
+    /// Reports when the cliff guard takes the motors, and from time to time which safeguards are switched off: a station
+    /// that has just begun to listen cannot know.
+    pub(super) fn report_guards(&mut self, inputs: &Inputs) {
         if let Some(missing) = self.cliff_guard.take_report() {
             self.schedule.queue_text(match missing {
                 Missing::Ahead => EDGE_AHEAD,
@@ -55,14 +56,23 @@ impl Robot {
                 Missing::Below => LIFTED,
             });
         }
-        if inputs.cliff.is_none() || self.parameters.is_on(Parameter::CliffGuard) {
-            self.unguarded_ticks = 0;
-        } else if self.unguarded_ticks == 0 {
-            self.unguarded_ticks = UNGUARDED_TICKS;
-            self.schedule.queue_text(GUARD_OFF);
-            self.schedule.queue_parameter(Parameter::CliffGuard);
-        } else {
-            self.unguarded_ticks -= 1;
+        let safeguards = [
+            (Parameter::CliffGuard, inputs.cliff.is_some()),
+            (Parameter::CriticalBattery, true),
+        ];
+        for ((safeguard, is_fitted), ticks) in safeguards.into_iter().zip(&mut self.unguarded_ticks)
+        {
+            if !is_fitted || self.parameters.is_on(safeguard) {
+                *ticks = 0;
+            } else if *ticks == 0 {
+                *ticks = UNGUARDED_TICKS;
+                self.schedule.queue_parameter(safeguard);
+                if safeguard == Parameter::CliffGuard {
+                    self.schedule.queue_text(GUARD_OFF);
+                }
+            } else {
+                *ticks -= 1;
+            }
         }
     }
 }

@@ -14,7 +14,7 @@ use super::step::Line;
 use crate::event::{CommandId, CommandStatus, Event, LinkEvent};
 use crate::parameter_file::limits;
 use crate::request::outcome_words;
-use crate::request::{Request, Standing, Tuning, in_whole_unit};
+use crate::request::{Request, Standing, Tuning, in_whole_unit, unit_words};
 use crate::share::StatusJson;
 use crate::wait::Wait;
 
@@ -268,11 +268,12 @@ fn parameter_text(line: &ParameterLine) -> String {
         ..
     } = line;
     let (name, unit) = (line.name.as_str(), line.unit.as_str());
+    let words = unit_words(unit);
     let whole = in_whole_unit(*value, unit).map_or(String::new(), |(number, whole)| {
         format!("= {number} {whole}")
     });
     let text = format!(
-        "{name:<18} {value:>6}  kept {kept:>6}  from {least:>6} to {most:>6}  {unit:<8}  {whole}"
+        "{name:<18} {value:>6}  kept {kept:>6}  from {least:>6} to {most:>6}  {words:<8}  {whole}"
     );
     text.trim_end().to_owned()
 }

@@ -160,7 +160,7 @@ pub(super) const STATES: &[State] = &[
             scene.event(Event::Tick);
             scene
         },
-        facts: &["ROBOT SILENT", "old: ", "reckoned, within"],
+        facts: &["ROBOT SILENT", "stale: ", "reckoned, within"],
     },
     State {
         name: "lost",

@@ -223,7 +223,7 @@ fn an_impossible_command_is_refused_with_a_remedy() {
     let mut scene = flight(demo());
     let dock = Request::Mode(Mode::Forage);
     scene.command(1, dock, CommandStatus::Refused(Outcome::NotFitted));
-    let words = "REFUSED: it has no sensor for the dock's beacon; try `home`";
+    let words = "REFUSED: it has no dock sensor: try `home`, or demo --world flat";
     for (width, height) in [(80, 24), (120, 40)] {
         row(&screen(&scene, width, height), words);
     }

@@ -289,7 +289,7 @@ fn stale_values_are_dim_marked_and_named() {
     let silent = screen(&scene, 120, 40);
     row(&silent, "◌ PROWL  ◌ 12.4 V");
     row(&silent, "map: ◌ x ");
-    row(&silent, "◌ old: sensors, battery");
+    row(&silent, "◌ stale: sensors, battery");
     row(&silent, "link: totals; airtime over 20 s ──────");
     row(&silent, "✖ ROBOT SILENT");
     for name in ["bumper", "infrared", "wheels", "battery", "drive"] {
