@@ -191,7 +191,7 @@ impl Request {
         let (&command, arguments) = words.split_first().ok_or(RequestError::Empty)?;
         let wrong = || commands::wrong(command, arguments);
         match (command, arguments) {
-            ("stop", []) => Ok(Self::Stop),
+            ("stop" | "STOP", []) => Ok(Self::Stop),
             ("mode", [mode]) => read_mode(mode),
             ("prowl" | "reactive" | "passive" | "wander" | "home", []) => read_mode(command),
             ("dock", []) => Ok(Self::Mode(Mode::Forage)),

@@ -1,6 +1,7 @@
 //! Commands over many seeds: a confirmed command has arrived, is kept by the robot, and is executed.
 
 use std::collections::HashSet;
+use std::time::Duration;
 
 use crate::common::{CoSimulation, Rng, on_all_cores, seeds};
 use groundwave::event::{CommandStatus, Failure, LinkEvent};
@@ -159,6 +160,48 @@ fn a_command_waits_for_a_lost_link_and_is_given_up_unsent() {
         co.station.handle_link(co.now(), opened);
         co.run_until("the command arrives", 60, |co| co.fate(waiting).is_some());
         assert_eq!(co.fate(waiting), Some(CONFIRMED), "{}", co.context());
+    });
+}
+
+/// A STOP of an operator is sent as soon as the robot is there again, however late; other commands are not, because the robot may have been
+/// stopped by others meanwhile.
+#[test]
+fn a_stop_of_an_operator_outlives_a_lost_link() {
+    over_seeds(|seed, channel| {
+        let mut co = CoSimulation::new("house", seed, channel);
+        co.station.set_attended();
+        co.run(2);
+        let lost = LinkEvent::Lost {
+            reason: "unplugged".to_owned(),
+        };
+        co.station.handle_link(co.now(), lost);
+        let late = co.request(Request::Mode(Mode::Reactive));
+        let [given_up, stop] = [0, 1].map(|n| {
+            let stop = co.request(Request::Stop);
+            let mut at = co.now();
+            for _ in 0..10 {
+                at += Duration::from_secs(7);
+                co.station.handle_timeout(at);
+                assert_eq!(co.station.poll_transmit(at), None, "{}", co.context());
+            }
+            if n == 0 {
+                co.station.handle_cancel(at);
+            }
+            stop
+        });
+        let opened = LinkEvent::Opened {
+            name: "radio".to_owned(),
+            can_send: true,
+        };
+        co.station.handle_link(co.now(), opened);
+        co.run_until("STOP is confirmed", 60, |co| {
+            co.fate(stop) == Some(CONFIRMED)
+        });
+        let failed = |why| Some(CommandStatus::Failed(why));
+        assert_eq!(co.fate(late), failed(Failure::NotSent), "{}", co.context());
+        let cancelled = failed(Failure::Cancelled);
+        assert_eq!(co.fate(given_up), cancelled, "{}", co.context());
+        assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
     });
 }
 

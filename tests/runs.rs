@@ -206,7 +206,7 @@ fn marks_of_a_label_are_in_the_picture_and_in_the_replay() {
     replay.wait_for("the capture", |screen| screen.contains("REPLAY"));
     replay.type_keys("nm");
     replay.wait_for("the mark", |screen| screen.contains("mark: the glass door"));
-    replay.type_keys("a");
+    replay.type_keys("a\r");
     replay.wait_for("that it is removed", |screen| {
         screen.contains("note removed: the glass door")
     });

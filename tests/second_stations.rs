@@ -6,12 +6,13 @@ use crate::edges::path_in;
 use crate::programs::{GROUNDWAVE, Sim, Telling, scratch};
 use crate::pty::OnTerminal;
 use crate::sharing::{program_in, station, station_on_a_port};
-use groundwave::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, Moment};
+use groundwave::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, Moment, NoticeCode};
 use groundwave::request::Request;
 use groundwave::share::{Broker, ClientId, Heard, Output, StationLine};
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
 use groundwave_protocol::status_codes::Mode;
+use sr04_sim::{Simulation, SimulationConfig, World};
 
 /// A robot with its station, and a second station that commands through it, in virtual time.
 struct Pair {
@@ -185,37 +186,75 @@ fn stop_outlives_a_lost_connection_to_the_station() {
         },
     );
     let stop = pair.request(Request::Stop);
-    let waits = pair.request(Request::Mode(Mode::Reactive));
-    pair.run_until(5, |pair| pair.fate(prowl).is_some());
+    // The robot must not start to move later, when others may have stopped it.
+    let late = pair.request(Request::Mode(Mode::Prowl));
+    pair.run_until(5, |pair| pair.fate(late).is_some());
     assert_eq!(
         pair.fate(prowl),
         Some(CommandStatus::Failed(Failure::TimedOut))
     );
-    assert_eq!((pair.fate(stop), pair.fate(waits)), (None, None));
-    let now = pair.co.now();
-    pair.second.handle_shared(now, true);
-    pair.run_until(20, |pair| pair.fate(waits).is_some());
-    assert_eq!(
-        (pair.fate(stop), pair.fate(waits)),
-        (Some(CONFIRMED), Some(CONFIRMED))
-    );
-    assert!(!pair.co.modes.contains(&Mode::Prowl));
-    // After a long time the robot must not start to move.
-    let now = pair.co.now();
-    pair.second.handle_shared_lost(now);
-    let late = pair.request(Request::Mode(Mode::Prowl));
-    let stop = pair.request(Request::Stop);
-    let later = pair.request(Request::Mode(Mode::Prowl));
+    let not_sent = Some(CommandStatus::Failed(Failure::NotSent));
+    assert_eq!((pair.fate(stop), pair.fate(late)), (None, not_sent));
     for _ in 0..20_000 {
         pair.step();
     }
-    let not_sent = Some(CommandStatus::Failed(Failure::NotSent));
-    let stopped = Some(CommandStatus::Failed(Failure::Stopped));
-    assert_eq!((pair.fate(late), pair.fate(later)), (stopped, not_sent));
+    assert_eq!(pair.fate(stop), None);
     let now = pair.co.now();
+    pair.second.handle_link(
+        now,
+        LinkEvent::Opened {
+            name: "station".to_owned(),
+            can_send: true,
+        },
+    );
     pair.second.handle_shared(now, true);
     pair.run_until(20, |pair| pair.fate(stop) == Some(CONFIRMED));
     assert!(!pair.co.modes.contains(&Mode::Prowl));
+}
+
+/// A demo that was left and begun again is another robot with the same id and boot counter: its lines tell nothing of the first one's.
+#[test]
+fn a_robot_behind_another_station_has_lost_no_lines_and_makes_no_mistake() {
+    let mut second = Station::new(Config::new(2), true);
+    second.handle_shared(Moment::ZERO, true);
+    let mut now = Moment::ZERO;
+    for life in 0..2 {
+        let house = World::built_in("house").unwrap();
+        let mut simulation = Simulation::new(&SimulationConfig::new(house, 1));
+        for _ in 0..60_000 {
+            now += Moment::from_millis(1);
+            simulation.step();
+            while let Some(byte) = simulation.poll_downlink() {
+                second.handle_bytes(now, &[byte]);
+            }
+        }
+        if life == 0 {
+            second.handle_shared_lost(now);
+            second.handle_link(
+                now,
+                LinkEvent::Lost {
+                    reason: "gone".to_owned(),
+                },
+            );
+            now += Moment::from_secs(20);
+            second.handle_other_station();
+            second.handle_link(
+                now,
+                LinkEvent::Opened {
+                    name: "station".to_owned(),
+                    can_send: true,
+                },
+            );
+            second.handle_shared(now, true);
+        }
+    }
+    assert_eq!(second.counters().lines_lost, 0);
+    let events = std::iter::from_fn(|| second.poll_event());
+    let mistakes = events.filter_map(|event| match event {
+        Event::Notice(notice) if notice.code == NoticeCode::RobotMistake => Some(notice.text),
+        _ => None,
+    });
+    assert_eq!(mistakes.collect::<Vec<_>>(), Vec::<String>::new());
 }
 
 /// The address in `shared on ADDRESS` on a screen.

@@ -294,7 +294,7 @@ fn a_mark_of_a_live_session_comes_back_in_the_replay_of_its_recording() {
     replay.wait_for("the mark in the bar of time", has_mark);
     replay.type_keys("Nm");
     replay.type_keys("nm");
-    replay.type_keys("a");
+    replay.type_keys("a\r");
     replay.wait_for("that it stood at the mark", |text| {
         text.contains("note removed: lamp fell") && !has_mark(text)
     });

@@ -238,6 +238,7 @@ fn show(plan: &Plan, mut config: Config, first: Vec<Event>) -> Result<(), Fault>
     config.unix = unix.and_then(|unix| unix.checked_sub(plan.started.elapsed()));
     let next = block_on(async {
         let (driver, keeper) = plan.open().await?;
+        let driver = driver.attended();
         let status = keeper.clone();
         let config = Arc::new(config);
         let facts = Facts::new(Arc::clone(&config));

@@ -527,7 +527,7 @@ impl Facts {
         self.counted.take_asked();
         if let Some(by) = by {
             let text = format!("{request}: asked by {by}");
-            self.log.add(now, Level::Info, Subject::Command, text);
+            self.log.add(now, Level::Info, Subject::Link, text);
         }
         let by = by.map(str::to_owned);
         self.ground.take_asked(now, request);

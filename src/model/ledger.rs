@@ -7,7 +7,7 @@ use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::status_codes::{Layer, LayerMask};
 use groundwave_protocol::telemetry::{ListPlace, StatusLine};
 
-use crate::event::{CommandId, CommandStatus, Moment};
+use crate::event::{CommandId, CommandStatus, Failure, Moment};
 use crate::request::{Request, Tuning};
 
 const ENTRIES_MAX: usize = 64;
@@ -82,6 +82,18 @@ impl Ledger {
     pub(crate) fn open(&self) -> impl Iterator<Item = &Request> {
         let open = self.entries.iter().filter(|entry| !entry.is_over());
         open.map(|entry| &entry.request)
+    }
+
+    /// The newest STOP, if it waits for its confirmation, or failed and nothing was ordered since.
+    pub(crate) fn unconfirmed_stop(&self) -> Option<&Entry> {
+        let mut entries = self.entries.iter().rev();
+        let stop = entries.find(|entry| entry.request == Request::Stop)?;
+        let has_failed = matches!(
+            stop.status,
+            CommandStatus::Failed(Failure::TimedOut | Failure::NotSent)
+        );
+        let is_newest = self.entries.back().is_some_and(|entry| entry.id == stop.id);
+        (!stop.is_over() || has_failed && is_newest).then_some(stop)
     }
 
     /// Takes a new status of a command; returns the command's entry, if known.

@@ -80,26 +80,32 @@ impl Ui {
             .collect()
     }
 
-    /// Asks for the text of a mark at this moment, which is set when the text is submitted; removes a mark that is already there.
+    /// Asks for the text of a mark at this moment, which is set when the text is submitted.
     pub(super) fn mark(&mut self, now: Moment) -> Vec<Effect> {
         let playback = self.playback.as_ref();
         self.marked_at = playback.map_or(now, |playback| playback.at);
-        let is_marked = playback.is_some_and(|playback| {
-            let mut marks = playback.markers.iter();
-            marks.any(|mark| mark.abs_diff(self.marked_at) < MARK_REACH)
-        });
-        if is_marked {
-            return vec![Effect::Playback(Control::Mark(self.marked_at))];
-        }
         self.overlay = Overlay::Text(TextEntry::new(Purpose::Mark));
         Vec::new()
     }
 
-    /// Sets the mark and saves its text, if any: as a note to the capture, or only in the log without a capture.
+    /// Whether the moment to mark has a mark already.
+    pub(crate) fn is_at_mark(&self) -> bool {
+        self.playback.as_ref().is_some_and(|playback| {
+            let mut marks = playback.markers.iter();
+            marks.any(|mark| mark.abs_diff(self.marked_at) < MARK_REACH)
+        })
+    }
+
+    /// Sets the mark and saves its text, if any: as a note to the capture, or only in the log without a capture. Without a text, a mark that is
+    /// already there is removed.
     pub(super) fn set_mark(&mut self, facts: &Facts, now: Moment, text: &str) -> Vec<Effect> {
-        let mut effects = vec![Effect::Playback(Control::Mark(self.marked_at))];
+        let toggle = Effect::Playback(Control::Mark(self.marked_at));
         if text.is_empty() {
-            return effects;
+            return vec![toggle];
+        }
+        let mut effects = Vec::new();
+        if !self.is_at_mark() {
+            effects.push(toggle);
         }
         let remark = Remark::Note(text.to_owned());
         if let Some(capture) = self.capture_at_hand(facts) {
@@ -403,12 +409,15 @@ mod tests {
         };
         assert_eq!(*set, mark(scene.now));
         assert_eq!(*remark, Remark::Note("lamp fell".to_owned()), "recalled");
-        // A mark at this moment is removed, not named.
+        // A mark at this moment gets a text, or is removed.
         let mut marked = playback(true);
         marked.markers = vec![marked.at];
         scene.show_moment(Some(marked));
-        assert_eq!(scene.type_text("a"), [mark(shown)]);
-        assert_eq!(scene.model.ui.overlay, Overlay::None);
+        scene.type_text("a");
+        assert_eq!(scene.press(&[KeyCode::Enter]), [mark(shown)]);
+        scene.type_text("alamp");
+        let named = scene.press(&[KeyCode::Enter]);
+        assert!(matches!(named[..], [Effect::Label { .. }]), "{named:?}");
     }
 
     #[test]

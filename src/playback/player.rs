@@ -504,7 +504,7 @@ impl<C: Cursor> Player<C> {
             });
         } else if self.markers.len() == MARKS_MAX {
             self.warn(format!(
-                "there are {MARKS_MAX} marks already; <mark> on a mark removes it"
+                "there are {MARKS_MAX} marks already; <mark> and Enter on a mark removes it"
             ));
         } else {
             let place = self.markers.partition_point(|marker| *marker < at);

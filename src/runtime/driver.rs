@@ -63,6 +63,8 @@ pub struct Driver {
     link: Link,
     /// Whether the station that shares this link (if there is one) sends commands.
     station_sends: bool,
+    /// Time at which that station began, ms since 1970, if it tells.
+    station_began_ms: Option<u64>,
     inputs: Receiver<LinkInput>,
     name: String,
     radio: Radio,
@@ -95,12 +97,14 @@ impl Driver {
         let station_sends = sends(link.share());
         let can_send = radio.can_send() && link.can_send() && station_sends;
         let truth = link.share().and_then(truth_of);
+        let station_began_ms = link.share().and_then(|welcome| welcome.began_ms);
         let mut station = Station::new(radio.config(random_owner()), can_send);
         station.handle_shared(started.elapsed(), link.share().is_some());
         Self {
             station,
             link,
             station_sends,
+            station_began_ms,
             inputs,
             name,
             radio,
@@ -115,6 +119,13 @@ impl Driver {
             advising: None,
             events: truth.into_iter().collect(),
         }
+    }
+
+    /// Serves an operator who watches.
+    #[must_use]
+    pub fn attended(mut self) -> Self {
+        self.station.set_attended();
+        self
     }
 
     /// Shows the world of a simulated robot, here and to the clients of the link. Call after [`Self::shared`].
@@ -376,6 +387,11 @@ impl Driver {
                 share,
             } => {
                 self.station_sends = sends(share.as_ref());
+                let began_ms = share.as_ref().and_then(|welcome| welcome.began_ms);
+                let before_ms = std::mem::replace(&mut self.station_began_ms, began_ms);
+                if before_ms.is_some() && before_ms != began_ms {
+                    self.station.handle_other_station();
+                }
                 self.events.extend(share.as_ref().and_then(truth_of));
                 let name = renamed.unwrap_or_else(|| self.name.clone());
                 let opened = LinkEvent::Opened {

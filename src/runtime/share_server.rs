@@ -1,5 +1,7 @@
 //! The share server: joins the [`Broker`] to its sockets.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use crate::event::{
     CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Truth,
 };
@@ -32,10 +34,11 @@ pub(super) enum Wanted {
 
 impl ShareServer {
     pub(super) fn new(share: Share, link: &str, can_send: bool) -> Self {
-        Self {
-            share,
-            broker: Broker::new(link.to_owned(), can_send),
+        let mut broker = Broker::new(link.to_owned(), can_send);
+        if let Ok(began) = SystemTime::now().duration_since(UNIX_EPOCH) {
+            broker.set_began(began.as_millis() as u64);
         }
+        Self { share, broker }
     }
 
     pub(super) fn address(&self) -> &str {

@@ -104,6 +104,8 @@ pub struct Broker {
     can_send: bool,
     /// The world of a simulated robot, for the clients' maps.
     truth: Option<Truth>,
+    /// Time at which the station began, ms since 1970.
+    began_ms: Option<u64>,
     robot: Standing,
     clients: BTreeMap<ClientId, Client>,
     commands: BTreeMap<CommandId, Command>,
@@ -125,6 +127,11 @@ impl Broker {
     pub fn handle_truth(&mut self, truth: Truth) {
         let length = serde_json::to_vec(&truth).map_or(usize::MAX, |json| json.len());
         self.truth = (length <= LINE_MAX / 2).then_some(truth);
+    }
+
+    /// Sets the time at which the station began, ms since 1970.
+    pub const fn set_began(&mut self, began_ms: u64) {
+        self.began_ms = Some(began_ms);
     }
 
     /// Adds a client.
@@ -185,6 +192,7 @@ impl Broker {
                 self.outputs.push_back(Output::Converse { client, raw });
                 let mut welcome = Welcome::new(self.link.clone(), self.can_send);
                 welcome.truth.clone_from(&self.truth);
+                welcome.began_ms = self.began_ms;
                 self.reply(client, &StationLine::Welcome(welcome));
                 return None;
             }

@@ -321,6 +321,9 @@ pub struct Welcome {
     /// The world of a simulated robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<Truth>,
+    /// Time at which the station began, ms since 1970: two stations at one address, one after the other, may have two robots.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub began_ms: Option<u64>,
 }
 
 impl Welcome {
@@ -332,6 +335,7 @@ impl Welcome {
             link,
             can_send,
             truth: None,
+            began_ms: None,
         }
     }
 }

@@ -151,6 +151,9 @@ impl Station {
                 }
             }
             CommandStatus::Confirmed { .. } => self.end_stops(now, status, 1),
+            CommandStatus::Failed(Failure::TimedOut) if self.is_attended => {
+                self.fop.stop(micros(now));
+            }
             CommandStatus::Failed(why) if self.stops.iter().all(|(_, sent)| *sent == 0) => {
                 self.end_stops(now, CommandStatus::Failed(unsent(why)), 0);
             }
@@ -159,7 +162,7 @@ impl Station {
     }
 
     /// Ends the STOPs after which at least `sent` STOP frames were sent.
-    fn end_stops(&mut self, now: Moment, status: CommandStatus, sent: u16) {
+    pub(super) fn end_stops(&mut self, now: Moment, status: CommandStatus, sent: u16) {
         let ended = self.stops.partition_point(|stop| stop.1 >= sent);
         for (id, _) in self.stops.drain(..ended).collect::<Vec<_>>() {
             self.report(now, id, status);

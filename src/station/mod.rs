@@ -65,9 +65,9 @@ pub struct Station {
     fop: Fop,
     /// Connection to another station that sends the commands; `None` on a radio.
     shared: Option<Shared>,
-    can_send: bool,
-    /// Whether the link is lost: nothing can be sent until it is open again.
-    is_lost: bool,
+    sending: Sending,
+    /// Whether an operator watches.
+    is_attended: bool,
     waiting: VecDeque<Waiting>,
     current: Option<CommandId>,
     /// Least number of frames that were sent for the current command.
@@ -93,6 +93,22 @@ pub struct Station {
     events: VecDeque<Event>,
 }
 
+/// Whether frames can be sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sending {
+    /// The link is receive-only or has ended.
+    Never,
+    /// The link is lost: frames wait until it is open again.
+    Later,
+    Now,
+}
+
+impl Sending {
+    const fn on(can_send: bool) -> Self {
+        if can_send { Self::Now } else { Self::Never }
+    }
+}
+
 impl Station {
     /// A station before its first input. `can_send` is needed from the start, because a STOP pressed before the
     /// link's first event must be sent.
@@ -108,8 +124,8 @@ impl Station {
             listener: Listener::default(),
             fop: Fop::new(config),
             shared: None,
-            can_send,
-            is_lost: false,
+            sending: Sending::on(can_send),
+            is_attended: false,
             waiting: VecDeque::new(),
             current: None,
             frames: 0,
@@ -136,6 +152,12 @@ impl Station {
         self.fop.set_rate(baud / BITS_PER_BYTE);
     }
 
+    /// Sets that an operator watches: an unconfirmed STOP is sent until [`Station::handle_cancel`] gives it up, and other commands do not
+    /// wait for a lost link, because the robot may be stopped by others until it is open again.
+    pub const fn set_attended(&mut self) {
+        self.is_attended = true;
+    }
+
     /// Sets how lines in the robot's own form are read. Until then, the form is recognized automatically.
     pub fn set_own_lines(&mut self, own: Recognizer) {
         self.own = own;
@@ -159,14 +181,13 @@ impl Station {
         }
         self.listener
             .open(matches!(event, LinkEvent::Opened { .. }));
-        self.is_lost = !matches!(event, LinkEvent::Opened { .. });
         if let Some(uplink) = &mut self.own_uplink {
-            uplink.set_lost(self.is_lost);
+            uplink.set_lost(!matches!(event, LinkEvent::Opened { .. }));
         }
         self.meter.interrupt();
         match &event {
             LinkEvent::Opened { can_send, .. } => {
-                self.can_send = *can_send;
+                self.sending = Sending::on(*can_send);
                 self.own.reopen();
             }
             LinkEvent::Lost { .. } => {
@@ -174,14 +195,26 @@ impl Station {
                 self.examiner.skip();
                 self.own.interrupt();
                 self.outages.handle_unplugged(now);
+                if self.sending == Sending::Now {
+                    self.sending = Sending::Later;
+                }
+                if self.is_attended {
+                    self.cancel_waiting(now, Failure::NotSent);
+                }
             }
             LinkEvent::Ended => {
-                self.can_send = false;
+                self.sending = Sending::Never;
                 self.outages.finish(now);
             }
         }
         self.events.push_back(Event::Link(event));
         self.report_outages();
+    }
+
+    /// Takes a connection to another station than before: its robot may be another one, so nothing is known of the lines between.
+    pub fn handle_other_station(&mut self) {
+        self.decoder.skip();
+        self.examiner = Examiner::default();
     }
 
     /// Takes the end of a suspension of this station.
@@ -386,8 +419,14 @@ impl Station {
             request: request.clone(),
             by,
         });
-        if !self.can_send {
+        let is_late = match &self.shared {
+            Some(shared) => !shared.is_open(),
+            None => self.is_attended && self.sending == Sending::Later,
+        };
+        if self.sending == Sending::Never {
             self.report(now, id, CommandStatus::Failed(Failure::ReceiveOnly));
+        } else if is_late && request != Request::Stop {
+            self.report(now, id, CommandStatus::Failed(Failure::NotSent));
         } else if let (Some(uplink), None) = (&mut self.own_uplink, &self.shared) {
             uplink.handle_request(now, id, &request);
             self.settle_own(now);
@@ -404,9 +443,6 @@ impl Station {
             self.report(now, id, CommandStatus::Failed(Failure::NotConfigured));
         } else {
             self.waiting.push_back(Waiting { id, request });
-            if let Some(shared) = &mut self.shared {
-                shared.wait(now);
-            }
         }
         self.settle(now);
         id
@@ -423,7 +459,7 @@ impl Station {
     /// Drives by hand for half a second; call again to continue.
     pub fn handle_drive(&mut self, now: Moment, velocity_in_s: i8, rotation_in_s: i8) {
         match &mut self.shared {
-            _ if !self.can_send || self.own_uplink.is_some() => {}
+            _ if self.sending != Sending::Now || self.own_uplink.is_some() => {}
             Some(shared) => shared.push(ClientLine::Drive {
                 velocity_in_s,
                 rotation_in_s,
@@ -440,12 +476,12 @@ impl Station {
     pub fn handle_drive_end(&mut self, now: Moment) {
         if self.shared.is_some() {
             self.handle_drive(now, 0, 0);
-        } else if self.can_send {
+        } else if self.sending == Sending::Now {
             self.fop.drive(micros(now), 0, 0, micros(now));
         }
     }
 
-    /// Cancels all commands.
+    /// Cancels all commands, an unconfirmed STOP included.
     pub fn handle_cancel(&mut self, now: Moment) {
         if let (Some(uplink), None) = (&mut self.own_uplink, &self.shared) {
             uplink.cancel(Failure::Cancelled, None);
@@ -456,6 +492,13 @@ impl Station {
         if let Some(id) = self.current.filter(|_| self.shared.is_some()) {
             self.handle_give_up(now, id, Failure::Cancelled);
         }
+        if let Some(shared) = &mut self.shared {
+            for (id, _) in &self.stops {
+                shared.push(ClientLine::Cancel(id.0));
+            }
+            self.end_stops(now, CommandStatus::Failed(Failure::Cancelled), 0);
+        }
+        self.fop.cancel_stop();
         self.fop.cancel();
         self.settle(now);
     }
@@ -497,9 +540,6 @@ impl Station {
             self.settle_own(now);
         }
         self.fop.handle_timeout(micros(now));
-        if self.shared_give_up_at().is_some_and(|at| at <= now) {
-            self.cancel_waiting(now, Failure::NotSent);
-        }
         self.settle(now);
         if let Some(tuner) = &mut self.tuner {
             let verdict = tuner.handle_timeout(now);
@@ -519,7 +559,7 @@ impl Station {
 
     /// The next bytes for the radio.
     pub fn poll_transmit(&mut self, now: Moment) -> Option<Vec<u8>> {
-        if !self.can_send || self.is_lost || self.shared.is_some() {
+        if self.sending != Sending::Now || self.shared.is_some() {
             return None;
         }
         let bytes = match &mut self.own_uplink {
@@ -541,33 +581,18 @@ impl Station {
     /// Latest time for the next call of [`Station::handle_timeout`].
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Moment> {
-        let fop = if self.is_lost {
-            self.fop.poll_give_up()
-        } else {
-            self.fop.poll_timeout()
+        let fop = match self.sending {
+            Sending::Now => self.fop.poll_timeout(),
+            Sending::Later | Sending::Never => self.fop.poll_give_up(),
         };
         let fop = fop.map(Duration::from_micros);
         let tuner = self.tuner.as_ref().and_then(Tuner::poll_timeout);
-        let shared = self.shared_give_up_at();
         let outage = self.outages.poll_timeout();
         let own = self.own_uplink.as_ref().and_then(OwnUplink::poll_timeout);
-        [
-            own,
-            fop,
-            tuner,
-            shared,
-            self.listener.poll_timeout(),
-            outage,
-        ]
-        .into_iter()
-        .flatten()
-        .min()
-    }
-
-    /// Time at which commands that wait for the connection to another station are given up.
-    fn shared_give_up_at(&self) -> Option<Moment> {
-        let shared = self.shared.as_ref().filter(|_| !self.waiting.is_empty());
-        shared.and_then(Shared::give_up_at)
+        [own, fop, tuner, self.listener.poll_timeout(), outage]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     /// The decoder's totals.

@@ -36,7 +36,7 @@ pub(super) struct OwnUplink {
     waiting: VecDeque<Waiting>,
     outgoing: VecDeque<Vec<u8>>,
     statuses: VecDeque<(CommandId, CommandStatus)>,
-    /// Whether the link is lost; commands wait for it as long as they would wait for a reply.
+    /// Whether the link is lost; STOP waits for it as long as it would wait for a reply.
     is_lost: bool,
 }
 
@@ -65,6 +65,11 @@ impl OwnUplink {
             let command = self.commands.get(*name)?;
             command.with(arguments).ok()
         });
+        if self.is_lost && !is_stop {
+            let not_sent = CommandStatus::Failed(Failure::NotSent);
+            self.statuses.push_back((id, not_sent));
+            return;
+        }
         let Some((bytes, reply)) = filled.filter(|_| self.waiting.len() < WAITING_MAX) else {
             let failed = CommandStatus::Failed(Failure::NotConfigured);
             self.statuses.push_back((id, failed));
@@ -211,23 +216,25 @@ mod tests {
     }
 
     #[test]
-    fn commands_wait_for_a_lost_link_and_are_given_up_unsent() {
+    fn only_stop_waits_for_a_lost_link() {
         let mut uplink = uplink();
         uplink.set_lost(true);
         let goto = Request::Own("goto 48 -3".to_owned());
-        uplink.handle_request(Moment::ZERO, CommandId(1), &goto);
+        let not_sent = CommandStatus::Failed(Failure::NotSent);
+        uplink.handle_request(Moment::ZERO, CommandId(0), &goto);
+        assert_eq!(drained(&mut uplink), (vec![], vec![(0, not_sent)]));
+        uplink.handle_request(Moment::ZERO, CommandId(1), &Request::Stop);
         assert_eq!(drained(&mut uplink), (vec![], vec![]));
         assert_eq!(uplink.poll_timeout(), Some(PATIENCE));
         uplink.handle_timeout(PATIENCE);
-        let not_sent = CommandStatus::Failed(Failure::NotSent);
         assert_eq!(drained(&mut uplink), (vec![], vec![(1, not_sent)]));
 
-        uplink.handle_request(PATIENCE, CommandId(2), &goto);
+        uplink.handle_request(PATIENCE, CommandId(2), &Request::Stop);
         uplink.set_lost(false);
         assert_eq!(uplink.poll_timeout(), Some(PATIENCE));
         uplink.handle_timeout(PATIENCE);
         let sent = CommandStatus::Sent { frames: 1 };
-        let expected = (vec!["G 48 -3\n".to_owned()], vec![(2, sent)]);
+        let expected = (vec!["S\n".to_owned()], vec![(2, sent)]);
         assert_eq!(drained(&mut uplink), expected);
     }
 

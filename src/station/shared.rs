@@ -1,7 +1,8 @@
 //! Delivers commands through another station that shares its link: commands are sent as lines, and answers become statuses.
 //!
 //! One command at a time is in progress, as on a radio; STOP overtakes. A STOP is repeated on the next connection. Any other
-//! command that was in progress on a lost connection is reported as not confirmed; so is, after a while, a command that waits for a connection.
+//! command that was in progress on a lost connection is reported as not confirmed. Further commands are not sent, because somebody else may stop the robot
+//! before the next connection.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -14,15 +15,10 @@ use crate::share::{Ask, ClientLine, StationLine};
 /// Timeout of a command. If the robot does not answer, the other station gives up much earlier.
 const TIMEOUT: Duration = Duration::from_mins(10);
 
-/// Maximum time for which commands other than STOP wait for a lost connection; a late command could move the robot unexpectedly.
-const GIVE_UP: Duration = Duration::from_secs(15);
-
 /// Lines for the other station.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shared {
     is_open: bool,
-    /// Time of the loss of the connection, or of the latest command after it.
-    waits_since: Moment,
     lines: VecDeque<ClientLine>,
 }
 
@@ -49,14 +45,8 @@ impl Shared {
         }
     }
 
-    /// Records that a command waits.
-    pub(super) const fn wait(&mut self, now: Moment) {
-        self.waits_since = now;
-    }
-
-    /// Time at which commands have waited too long for a connection.
-    pub(super) fn give_up_at(&self) -> Option<Moment> {
-        (!self.is_open).then(|| self.waits_since + GIVE_UP)
+    pub(super) const fn is_open(&self) -> bool {
+        self.is_open
     }
 
     /// Sends a command; returns `false` if the connection is lost.
@@ -99,13 +89,11 @@ impl Station {
     /// Takes the loss of the connection to the other station.
     pub fn handle_shared_lost(&mut self, now: Moment) {
         if self.is_shared() {
-            self.shared = Some(Shared {
-                waits_since: now,
-                ..Shared::default()
-            });
+            self.shared = Some(Shared::default());
             if let Some(id) = self.current.take() {
                 self.report(now, id, CommandStatus::Failed(Failure::TimedOut));
             }
+            self.cancel_waiting(now, Failure::NotSent);
         }
     }
 

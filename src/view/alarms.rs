@@ -9,9 +9,9 @@ use super::text::{First, wrap};
 use super::{Screen, columns, put};
 use crate::event::{Level, Moment};
 use crate::model::alarms::{LINK_LOST, Raised, Rule, Shown, Source};
+use crate::model::link::Connection;
 use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::{Panel, age};
-use crate::request::Request;
 
 /// Number of columns of a rule's name in the list of limits.
 const NAME_COLUMNS: usize = 17;
@@ -21,8 +21,8 @@ const INDENT: usize = 2;
 /// Label of the key that acknowledges alarms.
 const ACKNOWLEDGE: &str = "<acknowledge-alarms>: acknowledge";
 
-/// The hint while a STOP waits for a lost link.
-const STOP_UNSENT: &str = "STOP NOT SENT: waits for the link; <cancel-commands> gives up";
+/// Time from which a STOP without a confirmation is told.
+const STOP_OVERDUE: Moment = Moment::from_secs(2);
 
 /// The hint after the station that shares the link closed the connection.
 const STATION_CLOSED: &str = "waits for the station; reconnecting";
@@ -33,11 +33,36 @@ impl Screen<'_> {
         self.present.alarms.calling(&self.ui.attended)
     }
 
-    /// Draws the worst unacknowledged alarm and the number of others.
+    /// That the robot has not confirmed a STOP, if so, even while the screen shows the past of a live session.
+    pub(super) fn stop_words(&self) -> Option<String> {
+        let stop = self.present.ledger.unconfirmed_stop()?;
+        let age = self.present_at.saturating_sub(stop.asked_at);
+        let is_lost = matches!(self.present.link.connection, Connection::Lost { .. });
+        let words = match (stop.status.is_end(), is_lost) {
+            _ if self.ui.is_replay() => return None,
+            (true, _) => "STOP FAILED: not confirmed; <stop> sends it again".to_owned(),
+            (false, true) => {
+                "STOP NOT SENT: waits for the link; <cancel-commands> gives up".to_owned()
+            }
+            (false, false) if age < STOP_OVERDUE => return None,
+            (false, false) => format!(
+                "STOP NOT CONFIRMED {}: sent until it is; <cancel-commands> gives up",
+                age::words(age)
+            ),
+        };
+        Some(self.with_keys(&words))
+    }
+
+    /// Draws a STOP that is not confirmed, else the worst unacknowledged alarm, and the number of others.
     pub(super) fn alarm_strip(&self, buffer: &mut Buffer, area: Rect) {
         let calling = self.calling();
         let past = self.ui.playback.as_ref().filter(|past| past.is_live);
         let (when, now) = past.map_or(("", self.now), |past| ("NOW: ", past.until));
+        if let Some(words) = self.stop_words() {
+            let line = format!("{} {when}{words}", self.theme.glyphs.bad);
+            put(buffer, area, 0, &Line::styled(line, self.theme.alarm));
+            return;
+        }
         let Some((rule, raised)) = calling.first() else {
             return;
         };
@@ -155,10 +180,7 @@ impl Screen<'_> {
     /// The hint of a rule, as a sentence.
     fn hint_of(&self, rule: &Rule) -> String {
         let facts = self.present;
-        let is_lost = rule.code == LINK_LOST;
-        let hint = if is_lost && facts.ledger.open().any(|open| *open == Request::Stop) {
-            STOP_UNSENT
-        } else if is_lost && facts.link.is_closed_by_station() {
+        let hint = if rule.code == LINK_LOST && facts.link.is_closed_by_station() {
             STATION_CLOSED
         } else {
             rule.hint_of(&facts.recording)

@@ -82,7 +82,9 @@ impl Screen<'_> {
             (None, Purpose::Command) => Line::styled(COMMAND_HELP, self.theme.dim),
             (None, Purpose::Search) => Line::styled("a text in the log", self.theme.dim),
             (None, Purpose::Mark) => Line::styled(
-                self.with_keys(if self.ui.is_replay() {
+                self.with_keys(if self.ui.is_at_mark() {
+                    "a text for this mark; <text/submit> alone removes it; <text/close> cancel"
+                } else if self.ui.is_replay() {
                     "a text, which keeps the mark after this replay, or <text/submit> alone; <text/close> cancel"
                 } else {
                     "a text for the mark, or <text/submit> alone; <text/close> cancel"

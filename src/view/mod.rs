@@ -186,7 +186,7 @@ impl Screen<'_> {
             }
             None => rest,
         };
-        let calls = !self.calling().is_empty();
+        let calls = !self.calling().is_empty() || self.stop_words().is_some();
         let (strip, rest) = split_top(rest, u16::from(calls));
         self.alarm_strip(buffer, strip);
         if full {

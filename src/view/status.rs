@@ -197,7 +197,8 @@ impl Screen<'_> {
     fn strip_says(&self, code: &str) -> bool {
         let calling = self.calling();
         let first = calling.first();
-        self.ui.playback.is_none() && first.is_some_and(|(rule, _)| rule.code == code)
+        let is_first = first.is_some_and(|(rule, _)| rule.code == code);
+        self.ui.playback.is_none() && is_first && self.stop_words().is_none()
     }
 
     /// That the link is lost, unless the alarm strip says it, and why.

@@ -383,6 +383,29 @@ fn a_stop_on_a_lost_link_is_said_to_wait() {
     assert!(!screen(&scene, 120, 40).contains("STOP NOT SENT"));
 }
 
+/// Nor is a STOP that the robot does not confirm forgotten, whatever else is news.
+#[test]
+fn a_stop_without_a_confirmation_is_told_until_it_ends() {
+    let mut scene = flight(demo());
+    scene.ask(9, Request::Stop);
+    scene.status_of(9, CommandStatus::Sent { frames: 1 });
+    assert!(!screen(&scene, 80, 24).contains("STOP NOT CONFIRMED"));
+    scene.wait_ms(12_000);
+    for (width, height) in [(80, 24), (120, 40)] {
+        row(
+            &screen(&scene, width, height),
+            "STOP NOT CONFIRMED 12 s: sent until it is; x gives up",
+        );
+    }
+    scene.status_of(9, CommandStatus::Failed(Failure::TimedOut));
+    row(
+        &screen(&scene, 80, 24),
+        "STOP FAILED: not confirmed; Space sends it again",
+    );
+    scene.command(10, Request::Stop, CommandStatus::Confirmed { digest: None });
+    assert!(!screen(&scene, 80, 24).contains("STOP FAILED"));
+}
+
 /// The reason of a loss is shown whole or not at all.
 #[test]
 fn the_reason_of_a_loss_is_never_cut() {
@@ -524,7 +547,7 @@ fn driven_waypoints_show_only_for_the_confirmed_digest() {
     scene.state.mode = Mode::Stop;
     scene.hear();
     let stopped = screen(&scene, 120, 40);
-    row(&stopped, "✔ driven 1/2. Press m p to drive on");
+    row(&stopped, "✔ driven 1/2. Press m p to");
     scene.state.mode = Mode::Prowl;
     scene.hear();
     scene.status.digest ^= 1;

@@ -295,6 +295,13 @@ impl Fop {
         self.fail(Failure::Cancelled);
     }
 
+    /// Gives up an unconfirmed STOP. A STOP already sent may still be executed.
+    pub fn cancel_stop(&mut self) {
+        if self.stopping.take().is_some() {
+            self.push(FopEvent::Stop(CommandStatus::Failed(Failure::Cancelled)));
+        }
+    }
+
     /// Stops the robot, and sends nothing else until a line confirms the STOP. Ends task, hand drive and session. A
     /// further call extends the time for trying, and must be confirmed after the earlier calls.
     pub fn stop(&mut self, now_us: u64) {

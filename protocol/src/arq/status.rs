@@ -185,7 +185,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::TimedOut => "not confirmed in time: the robot may or may not have heard it",
+            Self::TimedOut => "not confirmed: the robot may or may not have heard it",
             Self::NotSent => "not sent: the link was lost, or no line came from the robot",
             Self::RobotRestarted => "the robot restarted before it confirmed",
             Self::TakenOver => "another station took over the robot",

@@ -180,7 +180,7 @@ fn a_client_that_vanishes_leaves_its_command_until_its_time_is_over() {
         .handle_timeout(Moment::from_secs(5), Heard::default());
     assert_eq!(
         table.outputs(),
-        ["command 1 given up: not confirmed in time: the robot may or may not have heard it"]
+        ["command 1 given up: not confirmed: the robot may or may not have heard it"]
     );
     assert_eq!(table.broker.poll_timeout(), None);
 }
@@ -205,7 +205,7 @@ fn a_timeout_is_reported_with_the_lines_received() {
         outputs[1..],
         [
             "1 is idle",
-            "command 1 given up: not confirmed in time: the robot may or may not have heard it"
+            "command 1 given up: not confirmed: the robot may or may not have heard it"
         ]
     );
 }

@@ -399,7 +399,7 @@ fn the_why_window_is_about_the_shown_moment() {
     scene.wait_ms(60_000);
     row(
         &screen(&scene, 80, 24),
-        "old         ◌ by its last line, 1 m 00 s ago",
+        "stale       ◌ by its last line, 1 m 00 s ago",
     );
     let mut ascii = flight(mono());
     ascii.type_text("y");
