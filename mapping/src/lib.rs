@@ -1,14 +1,19 @@
 //! Maps of the floor from a robot's telemetry lines alone.
 //!
 //! [`LocalMap`] takes lines A in the order in which they were received and knows where obstacles stand around the robot.
-//! [`Compass`] finds from the directions of walls, and from walls that it sees again, how far the odometer is off, and why. Neither reads a clock or a file, and equal
-//! lines give equal results.
+//! [`Compass`] finds from the directions of walls, and from walls that it sees again, how far the odometer is off, and why; [`Compass::route`] plans a route over the
+//! floor that was seen. Neither reads a clock or a file, and equal lines give equal results.
 
 mod compass;
+mod floor;
 mod grid;
 mod local;
+mod plan;
 mod pose;
 mod sensors;
+mod trail;
 
-pub use compass::{Compass, CorrectedPose, Ellipse, Interval, Wheels};
+pub use compass::{
+    Compass, CorrectedPose, Destination, Ellipse, Interval, NoRoute, PlannedRoute, Wheels,
+};
 pub use local::LocalMap;

@@ -4,12 +4,11 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use groundwave_protocol::status_codes::{Infrared, Layer, LayerState};
 use groundwave_protocol::telemetry::StateLine;
 
 use crate::grid::{CELL_IN, Grid};
 use crate::pose::Pose;
-use crate::sensors::{body, infrared, sonar};
+use crate::sensors::Readings;
 
 /// Distance driven after which a reading is forgotten, inches. Wheels that differ by 0.4 % turn the odometer by 7 degrees
 /// over it.
@@ -85,7 +84,8 @@ impl LocalMap {
         self.grid.get_or_init(|| {
             let mut grid = Grid::default();
             for reading in &self.readings {
-                learn(&mut grid, &reading.state);
+                let pose = pose_of(&reading.state);
+                Readings::of(&reading.state).update(&mut grid, pose);
             }
             Arc::new(grid)
         })
@@ -108,30 +108,5 @@ fn pose_of(state: &StateLine) -> Pose {
         x_in: f64::from(state.x_tenths_in) / 10.0,
         y_in: f64::from(state.y_tenths_in) / 10.0,
         theta_rad: f64::from(state.theta_deg).to_radians(),
-    }
-}
-
-/// Adds the readings of a line to a map.
-fn learn(grid: &mut Grid, state: &StateLine) {
-    let pose = pose_of(state);
-    let pinged_at = sonar::pinged_at(pose, state);
-    for (side, range_in) in sonar::ranges(state) {
-        sonar::update(grid, pinged_at, side, range_in);
-    }
-    infrared::update(grid, pose, detections(state));
-    body::update_outline(grid, pose);
-    body::update_contact(grid, pose, state.bump);
-}
-
-/// The detectors' states; those of a layer that is off are known only while they fire.
-fn detections(state: &StateLine) -> infrared::Sides {
-    let is_on = state.layers.get(Layer::Infrared) != LayerState::Off;
-    let side = |fired: Infrared| {
-        let fires = state.infrared == fired || state.infrared == Infrared::Both;
-        (is_on || fires).then_some(fires)
-    };
-    match state.infrared {
-        Infrared::Jammed | Infrared::NotFitted => (None, None),
-        _ => (side(Infrared::Left), side(Infrared::Right)),
     }
 }

@@ -21,8 +21,33 @@ impl Pose {
         )
     }
 
+    /// The same pose in a frame with the same origin whose +Y has a bearing in this one.
+    pub(crate) fn turned(self, bearing_rad: f64) -> Self {
+        let (x_in, y_in) = turned((self.x_in, self.y_in), bearing_rad);
+        Self {
+            x_in,
+            y_in,
+            theta_rad: self.theta_rad - bearing_rad,
+        }
+    }
+
+    /// The pose after a shift.
+    pub(crate) fn moved(self, (x_in, y_in): (f64, f64)) -> Self {
+        Self {
+            x_in: self.x_in + x_in,
+            y_in: self.y_in + y_in,
+            ..self
+        }
+    }
+
     /// Distance between two positions, inches.
     pub(crate) fn distance_in(self, other: Self) -> f64 {
         libm::hypot(self.x_in - other.x_in, self.y_in - other.y_in)
     }
+}
+
+/// A point in a frame with the same origin whose +Y has a bearing in its own, clockwise from +Y.
+pub(crate) fn turned((x, y): (f64, f64), bearing_rad: f64) -> (f64, f64) {
+    let (sin, cos) = libm::sincos(bearing_rad);
+    (x * cos - y * sin, y * cos + x * sin)
 }

@@ -55,6 +55,7 @@ impl Ui {
                 Completion::among(current, words.iter().copied())
             }
             ["wait", "until", ..] => Completion::among(current, ["within"]),
+            ["plan"] => Completion::among(current, ["home"]),
             ["acknowledge" | "shelve" | "unshelve"] => {
                 let alarms = facts.alarms.all(&self.attended);
                 let codes: Vec<_> = alarms.map(|shown| shown.rule.code.clone()).collect();
@@ -150,6 +151,7 @@ mod tests {
             ("expect mode go", "expect mode go_home ", "go_home"),
             ("shelve rob", "shelve robot_silent ", "robot_silent"),
             ("ack", "acknowledge ", "acknowledge"),
+            ("plan h", "plan home ", "home"),
             ("goto 4", "goto 4", ""),
         ] {
             let (completed, candidates) = completed(typed);

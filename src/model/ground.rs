@@ -3,7 +3,7 @@
 //! Both follow from events alone. A suggestion is never sent by itself: the operator accepts it. STOP, a mode, driving by
 //! hand and any unfinished command have precedence; meanwhile nothing is suggested.
 
-use groundwave_mapping::{Compass, CorrectedPose};
+use groundwave_mapping::{Compass, CorrectedPose, Destination, NoRoute, PlannedRoute};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::{Layer, Mode};
 use groundwave_protocol::telemetry::{Body, Line, ParameterName, Reading as Measured, StateLine};
@@ -107,6 +107,14 @@ impl Ground {
             self.statement = Some(pose.map_or(Statement::HeadingUnknown, Statement::Pose));
             self.stands_since = stands(state).then(|| self.stands_since.unwrap_or(now));
         }
+    }
+
+    /// Plans a route for a robot whose list holds `most` waypoints.
+    ///
+    /// # Errors
+    /// The reason why there is none.
+    pub(super) fn route(&self, to: Destination, most: usize) -> Result<PlannedRoute, NoRoute> {
+        self.compass.route(to, most)
     }
 
     /// Takes a restart of the robot: its frame begins at its place.

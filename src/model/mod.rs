@@ -32,6 +32,7 @@ pub(crate) mod news;
 pub(crate) mod palette;
 pub(crate) mod panel;
 mod parameters;
+mod planned;
 mod playback;
 pub(crate) mod plots;
 mod pointer;

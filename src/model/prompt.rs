@@ -49,8 +49,10 @@ impl Ui {
         let words: Vec<&str> = text.split_whitespace().collect();
         let attended = self.attend(facts, now, &words);
         let waits = self.begin_wait(now, &words);
+        let planned = self.plan(facts, &words);
         let asked = match remark_from_words(&words) {
             _ if attended.is_some() => attended.transpose(),
+            _ if planned.is_some() => planned.transpose(),
             _ if waits.is_some() => waits.map(|begun| begun.map(|()| Vec::new())).transpose(),
             Some(Ok(remark)) => return self.label(facts, remark, entry),
             Some(Err(error)) => Err(error),

@@ -68,13 +68,17 @@ const COMMANDS: [(&str, &str, &str); 20] = [
 ];
 
 /// Forms and descriptions of the commands of the dashboard itself; the description is empty if another row describes the command.
-const DASHBOARD_COMMANDS: [(&str, &str); 14] = [
+const DASHBOARD_COMMANDS: [(&str, &str); 15] = [
     (
         "wait until THIS",
         "tells when: mode home, driven, stopped, a field of a line",
     ),
     ("expect THIS", ""),
-    ("advise", "accept the suggestion"),
+    (
+        "plan home",
+        "draft a route home; plan X Y; advise: accept suggestion",
+    ),
+    ("advise", ""),
     ("acknowledge", ""),
     (
         "shelve NAME 10m",

@@ -7,6 +7,7 @@ mod lines;
 mod matching;
 mod reckoning;
 mod resets;
+mod route;
 mod statement;
 mod submaps;
 mod symmetric;
@@ -19,13 +20,16 @@ use groundwave_protocol::status_codes::Drive;
 use groundwave_protocol::telemetry::{Body, Line, ParameterLine, StateLine};
 
 use crate::pose::Pose;
+use crate::sensors::Readings;
 use crate::sensors::sonar::{self, TRACK_IN};
+use crate::trail::Trail;
 use directions::{Belief, Change};
 use drift::{Drift, Motion};
 use lines::{is_touching, position_in, turn_deg};
 pub use reckoning::Ellipse;
 use reckoning::Reckoning;
 use resets::Resets;
+pub use route::{Destination, NoRoute, PlannedRoute};
 pub use statement::{CorrectedPose, Interval, Wheels};
 use tracker::{Leg, Tracker};
 use walls::{DIRECTIONS, Stretch};
@@ -84,6 +88,8 @@ pub struct Compass {
     pose: Pose,
     echoes_at: Option<Pose>,
     stretch: Stretch,
+    /// What was seen since then; in the world before the direction of the house is known, then in the frame of the pose.
+    trail: Trail,
     motion: Motion,
     /// Distance driven either way and contact since the stretch began, inches and seconds.
     driven_in: f64,
@@ -240,6 +246,9 @@ impl Compass {
         self.pose = Pose::default();
         self.echoes_at = None;
         self.stretch = Stretch::default();
+        if self.tracker.is_some() {
+            self.trail = Trail::default();
+        }
         self.motion = Motion::default();
         (self.driven_in, self.contact_s) = (0.0, 0.0);
     }
@@ -253,6 +262,8 @@ impl Compass {
             self.origin_in = position_in(state);
             self.reckoning = Reckoning::at(self.origin_in);
             self.tracker = None;
+            self.trail = Trail::default();
+            self.see(state);
             return;
         };
         let elapsed = now.saturating_sub(then);
@@ -307,22 +318,41 @@ impl Compass {
             y_in,
             theta_rad: self.pose.theta_rad + turn_rad,
         };
-        self.take_echoes(state);
+        self.take_echoes(&last, state);
         if self.stretch.is_complete() {
             self.measure(f64::from(state.theta_deg));
         }
     }
 
-    fn take_echoes(&mut self, state: &StateLine) {
+    /// Keeps what a line says of the floor around its pose.
+    fn see(&mut self, state: &StateLine) {
+        let pose = if self.tracker.is_some() {
+            self.pose
+        } else {
+            let (error, _) = self.drift.heading(self.motion);
+            Pose {
+                x_in: self.reckoning.x_in,
+                y_in: self.reckoning.y_in,
+                theta_rad: (f64::from(state.theta_deg) + error.value).to_radians(),
+            }
+        };
+        self.trail.push(pose, Readings::of(state));
+    }
+
+    fn take_echoes(&mut self, last: &StateLine, state: &StateLine) {
         let is_new = self.echoes_at.is_none_or(|last| {
             self.pose.distance_in(last) > MOVED_IN
                 || (self.pose.theta_rad - last.theta_rad).abs() > TURNED_DEG.to_radians()
         });
+        if is_new || last.bump != state.bump || last.cliff != state.cliff {
+            self.see(state);
+        }
         if !is_new {
             return;
         }
         self.echoes_at = Some(self.pose);
-        let pinged_at = sonar::pinged_at(self.pose, state);
+        let wheels_in_s = (state.wheel_left_in_s, state.wheel_right_in_s);
+        let pinged_at = sonar::pinged_at(self.pose, wheels_in_s);
         for (side, range_in) in sonar::ranges(state) {
             self.stretch.add(sonar::eye(pinged_at, side), range_in);
         }
@@ -362,6 +392,7 @@ impl Compass {
                 variance,
                 direction,
                 house_deg,
+                &std::mem::take(&mut self.trail),
             ));
         }
     }
@@ -382,6 +413,7 @@ impl Compass {
             path_in: self.driven_in,
             contact_s: self.contact_s,
             stretch: stretch.unwrap_or_default(),
+            trail: Trail::default(),
         }
     }
 
@@ -389,7 +421,8 @@ impl Compass {
         if self.tracker.is_none() {
             return;
         }
-        let leg = self.leg(theta_deg, likelihood);
+        let mut leg = self.leg(theta_deg, likelihood);
+        leg.trail = std::mem::take(&mut self.trail);
         if let Some(tracker) = &mut self.tracker {
             tracker.take(leg);
         }

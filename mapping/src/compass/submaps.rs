@@ -10,6 +10,9 @@ use std::sync::Arc;
 
 use super::matching::{Foot, Matrix, compare, inverse};
 use super::symmetric::Symmetric;
+use crate::pose::Pose;
+use crate::sensors::Readings;
+use crate::trail::View;
 
 /// Path over which the error of the heading changes, inches.
 const CORRELATED_IN: f64 = 600.0;
@@ -43,9 +46,23 @@ const IDLE_EARLIER: f64 = 0.3;
 const STRETCHES: usize = 4;
 const EARLIER_LEAST: usize = 4;
 
+/// Maximum patches: 20 min of driving before the first is dropped. With at most 128 views of 14 bytes they take 172 kB, usually half.
+/// Copies of a map share them.
+const PATCHES_MAX: usize = 96;
+
 /// State of the robot before the origins of submaps: X, Y and the error of the heading in its deviations.
 const ROBOT: usize = 3;
 const HEADING: usize = 2;
+
+/// Views of a stretch, whose place is that of the submap of its walls.
+#[derive(Clone)]
+struct Patch {
+    views: Arc<[View]>,
+    /// The submap; `None` if there was none, and the place is certain.
+    submap: Option<usize>,
+    /// The origin of the views from that of the submap, or of the house.
+    offset_in: (f64, f64),
+}
 
 /// Position in the house and the map around it.
 #[derive(Clone)]
@@ -54,6 +71,8 @@ pub(super) struct Submaps {
     covariance: Symmetric,
     /// Feet of each submap from its origin.
     feet: Vec<Arc<[Foot]>>,
+    /// What was seen, oldest first.
+    patches: Vec<Patch>,
     /// Stretches since the last match with places of long ago.
     unmatched: usize,
 }
@@ -74,6 +93,7 @@ impl Submaps {
             mean: vec![x_in, y_in, 0.0],
             covariance: Symmetric::diagonal(&[variance, variance, 1.0]),
             feet: Vec::new(),
+            patches: Vec::new(),
             unmatched: 0,
         }
     }
@@ -84,6 +104,7 @@ impl Submaps {
             mean: self.mean[..ROBOT].to_vec(),
             covariance: self.covariance.first(ROBOT),
             feet: Vec::new(),
+            patches: Vec::new(),
             unmatched: 0,
         }
     }
@@ -242,6 +263,65 @@ impl Submaps {
         }
     }
 
+    /// Adds views from the robot's position, beside the newest submap.
+    pub(super) fn add_views(&mut self, views: Arc<[View]>) {
+        let submap = self.feet.len().checked_sub(1);
+        let (here, origin) = (self.position_in(), self.origin_or_house(submap));
+        self.add_patch(Patch {
+            views,
+            submap,
+            offset_in: (here.0 - origin.0, here.1 - origin.1),
+        });
+    }
+
+    /// Adds views in the house's frame, before there are submaps.
+    pub(super) fn add_first_views(&mut self, views: Arc<[View]>) {
+        self.add_patch(Patch {
+            views,
+            submap: None,
+            offset_in: (0.0, 0.0),
+        });
+    }
+
+    /// Adds a patch. If there are too many, the older one of the two whose origins are closest to each other is dropped.
+    fn add_patch(&mut self, patch: Patch) {
+        if patch.views.is_empty() {
+            return;
+        }
+        if self.patches.len() == PATCHES_MAX {
+            let places: Vec<(f64, f64)> = self.patches.iter().map(|it| self.place(it)).collect();
+            let mut closest = (f64::MAX, 0);
+            for (at, one) in places.iter().enumerate() {
+                for two in &places[at + 1..] {
+                    let distance_in = libm::hypot(one.0 - two.0, one.1 - two.1);
+                    if distance_in < closest.0 {
+                        closest = (distance_in, at);
+                    }
+                }
+            }
+            self.patches.remove(closest.1);
+        }
+        self.patches.push(patch);
+    }
+
+    /// What was seen, in the house's frame, oldest first.
+    pub(super) fn views(&self) -> impl Iterator<Item = (Pose, Readings)> {
+        self.patches.iter().flat_map(|patch| {
+            let place = self.place(patch);
+            let views = patch.views.iter();
+            views.map(move |view| (view.pose().moved(place), view.readings))
+        })
+    }
+
+    fn place(&self, patch: &Patch) -> (f64, f64) {
+        let origin = self.origin_or_house(patch.submap);
+        (origin.0 + patch.offset_in.0, origin.1 + patch.offset_in.1)
+    }
+
+    fn origin_or_house(&self, submap: Option<usize>) -> (f64, f64) {
+        submap.map_or((0.0, 0.0), |at| self.origin(at))
+    }
+
     /// Adds a submap whose origin is the robot's position.
     fn add(&mut self, feet: Vec<Foot>) {
         if self.feet.len() == SUBMAPS_MAX {
@@ -256,18 +336,31 @@ impl Submaps {
 
     /// Drops the newer one of the two submaps whose origins are closest to each other.
     fn drop_redundant(&mut self) {
-        let mut closest = (f64::MAX, 0);
+        let mut closest = (f64::MAX, 0, 0);
         for at in 0..self.feet.len() {
             for other in 0..at {
                 let (one, two) = (self.origin(at), self.origin(other));
                 let distance_in = libm::hypot(one.0 - two.0, one.1 - two.1);
                 if distance_in < closest.0 {
-                    closest = (distance_in, at);
+                    closest = (distance_in, at, other);
                 }
             }
         }
-        let states = state(closest.1)..state(closest.1) + 2;
-        self.feet.remove(closest.1);
+        let (_, dropped, kept) = closest;
+        let (from, to) = (self.origin(kept), self.origin(dropped));
+        for patch in &mut self.patches {
+            match &mut patch.submap {
+                Some(submap) if *submap == dropped => {
+                    *submap = kept;
+                    patch.offset_in.0 += to.0 - from.0;
+                    patch.offset_in.1 += to.1 - from.1;
+                }
+                Some(submap) if *submap > dropped => *submap -= 1,
+                _ => {}
+            }
+        }
+        let states = state(dropped)..state(dropped) + 2;
+        self.feet.remove(dropped);
         self.mean.drain(states.clone());
         self.covariance.remove(&states);
     }
@@ -363,16 +456,41 @@ mod tests {
         }
     }
 
+    /// Views stay where they were when others are dropped, move with their submap, and are shared by copies.
     #[test]
     fn memory_is_bounded() {
         let mut submaps = Submaps::at((0.0, 0.0), 1.0);
-        for step in 0..SUBMAPS_MAX + 20 {
+        let mut trail = crate::trail::Trail::default();
+        trail.push(
+            Pose::default(),
+            Readings::of(&groundwave_protocol::telemetry::StateLine::BLANK),
+        );
+        let views = trail.mapped(|pose| pose);
+        for step in 0..PATCHES_MAX + 20 {
             let x_in = if step % 2 == 0 { 400.0 } else { -399.0 };
             submaps.advance((x_in, 0.0), 0.01, 400.0, 0.0);
             submaps.add(room((40.0, 40.0)));
+            submaps.add_views(Arc::clone(&views));
+            let (newest, _) = submaps.views().last().unwrap();
+            assert!((newest.x_in - submaps.position_in().0).abs() < 1e-6);
         }
         assert_eq!(submaps.feet.len(), SUBMAPS_MAX);
         assert_eq!(submaps.mean.len(), state(SUBMAPS_MAX));
         assert_eq!(submaps.covariance.size(), state(SUBMAPS_MAX));
+        assert_eq!(submaps.patches.len(), PATCHES_MAX);
+        let mut expected: Vec<f64> = submaps.views().map(|(pose, _)| pose.x_in).collect();
+        submaps.drop_redundant();
+        submaps.mean[state(SUBMAPS_MAX - 2)] += 5.0;
+        let (views_before, copy) = (expected.len(), submaps.clone());
+        for (at, (pose, _)) in copy.views().enumerate() {
+            let moves = submaps.patches[at].submap == Some(SUBMAPS_MAX - 2);
+            expected[at] += if moves { 5.0 } else { 0.0 };
+            assert!((pose.x_in - expected[at]).abs() < 1e-6, "{at}");
+        }
+        assert_eq!(copy.views().count(), views_before);
+        assert!(Arc::ptr_eq(
+            &copy.patches[0].views,
+            &submaps.patches[0].views
+        ));
     }
 }

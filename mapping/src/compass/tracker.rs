@@ -9,7 +9,9 @@ use super::matching::Matrix;
 use super::reckoning::{self, Ellipse};
 use super::submaps::Submaps;
 use super::walls::Stretch;
-use crate::pose::Pose;
+use crate::pose::{Pose, turned};
+use crate::sensors::Readings;
+use crate::trail::{Trail, View};
 
 /// Stretches whose headings are still smoothed.
 const LAG: usize = 2;
@@ -39,6 +41,8 @@ pub(super) struct Leg {
     pub(super) path_in: f64,
     pub(super) contact_s: f64,
     pub(super) stretch: Stretch,
+    /// What was seen, in the frame of the stretch.
+    pub(super) trail: Trail,
 }
 
 impl Leg {
@@ -49,9 +53,18 @@ impl Leg {
 
     /// The movement in the house's frame.
     fn moved_in(&self, direction_deg: f64) -> (f64, f64) {
-        let (sin, cos) = libm::sincos(self.house_rad(direction_deg));
-        let Pose { x_in, y_in, .. } = self.pose;
-        (x_in * cos - y_in * sin, y_in * cos + x_in * sin)
+        turned(
+            (self.pose.x_in, self.pose.y_in),
+            self.house_rad(direction_deg),
+        )
+    }
+
+    /// What was seen, in the house's frame from the position at the end.
+    fn views(&self, direction_deg: f64) -> Arc<[View]> {
+        let (x_in, y_in) = self.moved_in(direction_deg);
+        let house_rad = self.house_rad(direction_deg);
+        self.trail
+            .mapped(|pose| pose.turned(house_rad).moved((-x_in, -y_in)))
     }
 
     /// Adds the movement to a position, with the directions before and after it.
@@ -92,20 +105,23 @@ pub(super) struct Tracker {
 
 impl Tracker {
     /// Begins at a position in the world, with the direction of the walls in the odometer's frame and of the house in the
-    /// world.
+    /// world, and what was seen before, in the world.
     pub(super) fn new(
         origin_in: (f64, f64),
         position_in: (f64, f64),
         variance: f64,
         direction: Estimate,
         house_deg: f64,
+        trail: &Trail,
     ) -> Self {
-        let (sin, cos) = libm::sincos(house_deg.to_radians());
-        let (x_in, y_in) = (position_in.0 - origin_in.0, position_in.1 - origin_in.1);
-        let submaps = Arc::new(Submaps::at(
-            (x_in * cos - y_in * sin, y_in * cos + x_in * sin),
-            variance,
-        ));
+        let house_rad = house_deg.to_radians();
+        let from_origin = (position_in.0 - origin_in.0, position_in.1 - origin_in.1);
+        let mut submaps = Submaps::at(turned(from_origin, house_rad), variance);
+        submaps.add_first_views(trail.mapped(|pose| {
+            let from_origin = pose.moved((-origin_in.0, -origin_in.1));
+            from_origin.turned(house_rad)
+        }));
+        let submaps = Arc::new(submaps);
         Self {
             origin_in,
             reference_deg: house_deg,
@@ -183,23 +199,55 @@ impl Tracker {
         }
     }
 
-    /// Position in the world after an unfinished leg, and where the true one is. The direction of the house turns both
-    /// around the origin.
-    pub(super) fn position(&self, leg: &Leg, house: Estimate) -> ((f64, f64), Ellipse) {
-        let mut robot = self.newest.robot();
+    /// Adds the legs that are not matched yet and an unfinished one to a position; `each` gets every leg with the position and
+    /// the direction after it.
+    fn reckon(
+        &self,
+        robot: &mut Submaps,
+        leg: &Leg,
+        mut each: impl FnMut(&mut Submaps, &Leg, f64),
+    ) {
         let pairs = self.directions.windows(2);
         for (leg, pair) in self.legs.iter().zip(pairs).skip(self.matched) {
-            leg.apply(&mut robot, pair[0], pair[1]);
+            leg.apply(robot, pair[0], pair[1]);
+            each(robot, leg, pair[1].value);
         }
         let from = self.directions[self.directions.len() - 1];
         let to = Estimate {
             value: from.value + leg.change.mean_deg,
             deviation: libm::hypot(from.deviation, libm::sqrt(leg.change.variance)),
         };
-        leg.apply(&mut robot, from, to);
+        leg.apply(robot, from, to);
+        each(robot, leg, to.value);
+    }
+
+    /// All that was seen, in the house's frame, oldest first, and the position in it after an unfinished leg.
+    pub(super) fn seen(&self, leg: &Leg) -> (Vec<(Pose, Readings)>, (f64, f64)) {
+        let mut submaps = Submaps::clone(&self.newest);
+        self.reckon(&mut submaps, leg, |submaps, leg, direction_deg| {
+            submaps.add_views(leg.views(direction_deg));
+        });
+        (submaps.views().collect(), submaps.position_in())
+    }
+
+    /// A point of the world in the house's frame, and back.
+    pub(super) fn in_house(&self, (x_in, y_in): (f64, f64), house: Estimate) -> (f64, f64) {
+        let from_origin = (x_in - self.origin_in.0, y_in - self.origin_in.1);
+        turned(from_origin, house.value.to_radians())
+    }
+
+    pub(super) fn in_world(&self, point: (f64, f64), house: Estimate) -> (f64, f64) {
+        let (x_in, y_in) = turned(point, -house.value.to_radians());
+        (self.origin_in.0 + x_in, self.origin_in.1 + y_in)
+    }
+
+    /// Position in the world after an unfinished leg, and where the true one is. The direction of the house turns both
+    /// around the origin.
+    pub(super) fn position(&self, leg: &Leg, house: Estimate) -> ((f64, f64), Ellipse) {
+        let mut robot = self.newest.robot();
+        self.reckon(&mut robot, leg, |_, _, _| {});
         let (sin, cos) = libm::sincos(house.value.to_radians());
-        let turn = |(x, y): (f64, f64)| (x * cos + y * sin, y * cos - x * sin);
-        let (x_in, y_in) = turn(robot.position_in());
+        let (x_in, y_in) = turned(robot.position_in(), -house.value.to_radians());
         let deviation_rad = HOUSE * house.deviation.to_radians();
         let lever = [y_in * deviation_rad, -x_in * deviation_rad];
         let axes: Matrix = [[cos, sin], [-sin, cos]];
@@ -222,11 +270,11 @@ impl Tracker {
 /// Adds a leg to a position and matches its walls.
 fn drive(submaps: &mut Submaps, leg: &Leg, from: Estimate, to: Estimate) {
     leg.apply(submaps, from, to);
-    if leg.change.likelihood.is_none() || to.deviation > MATCHED_DEG {
-        return;
+    if leg.change.likelihood.is_some() && to.deviation <= MATCHED_DEG {
+        let (x_in, y_in) = leg.moved_in(to.value);
+        let feet = leg.stretch.feet(leg.house_rad(to.value));
+        let feet = feet.into_iter().map(|foot| foot.moved((-x_in, -y_in)));
+        submaps.take(feet.collect());
     }
-    let (x_in, y_in) = leg.moved_in(to.value);
-    let feet = leg.stretch.feet(leg.house_rad(to.value));
-    let feet = feet.into_iter().map(|foot| foot.moved((-x_in, -y_in)));
-    submaps.take(feet.collect());
+    submaps.add_views(leg.views(to.value));
 }

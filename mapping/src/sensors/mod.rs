@@ -4,7 +4,66 @@ pub(crate) mod body;
 pub(crate) mod infrared;
 pub(crate) mod sonar;
 
-use crate::grid::{CELL_IN, Cell, floor};
+use groundwave_protocol::status_codes::{Bump, Cliff, Infrared, Layer, LayerState};
+use groundwave_protocol::telemetry::StateLine;
+
+use crate::grid::{CELL_IN, Cell, Grid, floor};
+use crate::pose::Pose;
+
+/// Value of a range without an echo. Longer ranges are kept as the next smaller one: no model looks so far.
+const NO_ECHO: u8 = u8::MAX;
+
+/// What a line A says of the obstacles around the robot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Readings {
+    sonars_in: [u8; 2],
+    wheels_in_s: (i8, i8),
+    infrared: infrared::Sides,
+    bump: Bump,
+    pub(crate) cliff: Cliff,
+}
+
+impl Readings {
+    pub(crate) fn of(state: &StateLine) -> Self {
+        let kept_in = |range_in: Option<u16>| {
+            range_in.map_or(NO_ECHO, |it| it.min(u16::from(NO_ECHO) - 1) as u8)
+        };
+        Self {
+            sonars_in: [state.sonar_left_in, state.sonar_right_in].map(kept_in),
+            wheels_in_s: (state.wheel_left_in_s, state.wheel_right_in_s),
+            infrared: detections(state),
+            bump: state.bump,
+            cliff: state.cliff,
+        }
+    }
+
+    /// Adds the obstacles that were read from a pose to a map.
+    pub(crate) fn update(self, grid: &mut Grid, pose: Pose) {
+        let pinged_at = sonar::pinged_at(pose, self.wheels_in_s);
+        let sides = [sonar::Side::Left, sonar::Side::Right];
+        for (side, range_in) in sides.into_iter().zip(self.sonars_in) {
+            if range_in != NO_ECHO {
+                sonar::update(grid, pinged_at, side, f64::from(range_in));
+            }
+        }
+        infrared::update(grid, pose, self.infrared);
+        body::update_outline(grid, pose);
+        body::update_contact(grid, pose, self.bump);
+    }
+}
+
+/// The detectors' states; those of a layer that is off are known only while they fire.
+fn detections(state: &StateLine) -> infrared::Sides {
+    let is_on = state.layers.get(Layer::Infrared) != LayerState::Off;
+    let side = |fired: Infrared| {
+        let fires = state.infrared == fired || state.infrared == Infrared::Both;
+        (is_on || fires).then_some(fires)
+    };
+    match state.infrared {
+        Infrared::Jammed | Infrared::NotFitted => (None, None),
+        _ => (side(Infrared::Left), side(Infrared::Right)),
+    }
+}
 
 /// A ray over the grid, in cells.
 #[derive(Clone, Copy, Debug)]

@@ -68,12 +68,9 @@ const ECHO_AGE_S: f64 = 0.14;
 /// Distance of the wheels, inches.
 pub(crate) const TRACK_IN: f64 = 10.0;
 
-/// Pose at the time of the echoes of a line, from the pose of the line.
-pub(crate) fn pinged_at(pose: Pose, state: &StateLine) -> Pose {
-    let (left_in_s, right_in_s) = (
-        f64::from(state.wheel_left_in_s),
-        f64::from(state.wheel_right_in_s),
-    );
+/// Pose at the time of the echoes of a line, from the pose of the line and the speeds of its wheels.
+pub(crate) fn pinged_at(pose: Pose, (left_in_s, right_in_s): (i8, i8)) -> Pose {
+    let (left_in_s, right_in_s) = (f64::from(left_in_s), f64::from(right_in_s));
     let (x_in, y_in) = pose.point(0.0, -f64::midpoint(left_in_s, right_in_s) * ECHO_AGE_S);
     Pose {
         x_in,

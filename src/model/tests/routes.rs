@@ -310,3 +310,99 @@ fn declined_draft_stays() {
         }
     }
 }
+
+/// A robot that has driven to and fro between two walls until the ground knows them, with its heading 10 degrees off.
+fn between_walls() -> Scene {
+    let mut scene = scene();
+    for turn in 0..8 {
+        let heads_north = turn % 2 == 0;
+        scene.state.theta_deg = if heads_north { 0 } else { 180 };
+        for step in 0..30 {
+            let y_in = if heads_north {
+                step * 4
+            } else {
+                120 - step * 4
+            };
+            scene.state.y_tenths_in = y_in * 10;
+            let ahead_in = if heads_north { 160 - y_in } else { y_in + 40 };
+            (scene.state.sonar_left_in, scene.state.sonar_right_in) =
+                (Some(ahead_in as u16), Some(ahead_in as u16));
+            scene.hear();
+        }
+    }
+    scene
+}
+
+#[test]
+fn a_route_is_planned_into_the_draft_and_nothing_is_sent() {
+    for (typed, end) in [
+        (":plan home", (0, 0)),
+        (":plan 10,30", (10, 30)),
+        (":plan 10 30", (10, 30)),
+    ] {
+        let mut scene = between_walls();
+        scene.type_text(typed);
+        assert_eq!(
+            scene
+                .press(&[KeyCode::Enter])
+                .iter()
+                .filter(|effect| matches!(effect, Effect::Send(_)))
+                .count(),
+            0,
+            "{typed}"
+        );
+        assert_eq!(scene.model.ui.overlay, Overlay::None, "{typed}");
+        let draft = scene.model.ui.map.draft.waypoints().to_vec();
+        let last = draft.last().expect("a waypoint");
+        assert!(
+            (last.x_in - end.0).abs() < 12 && (last.y_in - end.1).abs() < 12,
+            "{typed}: {draft:?}"
+        );
+        assert_eq!(
+            scene.type_text("S"),
+            [Effect::Send(Request::Route(draft))],
+            "{typed}"
+        );
+    }
+}
+
+#[test]
+fn a_route_is_planned_from_the_moment_of_a_replay() {
+    let mut scene = between_walls();
+    scene.show_moment(Some(playback(false)));
+    scene.type_text(":plan home");
+    assert_eq!(scene.press(&[KeyCode::Enter]), []);
+    assert!(!scene.model.ui.map.draft.waypoints().is_empty());
+    assert_eq!(scene.type_text("S"), [], "a capture has no robot");
+}
+
+#[test]
+fn a_route_that_cannot_be_planned_says_why() {
+    for (typed, reason) in [
+        (
+            ":plan home",
+            "no route planned: the ground does not know where the robot is: no position was received",
+        ),
+        (
+            ":plan",
+            "`plan` takes `home`, or X and Y in inches: plan 96 40",
+        ),
+        (
+            ":plan away",
+            "`plan` takes `home`, or X and Y in inches: plan 96 40",
+        ),
+        (
+            ":plan 10 x",
+            "`x` is not a whole number of inches from -9999 to 9999",
+        ),
+    ] {
+        let mut scene = Scene::new(Config::default());
+        scene.type_text(typed);
+        assert_eq!(scene.press(&[KeyCode::Enter]), [], "{typed}");
+        let Overlay::Text(entry) = &scene.model.ui.overlay else {
+            panic!("{typed}: no prompt");
+        };
+        assert_eq!(entry.error.as_deref(), Some(reason), "{typed}");
+        assert!(scene.model.ui.map.draft.waypoints().is_empty());
+    }
+}

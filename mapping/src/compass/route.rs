@@ -1,0 +1,208 @@
+//! Routes over the floor that was seen.
+
+use std::fmt;
+
+use groundwave_protocol::Waypoint;
+
+use super::Compass;
+use crate::floor::Floor;
+use crate::plan::{Blocked, Point, Terrain};
+use crate::pose::turned;
+
+/// Where a route leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Destination {
+    /// The true origin of the odometer's frame, where its pose was set.
+    Home,
+    /// A point in the odometer's frame as the robot believes it now.
+    Point(Waypoint),
+}
+
+/// A route for a robot that trusts its odometer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedRoute {
+    /// The waypoints as the robot will believe them.
+    pub waypoints: Vec<Waypoint>,
+    /// Length, inches.
+    pub length_in: f64,
+    /// Length over floor that was never seen, inches.
+    pub unknown_in: f64,
+    /// Distance of its end from the destination, inches: more than 0 if an obstacle is there or the list is full.
+    pub short_in: f64,
+}
+
+/// Reason why there is no route.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoRoute {
+    /// No line A was received.
+    NoPose,
+    /// The heading may be wrong by a quarter turn.
+    HeadingUnknown,
+    /// The directions of too few walls were seen.
+    WallsUnknown,
+    /// The map would be too large.
+    TooFar,
+    /// The destination is blocked.
+    DestinationBlocked,
+    /// Obstacles are all around the robot or the destination.
+    Blocked,
+}
+
+impl fmt::Display for NoRoute {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unknown = match self {
+            Self::NoPose => "no position was received",
+            Self::HeadingUnknown => "its heading may be wrong by a quarter turn",
+            Self::WallsUnknown => "it has not passed enough walls yet",
+            Self::TooFar => return f.write_str("the destination is too far away for a map"),
+            Self::DestinationBlocked => {
+                return f.write_str("obstacles or drops are all over the destination");
+            }
+            Self::Blocked => {
+                return f.write_str("no route is known: obstacles or drops are on all sides");
+            }
+        };
+        write!(f, "the ground does not know where the robot is: {unknown}")
+    }
+}
+
+impl std::error::Error for NoRoute {}
+
+impl Compass {
+    /// Plans a route from the true pose to a destination over the floor that was seen, with no more than `most` waypoints.
+    ///
+    /// The waypoints are turned and shifted by the error of the odometer, and by its expected growth on the route: a robot that
+    /// drives them by its odometer arrives there.
+    ///
+    /// # Errors
+    /// If the true pose is not known, or the floor is blocked.
+    pub fn route(&self, to: Destination, most: usize) -> Result<PlannedRoute, NoRoute> {
+        let (_, last) = self.last.as_ref().ok_or(NoRoute::NoPose)?;
+        let error_deg = self
+            .heading_error_deg()
+            .ok_or(NoRoute::HeadingUnknown)?
+            .value;
+        let tracker = self.tracker.as_ref().ok_or(NoRoute::WallsUnknown)?;
+        let house = self.drift.house(tracker.reference_deg);
+        let mut leg = self.leg(f64::from(last.theta_deg), None);
+        leg.trail = self.trail.clone();
+        let (views, start) = tracker.seen(&leg);
+
+        let here = tracker.in_world(start, house);
+        let believed = super::position_in(last);
+        let target = match to {
+            Destination::Home => (0.0, 0.0),
+            Destination::Point(point) => {
+                let from_robot = (
+                    f64::from(point.x_in) - believed.0,
+                    f64::from(point.y_in) - believed.1,
+                );
+                let (x_in, y_in) = turned(from_robot, -error_deg.to_radians());
+                (here.0 + x_in, here.1 + y_in)
+            }
+        };
+        let target = tracker.in_house(target, house);
+        let floor = Floor::new(&views);
+        let terrain = Terrain::new(&floor, start, target).ok_or(NoRoute::TooFar)?;
+        let mut points = terrain
+            .route(start, target)
+            .map_err(|blocked| match blocked {
+                Blocked::Target => NoRoute::DestinationBlocked,
+                Blocked::Between => NoRoute::Blocked,
+            })?;
+        points.truncate(most);
+        let end = points.last().copied().unwrap_or(start);
+        let world = points.iter().map(|point| tracker.in_world(*point, house));
+        let waypoints = self.believed(believed, here, error_deg, world);
+        Ok(PlannedRoute {
+            waypoints,
+            length_in: length_in(start, &points),
+            unknown_in: terrain.unknown_in(start, &points),
+            short_in: libm::hypot(end.0 - target.0, end.1 - target.1),
+        })
+    }
+
+    /// The waypoints with which a robot that trusts its odometer drives along points of the world.
+    fn believed(
+        &self,
+        mut at: Point,
+        mut from: Point,
+        mut error_deg: f64,
+        points: impl Iterator<Item = Point>,
+    ) -> Vec<Waypoint> {
+        let growth_deg_per_in = self.drift.per_in().value;
+        let mut waypoints = Vec::new();
+        for to in points {
+            let leg = (to.0 - from.0, to.1 - from.1);
+            let grown_deg = growth_deg_per_in * libm::hypot(leg.0, leg.1);
+            let (x_in, y_in) = turned(leg, (error_deg + grown_deg / 2.0).to_radians());
+            at = (at.0 + x_in, at.1 + y_in);
+            error_deg += grown_deg;
+            from = to;
+            let whole = |value: f64| libm::round(value) as i16;
+            waypoints.extend(Waypoint::new(whole(at.0), whole(at.1)));
+        }
+        waypoints.dedup();
+        waypoints
+    }
+}
+
+/// Length of a route, inches.
+fn length_in(start: Point, points: &[Point]) -> f64 {
+    let mut from = start;
+    let legs = points.iter().map(|to| {
+        let leg_in = libm::hypot(to.0 - from.0, to.1 - from.1);
+        from = *to;
+        leg_in
+    });
+    legs.sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// A robot whose heading is off, and turns off further with each inch, drives the waypoints by its odometer.
+        #[test]
+        fn robot_that_trusts_its_odometer_arrives(
+            error_deg in -180.0..180.0_f64, growth_deg_per_in in -0.03..0.03_f64,
+            believed in (-200.0..200.0_f64, -200.0..200.0_f64), start in (-200.0..200.0_f64, -200.0..200.0_f64),
+            points in proptest::collection::vec((-200.0..200.0_f64, -200.0..200.0_f64), 1..6),
+        ) {
+            let mut compass = Compass::default();
+            compass.drift.regauge(Some(growth_deg_per_in));
+            let waypoints = compass.believed(believed, start, error_deg, points.iter().copied());
+            let (mut odometer, mut truth, mut error_deg) = (believed, start, error_deg);
+            for waypoint in waypoints {
+                let to = (f64::from(waypoint.x_in), f64::from(waypoint.y_in));
+                let leg = (to.0 - odometer.0, to.1 - odometer.1);
+                let steps = (libm::hypot(leg.0, leg.1) as u32).max(1);
+                for _ in 0..steps {
+                    let step = (leg.0 / f64::from(steps), leg.1 / f64::from(steps));
+                    let moved = turned(step, -error_deg.to_radians());
+                    truth = (truth.0 + moved.0, truth.1 + moved.1);
+                    error_deg += growth_deg_per_in * libm::hypot(step.0, step.1);
+                }
+                odometer = to;
+            }
+            let end = points[points.len() - 1];
+            let off_in = libm::hypot(truth.0 - end.0, truth.1 - end.1);
+            // Waypoints are whole inches, and the curve of a leg is taken as a chord.
+            let curve_in = 0.02 * length_in(start, &points) * (growth_deg_per_in / 0.03).abs();
+            prop_assert!(off_in < 2.0 + curve_in, "{off_in}");
+        }
+    }
+
+    #[test]
+    fn unknown_position_is_refused_in_words() {
+        let refusal = Compass::default()
+            .route(Destination::Home, 300)
+            .unwrap_err();
+        assert_eq!(
+            refusal.to_string(),
+            "the ground does not know where the robot is: no position was received"
+        );
+    }
+}
