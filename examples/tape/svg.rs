@@ -7,6 +7,7 @@ use ratatui::style::{Color, Modifier};
 
 const CELL_WIDTH: f64 = 8.4;
 const CELL_HEIGHT: f64 = 17.0;
+const DOT_WIDTH: f64 = CELL_WIDTH / 2.0;
 const MARGIN: f64 = 12.0;
 const BACKGROUND: &str = "#14171c";
 const FOREGROUND: &str = "#c8ccd4";
@@ -78,7 +79,7 @@ fn head(screen: &Buffer) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-{MARGIN} -{MARGIN} {width:.0} {height:.0}\" \
          font-family=\"'DejaVu Sans Mono', Menlo, Consolas, monospace\" font-size=\"14\" xml:space=\"preserve\">\n\
-         <style>text{{white-space:pre}}</style>\n\
+         <style>text{{white-space:pre}}.dots{{fill:none;stroke-width:2.4;stroke-linecap:round;stroke-dasharray:0 {DOT_WIDTH}}}</style>\n\
          <rect x=\"-{MARGIN}\" y=\"-{MARGIN}\" width=\"{width:.0}\" height=\"{height:.0}\" rx=\"8\" fill=\"{BACKGROUND}\"/>\n"
     )
 }
@@ -137,6 +138,19 @@ fn draw(svg: &mut String, look: Look, text: &str, column: u16, row: u16) {
             look.paper
         );
     }
+    let dim = if look.dim { " opacity=\"0.6\"" } else { "" };
+    let dots = dots(text, x, y);
+    if !dots.is_empty() {
+        let _ = writeln!(
+            svg,
+            "<path class=\"dots\" d=\"{dots}\" stroke=\"{}\"{dim}/>",
+            look.ink
+        );
+    }
+    let text: String = text
+        .chars()
+        .map(|c| braille(c).map_or(c, |_| ' '))
+        .collect();
     // Blank columns at the ends need no text.
     let blank = text.chars().take_while(|c| *c == ' ').count();
     let text = text.trim_matches(' ');
@@ -150,7 +164,6 @@ fn draw(svg: &mut String, look: Look, text: &str, column: u16, row: u16) {
     } else {
         ""
     };
-    let dim = if look.dim { " opacity=\"0.6\"" } else { "" };
     let line = if look.underlined {
         " text-decoration=\"underline\""
     } else {
@@ -163,6 +176,38 @@ fn draw(svg: &mut String, look: Look, text: &str, column: u16, row: u16) {
         "<text x=\"{x:.1}\" y=\"{baseline:.1}\" textLength=\"{width:.1}\" fill=\"{}\"{bold}{dim}{line}>{text}</text>",
         look.ink
     );
+}
+
+/// The dots of a braille character, as the bits of Unicode; `None` for another character.
+fn braille(c: char) -> Option<u8> {
+    u8::try_from(u32::from(c).checked_sub(0x2800)?).ok()
+}
+
+/// The braille characters of a text as strokes of dots, because few fonts have them in the width of the other characters.
+fn dots(text: &str, x: f64, y: f64) -> String {
+    /// Bits of a character by row and column.
+    const BITS: [[u8; 2]; 4] = [[0, 3], [1, 4], [2, 5], [6, 7]];
+    let characters: Vec<u8> = text.chars().map(|c| braille(c).unwrap_or(0)).collect();
+    let mut path = String::new();
+    for (row, bits) in BITS.iter().enumerate() {
+        let has_dot = |at: usize| {
+            let character = characters.get(at / 2).copied().unwrap_or(0);
+            character >> bits[at % 2] & 1 == 1
+        };
+        let mut at = 0;
+        while at < 2 * characters.len() {
+            let run = (at..).take_while(|at| has_dot(*at)).count();
+            if run > 0 {
+                let from_x = x + (at as f64 + 0.5) * DOT_WIDTH;
+                let from_y = y + (row as f64 + 0.5) * CELL_HEIGHT / 4.0;
+                // Each dash has no length and round ends. The stroke ends just behind its last one.
+                let length = (run as f64 - 1.0) * DOT_WIDTH + 0.1;
+                let _ = write!(path, "M{from_x:.1} {from_y:.1}h{length:.1}");
+            }
+            at += run.max(1);
+        }
+    }
+    path
 }
 
 fn color(color: Color, default: &'static str) -> &'static str {
@@ -197,10 +242,16 @@ mod tests {
         let mut screen = Buffer::empty(Rect::new(0, 0, 20, 1));
         screen.set_string(0, 0, "0  user      idle", Style::new());
         let svg = still(&screen);
-        assert!(
-            svg.contains("<style>text{white-space:pre}</style>"),
-            "{svg}"
-        );
+        assert!(svg.contains("<style>text{white-space:pre}"), "{svg}");
         assert!(svg.contains(">0  user      idle</text>"), "{svg}");
+    }
+
+    #[test]
+    fn braille_is_drawn_as_dots_of_any_font() {
+        let mut screen = Buffer::empty(Rect::new(0, 0, 20, 1));
+        screen.set_string(0, 0, "a⠉⠉⠁b", Style::new());
+        let svg = still(&screen);
+        assert!(svg.contains("d=\"M10.5 2.1h16.9\""), "{svg}");
+        assert!(svg.contains(">a   b</text>"), "{svg}");
     }
 }
