@@ -196,7 +196,9 @@ fn dots(text: &str, x: f64, y: f64) -> String {
         };
         let mut at = 0;
         while at < 2 * characters.len() {
-            let run = (at..).take_while(|at| has_dot(*at)).count();
+            let run = (at..2 * characters.len())
+                .take_while(|at| has_dot(*at))
+                .count();
             if run > 0 {
                 let from_x = x + (at as f64 + 0.5) * DOT_WIDTH;
                 let from_y = y + (row as f64 + 0.5) * CELL_HEIGHT / 4.0;
