@@ -182,6 +182,9 @@ fn a_stop_of_an_operator_outlives_a_lost_link() {
         let stop = co.request(Request::Stop);
         co.run(40);
         assert_eq!(co.fate(stop), None, "{}", co.context());
+        let of_a_client = co.request(Request::Stop);
+        co.station
+            .handle_give_up(co.now(), of_a_client, Failure::Cancelled);
         assert_ne!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
         let opened = LinkEvent::Opened {
             name: "radio".to_owned(),
@@ -193,8 +196,10 @@ fn a_stop_of_an_operator_outlives_a_lost_link() {
         });
         let failed = |why| Some(CommandStatus::Failed(why));
         assert_eq!(co.fate(late), failed(Failure::NotSent), "{}", co.context());
-        let cancelled = failed(Failure::Cancelled);
-        assert_eq!(co.fate(given_up), cancelled, "{}", co.context());
+        for given_up in [given_up, of_a_client] {
+            let cancelled = failed(Failure::Cancelled);
+            assert_eq!(co.fate(given_up), cancelled, "{}", co.context());
+        }
         assert_eq!(co.simulation.robot().mode(), Mode::Stop, "{}", co.context());
     });
 }

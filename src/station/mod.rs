@@ -503,7 +503,7 @@ impl Station {
         self.settle(now);
     }
 
-    /// Ends a command for a reason, such as a passed timeout; a STOP continues.
+    /// Ends a command for a reason, such as a passed timeout; a STOP continues unless somebody cancels it.
     pub fn handle_give_up(&mut self, now: Moment, id: CommandId, mut why: Failure) {
         if let (Some(uplink), None) = (&mut self.own_uplink, &self.shared) {
             uplink.cancel(why, Some(id));
@@ -520,6 +520,13 @@ impl Station {
         } else if let Some(at) = self.waiting.iter().position(|waiting| waiting.id == id) {
             self.waiting.remove(at);
             why = unsent(why);
+        } else if let Some(at) = self.stops.iter().position(|(stop, _)| *stop == id)
+            && why == Failure::Cancelled
+        {
+            self.stops.remove(at);
+            if self.stops.is_empty() {
+                self.fop.cancel_stop();
+            }
         } else {
             return;
         }
