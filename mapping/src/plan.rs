@@ -52,8 +52,8 @@ const CHECK_IN: f64 = 1.0;
 /// Cells around what is known through which a route may lead.
 const MARGIN: i32 = 16;
 
-/// Maximum cells: a square of 360 ft.
-const CELLS_MAX: i64 = 1 << 21;
+/// Maximum cells: a square of 180 ft. The search of more would keep the operator waiting.
+const CELLS_MAX: i64 = 1 << 19;
 
 /// A point, inches.
 pub(crate) type Point = (f64, f64);
@@ -76,12 +76,12 @@ pub(crate) struct Terrain {
 }
 
 impl Terrain {
-    /// The costs around all that is known, a start and a target; `None` if that is too large.
+    /// The costs around a start and all that is known; `None` if that is too large, or a target is beyond it.
     pub(crate) fn new(floor: &Floor, start: Point, target: Point) -> Option<Self> {
         let known = floor.grid.cells().map(|(cell, _)| cell);
-        let ends = [Grid::cell(start), Grid::cell(target)];
-        let (mut low, mut high) = (ends[0], ends[0]);
-        for (column, row) in known.chain(ends) {
+        let start_cell = Grid::cell(start);
+        let (mut low, mut high) = (start_cell, start_cell);
+        for (column, row) in known {
             low = (low.0.min(column), low.1.min(row));
             high = (high.0.max(column), high.1.max(row));
         }
@@ -96,6 +96,7 @@ impl Terrain {
             rows: rows as i32,
             costs: Vec::new(),
         };
+        it.at(Grid::cell(target))?;
         let obstacles = floor.grid.cells().filter(|(_, odds)| *odds > OBSTACLE);
         let obstacles_in = it.distances_in(obstacles.map(|(cell, _)| cell));
         let drops_in = it.distances_in(floor.drops.cells().map(|(cell, _)| cell));

@@ -301,6 +301,23 @@ fn each_setting_of_the_pose_counts_once() {
 }
 
 /// The robot drives on while a minute of lines is lost, and then reboots in another place than it believes.
+/// In the first minute too, when few walls are known.
+#[test]
+fn early_outage_widens_the_statement() {
+    let world = World::built_in("house").expect("it comes with the simulator");
+    let mut config = SimulationConfig::new(world, 1);
+    config.channel.outages_ms.push(8_000..40_000);
+    let mut simulation = Simulation::new(&config);
+    let mut compass = Compass::default();
+    let moments = drive(&mut simulation, &mut compass, 1);
+    assert!(share(&moments, Moment::is_heading_inside) >= 0.9);
+    // A line that was on its way when the outage began ends behind it, with the pose from before.
+    assert!(share(&moments, Moment::is_position_inside) >= 0.9);
+    let last = moments.last().and_then(|moment| moment.stated);
+    let last = last.expect("a pose");
+    assert!(last.ellipse.long_in > 20.0, "{last:?}");
+}
+
 #[test]
 fn outage_widens_the_statement_and_a_restart_begins_it_again() {
     let mut config = house(20_141);

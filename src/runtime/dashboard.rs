@@ -13,7 +13,6 @@ use super::pace::Pace;
 use super::runs;
 use super::{Driver, Keeper, Source};
 use crate::capture::runs::Label;
-use crate::capture::runs::label::Note;
 use crate::event::{Effect, Event, Gesture, Level, Moment, Notice, NoticeCode, Recording, Remark};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -408,16 +407,18 @@ impl Running {
                 }
                 Ok(removed)
             });
-            let tell = |note: Note| format!("note removed: {}{stays}", note.text);
-            let (level, texts) = match removed {
-                Ok(notes) => (Level::Info, notes.into_iter().map(tell).collect()),
-                Err(error) => (Level::Warning, vec![error.to_string()]),
+            let (level, text) = match removed {
+                Ok(notes) if notes.is_empty() => return,
+                Ok(notes) => {
+                    let texts: Vec<String> = notes.into_iter().map(|note| note.text).collect();
+                    let texts = texts.join("; ");
+                    (Level::Info, format!("note removed: {texts}{stays}"))
+                }
+                Err(error) => (Level::Warning, error.to_string()),
             };
-            for text in texts {
-                let notice = Notice::new(NoticeCode::Label, level, text);
-                // The dashboard may have ended.
-                let _ = readers.blocking_send(Event::Notice(notice));
-            }
+            let notice = Notice::new(NoticeCode::Label, level, text);
+            // The dashboard may have ended.
+            let _ = readers.blocking_send(Event::Notice(notice));
         });
     }
 

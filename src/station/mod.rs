@@ -524,7 +524,9 @@ impl Station {
             && why == Failure::Cancelled
         {
             self.stops.remove(at);
-            if self.stops.is_empty() {
+            if let Some(shared) = &mut self.shared {
+                shared.push(ClientLine::Cancel(id.0));
+            } else if self.stops.is_empty() {
                 self.fop.cancel_stop();
             }
         } else {

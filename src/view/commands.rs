@@ -15,6 +15,7 @@ use crate::model::Panel;
 use crate::model::ledger::Entry;
 use crate::model::robot::STATUS_STALE;
 use crate::model::words;
+use crate::request::Request;
 
 const TITLE: &str = "commands: commanded | reported";
 
@@ -78,7 +79,9 @@ impl Screen<'_> {
             ]));
             lines.extend(says.map(|more| Line::styled(format!("    {more}"), style)));
             if let Some(by) = &entry.by {
-                lines.push(Line::styled(format!("    shared: {by}"), self.theme.dim));
+                let room = width.saturating_sub(4);
+                let rows = wrap(&format!("shared: {by}"), room, room).into_iter();
+                lines.extend(rows.map(|row| Line::styled(format!("    {row}"), self.theme.dim)));
             }
         }
         lines
@@ -88,7 +91,11 @@ impl Screen<'_> {
     pub(super) fn fate(&self, entry: &Entry) -> (&'static str, String, Style) {
         let theme = &self.theme;
         let glyphs = theme.glyphs;
-        let sent = || format!("sent {}", counted(entry.frames.into(), "frame"));
+        let sent = || match entry.request {
+            // A STOP is sent all the time until it is confirmed.
+            Request::Stop => "sent".to_owned(),
+            _ => format!("sent {}", counted(entry.frames.into(), "frame")),
+        };
         match (entry.status, entry.progress) {
             (CommandStatus::Queued, _) => (glyphs.waiting, "queued".to_owned(), theme.dim),
             (CommandStatus::Confirmed { digest: None }, _) => {

@@ -271,17 +271,17 @@ impl Compass {
         let (from, to) = (position_in(&last), position_in(state));
         let (x_in, y_in) = (to.0 - from.0, to.1 - from.1);
         let chord_in = libm::hypot(x_in, y_in);
-        let seconds = elapsed.as_secs_f64();
+        let mut seconds = elapsed.as_secs_f64();
         if chord_in > JUMP_IN.max(MOST_IN_S * seconds * 1.5) {
-            self.restart();
-            return self.take_state(now, state);
+            // No new pose was reported, so the line before was late: a radio can keep it over an outage.
+            seconds = chord_in / MEAN_IN_S;
         }
         let middle = (f64::from(last.theta_deg) + turn_deg / 2.0).to_radians();
         let (sin, cos) = libm::sincos(middle);
         let (ahead_in, right_in) = (x_in * sin + y_in * cos, x_in * cos - y_in * sin);
         let growth = self.drift.per_in();
         let (mut path_in, mut contact_s) = (ahead_in, 0.0);
-        if elapsed > GAP {
+        if seconds > GAP.as_secs_f64() {
             path_in = chord_in.max(MEAN_IN_S * seconds);
             let unknown_deg = libm::hypot(growth.value, growth.deviation) * path_in / 2.0;
             self.motion.variance += unknown_deg * unknown_deg;

@@ -40,7 +40,7 @@ pub enum NoRoute {
     HeadingUnknown,
     /// The directions of too few walls were seen.
     WallsUnknown,
-    /// The map would be too large.
+    /// The destination is beyond the floor that was seen, or that is too large for a map.
     TooFar,
     /// The destination is blocked.
     DestinationBlocked,
@@ -54,7 +54,9 @@ impl fmt::Display for NoRoute {
             Self::NoPose => "no position was received",
             Self::HeadingUnknown => "its heading may be wrong by a quarter turn",
             Self::WallsUnknown => "it has not passed enough walls yet",
-            Self::TooFar => return f.write_str("the destination is too far away for a map"),
+            Self::TooFar => {
+                return f.write_str("the destination is beyond the floor that was seen");
+            }
             Self::DestinationBlocked => {
                 return f.write_str("obstacles or drops are all over the destination");
             }
