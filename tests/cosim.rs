@@ -162,8 +162,8 @@ fn a_command_waits_for_a_lost_link_and_is_given_up_unsent() {
     });
 }
 
-/// A STOP of an operator is sent as soon as the robot is there again, however late; other commands are not, because the robot may have been
-/// stopped by others meanwhile.
+/// A STOP of an operator is sent as soon as the robot is there again, however late; other commands are not, because another station may have
+/// stopped the robot meanwhile.
 #[test]
 fn a_stop_of_an_operator_outlives_a_lost_link() {
     over_seeds(|seed, channel| {

@@ -89,7 +89,7 @@ impl Floor {
 /// The middle and the half of an arc, radians from the nose.
 type Arc = (f64, f64);
 
-/// The arc of a drop; that of several sensors, or of one at the rear, is anywhere.
+/// The arc of a drop; several sensors, or one at the rear, leave any direction possible.
 fn drop_arc(cliff: Cliff) -> Option<Arc> {
     match cliff {
         Cliff::None | Cliff::NotFitted => None,

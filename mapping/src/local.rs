@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use groundwave_protocol::telemetry::StateLine;
 
-use crate::grid::{CELL_IN, Grid};
+use crate::grid::{CELL_IN, Grid, OBSTACLE};
 use crate::pose::Pose;
 use crate::sensors::Readings;
 
@@ -23,9 +23,6 @@ const TURNED_DEG: u16 = 4;
 
 /// Distance between two lines that no robot drives, inches.
 const JUMP_IN: f64 = 60.0;
-
-/// Log-odds from which a cell is shown as an obstacle: 4 to 1.
-const OBSTACLE: f64 = 1.4;
 
 /// A line A and the distance driven up to it.
 #[derive(Clone, Copy, Debug)]

@@ -1,13 +1,13 @@
 //! The cheapest route over a floor, and its fewest waypoints.
 //!
-//! The route is that of the robot's centre: obstacles are inflated by its body (Lozano-Pérez, "Spatial planning: a configuration
+//! The robot's centre follows the route: obstacles are inflated by its body (Lozano-Pérez, "Spatial planning: a configuration
 //! space approach", 1983). A straight leg replaces a piece of the route where it is clear and costs no more (Daniel, Nash,
 //! Koenig and Felner, "Theta*: any-angle path planning on grids", 2010, as a post-process).
 
 use pathfinding::directed::astar::astar;
 
 use crate::floor::{Floor, around};
-use crate::grid::{CELL_IN, Cell, Grid};
+use crate::grid::{CELL_IN, Cell, Grid, OBSTACLE};
 use crate::sensors::body::RADIUS_IN;
 
 /// Distance of the robot's centre from the centre of an obstacle's cell that is clear, inches: the body and half of a cell.
@@ -28,8 +28,7 @@ const STANDS_IN: f64 = RADIUS_IN + CELL_IN;
 /// Distance from the target in which the route may end if the target itself is blocked, inches.
 const BESIDE_IN: f64 = 24.0;
 
-/// Log-odds from which a cell is an obstacle (4 to 1), and below which it is known to be free.
-const OBSTACLE: f64 = 1.4;
+/// Log-odds below which a cell is known to be free.
 const FREE: f64 = -0.3;
 
 /// Cost of a cell by what is known of it: driven, seen to be free, near an obstacle, and unknown.

@@ -1,7 +1,7 @@
 //! Delivers commands through another station that shares its link: commands are sent as lines, and answers become statuses.
 //!
 //! One command at a time is in progress, as on a radio; STOP overtakes. A STOP is repeated on the next connection. Any other
-//! command that was in progress on a lost connection is reported as not confirmed. Further commands are not sent, because somebody else may stop the robot
+//! command that was in progress on a lost connection is reported as not confirmed. Further commands are not sent, because another client may stop the robot
 //! before the next connection.
 
 use std::collections::VecDeque;

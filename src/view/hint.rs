@@ -168,8 +168,8 @@ impl Screen<'_> {
         match news {
             News::Command(entry) => {
                 let (glyph, says, style) = self.fate(entry);
-                let from = entry.by.iter().map(|by| format!(" from {by}"));
-                let from: String = from.collect();
+                let from = entry.by.as_ref();
+                let from = from.map_or_else(String::new, |by| format!(" from {by}"));
                 Line::styled(
                     format!("{glyph} {prefix}{}{from}: {says}", entry.request),
                     style,

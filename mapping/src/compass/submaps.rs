@@ -54,13 +54,13 @@ const PATCHES_MAX: usize = 96;
 const ROBOT: usize = 3;
 const HEADING: usize = 2;
 
-/// Views of a stretch, whose place is that of the submap of its walls.
+/// Views of a stretch, placed relative to the submap of its walls.
 #[derive(Clone)]
 struct Patch {
     views: Arc<[View]>,
     /// The submap; `None` if there was none, and the place is certain.
     submap: Option<usize>,
-    /// The origin of the views from that of the submap, or of the house.
+    /// Origin of the views relative to the origin of the submap, or of the house.
     offset_in: (f64, f64),
 }
 
