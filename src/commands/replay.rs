@@ -72,19 +72,16 @@ fn play(
         ..appearance(config, theme)
     });
     let mut first = CaptureState::new(&name, Arc::clone(&config), &*tape);
-    if let Some(unfinished) = unfinished(file) {
-        first.tell(&Event::Notice(Notice::new(
-            NoticeCode::Damaged,
-            Level::Warning,
-            unfinished.to_string(),
-        )));
-    }
-    if let Err(error) = &label {
-        first.tell(&Event::Notice(Notice::new(
-            NoticeCode::Label,
-            Level::Warning,
-            error.to_string(),
-        )));
+    // In the log, and in the hint row until a key is pressed.
+    let unfinished = unfinished(file).map(|why| (NoticeCode::Damaged, why.to_string()));
+    let label_error = label.as_ref().err();
+    let label_error = label_error.map(|error| (NoticeCode::Label, error.to_string()));
+    let notices = unfinished.into_iter().chain(label_error);
+    let notices =
+        notices.map(|(code, text)| Event::Notice(Notice::new(code, Level::Warning, text)));
+    let notices: Vec<Event> = notices.collect();
+    for notice in &notices {
+        first.tell(notice);
     }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
@@ -117,7 +114,7 @@ fn play(
             })),
             ui: Ui::new(config),
             recording: Box::new(Recording::default),
-            first: Vec::new(),
+            first: notices,
             keeper: None,
         };
         Box::pin(run_dashboard(dashboard)).await.map_or_else(
