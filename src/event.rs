@@ -18,6 +18,7 @@ pub use groundwave_captures::event::{
 
 use crate::figures::{Listed, Overlaid};
 use crate::outages::Outage;
+use crate::parameter_file::ParameterFile;
 use crate::playback::Control;
 use crate::request::Request;
 use crate::statistics::Statistics;
@@ -85,8 +86,15 @@ pub enum Event {
         /// Waypoints of the file, or the mistake with its position.
         route: Result<Vec<Waypoint>, String>,
     },
-    /// A route file was written for [`Effect::SaveRoute`], or writing failed.
-    RouteSaved {
+    /// A parameter file was read for [`Effect::LoadParameters`], or reading failed.
+    ParametersLoaded {
+        /// Parameters of the file, or the mistake with its position.
+        read: Result<ParameterFile, String>,
+    },
+    /// A file was written for [`Effect::Save`], or writing failed.
+    Saved {
+        /// Content of the file.
+        what: Saved,
         /// The requested file.
         path: String,
         /// The result.
@@ -196,8 +204,12 @@ pub enum Effect {
     ListFiles(String),
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
-    /// Write a route file; the answer is [`Event::RouteSaved`].
-    SaveRoute {
+    /// Read a parameter file; the answer is [`Event::ParametersLoaded`].
+    LoadParameters(String),
+    /// Write a file; the answer is [`Event::Saved`].
+    Save {
+        /// Content of the file.
+        what: Saved,
         /// Path of the file.
         path: String,
         /// Content of the file.
@@ -246,6 +258,15 @@ pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
         "counts" => Err("`counts` stands alone".to_owned()),
         _ => return None,
     })
+}
+
+/// Content of a file that the operator saves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saved {
+    /// The drafted route.
+    Route,
+    /// The robot's parameters.
+    Parameters,
 }
 
 /// Reason why a file was not written.

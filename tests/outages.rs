@@ -450,7 +450,7 @@ fn damaged_lines_are_not_lost_and_are_gaps() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// The operator's marks are in tables with the moments that they mark.
+/// The operator's marks are in tables with the moments that they mark, and in pictures unless they were removed.
 #[test]
 fn marks_are_exported() {
     let folder = scratch("marks-exported");
@@ -461,7 +461,7 @@ fn marks_are_exported() {
             recorder.handle_rx(now, wall(now), &line);
         }
     }
-    for (at_s, ago_s, is_set) in [(21, 5, true), (22, 0, false)] {
+    for (at_s, ago_s, is_set) in [(21, 5, true), (22, 1, true), (23, 2, false)] {
         let now = Duration::from_secs(at_s);
         let ago = Duration::from_secs(ago_s);
         let mark = Event::Mark(Mark { ago, is_set });
@@ -480,15 +480,21 @@ fn marks_are_exported() {
     let rows = rows.map(|row| (row["status"].clone(), row["begin_s"].as_f64().unwrap()));
     assert_eq!(
         rows.collect::<Vec<_>>(),
-        [("set".into(), 16.0), ("cleared".into(), 22.0)]
+        [
+            ("set".into(), 16.0),
+            ("set".into(), 21.0),
+            ("cleared".into(), 21.0)
+        ]
     );
     let csv = exported("csv");
     let marks: Vec<_> = csv.lines().filter(|row| row.contains(",mark,")).collect();
-    assert_eq!(marks.len(), 2, "{csv}");
+    assert_eq!(marks.len(), 3, "{csv}");
     assert!(
         marks[0].contains(",set,") && marks[0].contains(",16.0,"),
         "{marks:?}"
     );
+    let picture = exported("svg");
+    assert!(picture.contains("mark at 16 s") && !picture.contains("mark at 21 s"));
     fs::remove_dir_all(folder).unwrap();
 }
 

@@ -1,6 +1,7 @@
 //! Maps of the floor from a robot's telemetry lines alone.
 //!
-//! [`LocalMap`] takes lines A in the order in which they were received and knows where obstacles stand around the robot.
+//! [`LocalMap`] takes lines A in the order in which they were received and knows where obstacles stand around the robot; [`DriveMap`]
+//! keeps those along a whole drive.
 //! [`Compass`] finds from the directions of walls, and from walls that it sees again, how far the odometer is off, and why; [`Compass::route`] plans a route over the
 //! floor that was seen. Neither reads a clock or a file, and equal lines give equal results.
 
@@ -16,4 +17,4 @@ mod trail;
 pub use compass::{
     Compass, CorrectedPose, Destination, Ellipse, Interval, NoRoute, PlannedRoute, Wheels,
 };
-pub use local::LocalMap;
+pub use local::{DriveMap, LocalMap};

@@ -1,6 +1,6 @@
 //! The local map against the true walls of simulated houses.
 
-use groundwave_mapping::LocalMap;
+use groundwave_mapping::{DriveMap, LocalMap};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{Body, StateLine};
 use sr04_sim::{Outline, Pose, Simulation, SimulationConfig, World};
@@ -193,4 +193,56 @@ fn obstacles_stand_where_walls_and_furniture_do() {
     let (invented, found) = (score.invented(), score.found());
     println!("invented {invented:.3}, found {found:.3}: {score:?}");
     assert!(invented < 0.2 && found > 0.3, "{invented:.3}, {found:.3}");
+}
+
+/// The map of a drive keeps what a local map held at its start and forgot, and what it holds at the end.
+#[test]
+fn the_map_of_a_drive_forgets_nothing() {
+    let mut simulation = Simulation::new(&SimulationConfig::new(World::generated(20_001), 1));
+    let (mut decoder, mut local, mut drive) =
+        (Decoder::default(), LocalMap::default(), DriveMap::default());
+    let middles = |map: &LocalMap| -> Vec<Place> {
+        let corners = map.obstacles();
+        corners.map(|[(x, y), _]| (x + 1.5, y + 1.5)).collect()
+    };
+    let (mut first, mut driven_in, mut last) = (Vec::new(), 0.0, None);
+    for _ in 0..300_000 {
+        simulation.step();
+        while let Some(byte) = simulation.poll_downlink() {
+            if let Some(Received::Line(line, _)) = decoder.lines(&[byte]).next()
+                && let Body::State(state) = line.body
+            {
+                local.take(&state);
+                drive.take(&state);
+                let here = (f64::from(state.x_tenths_in), f64::from(state.y_tenths_in));
+                driven_in += last
+                    .replace(here)
+                    .map_or(0.0, |last| distance_in(here, last))
+                    / 10.0;
+                if first.is_empty() && driven_in > 155.0 {
+                    first = middles(&local);
+                }
+            }
+        }
+    }
+    let forgotten = first
+        .iter()
+        .filter(|place| !middles(&local).contains(place));
+    assert!(driven_in > 700.0 && forgotten.count() > 10, "{driven_in}");
+    let obstacles = drive.into_obstacles();
+    for (x, y) in middles(&local) {
+        let holds = |[low, high]: &[Place; 2]| low.0 < x && x < high.0 && low.1 < y && y < high.1;
+        assert_eq!(
+            obstacles.iter().filter(|it| holds(it)).count(),
+            1,
+            "({x}, {y})"
+        );
+    }
+    let kept = first.iter().filter(|(x, y)| {
+        obstacles
+            .iter()
+            .any(|[low, high]| low.0 < *x && *x < high.0 && low.1 < *y && *y < high.1)
+    });
+    // The first obstacles were taken at 150 in, a few inches earlier.
+    assert!(kept.count() * 10 > first.len() * 9);
 }

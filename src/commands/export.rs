@@ -7,6 +7,11 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Duration;
 
+use groundwave_captures::words::counted;
+use groundwave_mapping::DriveMap;
+use groundwave_protocol::decoder::Received;
+use groundwave_protocol::telemetry::Body;
+
 use super::cli::{Export, ExportFormat};
 use super::output::{Output, Target, targets};
 use super::progress::Progress;
@@ -16,7 +21,6 @@ use crate::capture::diagnosis;
 use crate::capture::picture::Picture;
 use crate::capture::runs::Label;
 use crate::capture::track::Track;
-use groundwave_captures::words::counted;
 
 /// Result of the export of a capture.
 #[derive(Default)]
@@ -145,7 +149,15 @@ fn picture(
         let at = Duration::try_from_secs_f64(note.at_s?).ok()?;
         Some((at, note.text))
     });
-    let (track, problem) = Track::read_with_marks(&mut capture, marks.collect());
+    let mut map = DriveMap::default();
+    let (mut track, _, problem) = Track::read_with(&mut capture, marks.collect(), |_, received| {
+        if let Received::Line(line, _) = received
+            && let Body::State(state) = &line.body
+        {
+            map.take(state);
+        }
+    });
+    track.obstacles_in = map.into_obstacles();
     let name = path.file_stem().unwrap_or_default().display().to_string();
     let picture = Picture::of_track(&name, label.name.as_deref(), &track, problem.as_ref());
     let problem = problem.map(Fault::from);

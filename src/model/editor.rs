@@ -5,9 +5,10 @@ use groundwave_protocol::Waypoint;
 
 use super::draft::Edit;
 use super::keys::RouteAction;
+use super::parameters::save_parameters;
 use super::ui::{Overlay, Question, Then};
 use super::{Facts, Purpose, TextEntry, Ui};
-use crate::event::{Effect, Level, SaveProblem};
+use crate::event::{Effect, Level, SaveProblem, Saved};
 use crate::route;
 
 /// Step of an arrow key, inches; the fine step with Shift.
@@ -158,28 +159,46 @@ impl Ui {
         }
     }
 
-    pub(super) fn save_route(&self, path: &str, overwrite: bool) -> Effect {
-        Effect::SaveRoute {
-            path: path.to_owned(),
+    pub(super) fn save_route(&self, path: String) -> Effect {
+        Effect::Save {
+            what: Saved::Route,
+            path,
             text: route::format(self.map.draft.waypoints()),
-            overwrite,
+            overwrite: false,
         }
     }
 
-    pub(super) fn take_saved(&mut self, path: &str, saved: &Result<(), SaveProblem>) {
+    pub(super) fn take_saved(
+        &mut self,
+        facts: &Facts,
+        what: Saved,
+        path: &str,
+        saved: &Result<(), SaveProblem>,
+    ) {
         match saved {
             Ok(()) => {
-                let text = format!(
-                    "{path}: {} saved",
-                    counted(self.map.draft.waypoints().len() as u64, "waypoint")
-                );
-                self.note(Level::Info, text);
+                let (count, thing) = match what {
+                    Saved::Route => (self.map.draft.waypoints().len(), "waypoint"),
+                    Saved::Parameters => (facts.parameters.heard().len(), "parameter"),
+                };
+                let counted = counted(count as u64, thing);
+                self.note(Level::Info, format!("{path}: {counted} saved"));
                 self.end_waiting(None);
             }
             Err(SaveProblem::Exists) => {
+                let (thing, mut effect) = match what {
+                    Saved::Route => ("the draft", self.save_route(path.to_owned())),
+                    Saved::Parameters => (
+                        "the robot's parameters",
+                        save_parameters(facts, path.to_owned()),
+                    ),
+                };
+                if let Effect::Save { overwrite, .. } = &mut effect {
+                    *overwrite = true;
+                }
                 self.overlay = Overlay::Question(Question {
-                    text: format!("{path} exists. Overwrite it with the draft?"),
-                    then: Then::SaveRoute(path.to_owned()),
+                    text: format!("{path} exists. Overwrite it with {thing}?"),
+                    then: Then::Save(effect),
                 });
             }
             Err(SaveProblem::Failed(problem)) => {

@@ -104,7 +104,8 @@ impl Facts {
                 | Event::Resize { .. }
                 | Event::Files { .. }
                 | Event::RouteLoaded { .. }
-                | Event::RouteSaved { .. }
+                | Event::ParametersLoaded { .. }
+                | Event::Saved { .. }
                 | Event::Runs(_)
                 | Event::Overlaid(_)
                 | Event::Mark(_)

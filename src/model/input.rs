@@ -172,7 +172,12 @@ impl Ui {
             }
             Action::AskPalette => self.overlay = Overlay::Palette(Palette::default()),
             Action::ShowParameters => return self.open_parameters(facts),
-            Action::ReadParameters | Action::SaveParameters | Action::DefaultParameter => {
+            Action::ReadParameters
+            | Action::SaveParameters
+            | Action::DefaultParameter
+            | Action::CompareParameters
+            | Action::LoadParameters
+            | Action::WriteParameters => {
                 return self.act_on_parameters(facts, action);
             }
             Action::EditRoute => self.open_editor(),
@@ -401,11 +406,17 @@ impl Ui {
         vec![Effect::Send(request)]
     }
 
-    fn ask_for(&mut self, request: Request) {
+    /// Asks before something is sent to the robot.
+    pub(super) fn ask(&mut self, text: String, then: Then) {
         if self.is_replay() {
             self.aside = Some((Level::Warning, NO_ROBOT.to_owned()));
             return;
         }
+        let text = self.said_of_the_past(text);
+        self.overlay = Overlay::Question(Question { text, then });
+    }
+
+    fn ask_for(&mut self, request: Request) {
         let (text, then) = match &request {
             Request::Mode(Mode::User) => (self.with_keys(DRIVE_QUESTION), Then::Drive),
             Request::Route(_) => (
@@ -430,8 +441,7 @@ impl Ui {
                 (text, Then::Send(vec![request]))
             }
         };
-        let text = self.said_of_the_past(text);
-        self.overlay = Overlay::Question(Question { text, then });
+        self.ask(text, then);
     }
 
     fn ask_to_drive(&mut self, facts: &Facts) {

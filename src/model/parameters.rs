@@ -1,9 +1,13 @@
 //! The screen that changes the robot's parameters.
 
+use groundwave_captures::words::counted;
+
 use super::keys::Action;
+use super::ui::Then;
 use super::words::parameter_number;
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
-use crate::event::Effect;
+use crate::event::{Effect, Level, Saved, unquoted};
+use crate::parameter_file::{self, ParameterFile};
 use crate::request::{Request, Tuning, known_default};
 
 impl Ui {
@@ -28,6 +32,7 @@ impl Ui {
         let value = match action {
             Action::Close => {
                 self.parameters = None;
+                self.compared = None;
                 return Vec::new();
             }
             Action::Choose(steps) => {
@@ -37,6 +42,9 @@ impl Ui {
             }
             Action::ReadParameters => return vec![Effect::Send(Request::Parameter(Tuning::List))],
             Action::SaveParameters => return vec![Effect::Send(Request::Parameter(Tuning::Save))],
+            Action::CompareParameters => return self.ask_for_parameter_command("diff "),
+            Action::LoadParameters => return self.ask_for_parameter_command("load "),
+            Action::WriteParameters => return self.ask_for_parameter_command("save-to "),
             Action::DefaultParameter => line.and_then(|line| {
                 let default = known_default(line.name.as_str())?;
                 Some(parameter_number(default.into(), line.unit.as_str()))
@@ -44,11 +52,103 @@ impl Ui {
             _ => Some(String::new()),
         };
         if let (Some(line), Some(value)) = (line, value) {
-            let mut entry = TextEntry::new(Purpose::Command);
-            entry.insert(&format!("param set {} {value}", line.name.as_str()));
-            self.overlay = Overlay::Text(entry);
+            let command = format!("set {} {value}", line.name.as_str());
+            return self.ask_for_parameter_command(&command);
         }
         Vec::new()
+    }
+
+    fn ask_for_parameter_command(&mut self, beginning: &str) -> Vec<Effect> {
+        let mut entry = TextEntry::new(Purpose::Command);
+        entry.insert(&format!("param {beginning}"));
+        self.overlay = Overlay::Text(entry);
+        Vec::new()
+    }
+
+    /// The effect of `param save-to FILE`, `param load FILE` and `param diff FILE`; `None` for other commands.
+    pub(super) fn name_parameter_file(
+        &self,
+        facts: &Facts,
+        command: &str,
+    ) -> Result<Option<Effect>, String> {
+        let Some((verb, file)) = file_command(command) else {
+            return Ok(None);
+        };
+        if file.is_empty() {
+            return Err(format!("`param {verb}` needs a file: param {verb} FILE"));
+        }
+        if facts.parameters.is_partial() {
+            let error = "the robot's parameters are not all known: <show-parameters> reads them";
+            return Err(self.with_keys(error));
+        }
+        let file = unquoted(file);
+        Ok(Some(match verb {
+            "save-to" => save_parameters(facts, file),
+            _ => Effect::LoadParameters(file),
+        }))
+    }
+
+    /// Compares a file with the robot's parameters; for `param load`, asks whether to set those that differ.
+    pub(super) fn take_parameters(&mut self, facts: &Facts, read: Result<ParameterFile, String>) {
+        let Overlay::Text(entry) = &self.overlay else {
+            return;
+        };
+        // The operator may have gone on meanwhile.
+        let Some((verb, _)) = file_command(&entry.text).filter(|_| entry.waits) else {
+            return;
+        };
+        let loads = verb == "load";
+        let heard = facts.parameters.heard();
+        let found = read.and_then(|file| match file.differences(heard) {
+            Ok(differences) => Ok((file, differences)),
+            Err(error) => Err(error.to_string()),
+        });
+        let (file, differences) = match found {
+            Ok(found) => found,
+            Err(error) => {
+                self.end_waiting(Some(&error));
+                return;
+            }
+        };
+        self.end_waiting(None);
+        let first = differences.first().map(|first| first.robot.name);
+        let first = first.and_then(|name| heard.iter().position(|line| line.name == name));
+        self.parameters = Some(first.unwrap_or_default());
+        let name = file.name().to_owned();
+        self.compared = Some(file);
+        if differences.is_empty() {
+            self.note(Level::Info, format!("the robot has the values of {name}"));
+        } else if loads {
+            let requests = differences.iter().map(|differs| differs.entry.request());
+            let requests: Vec<Request> = requests.collect();
+            let takes = requests.iter().filter_map(Request::turns_off);
+            let takes: String = takes
+                .map(|part| format!(" This turns {part} off."))
+                .collect();
+            let count = counted(requests.len() as u64, "parameter");
+            self.ask(
+                format!("Set {count} as in {name}?{takes}"),
+                Then::Send(requests),
+            );
+        }
+    }
+}
+
+/// The subcommand and the file of a command with a parameter file.
+fn file_command(command: &str) -> Option<(&str, &str)> {
+    let rest = command.trim().strip_prefix("param ")?.trim_start();
+    let (verb, file) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+    Tuning::FILE_VERBS
+        .contains(&verb)
+        .then(|| (verb, file.trim()))
+}
+
+pub(super) fn save_parameters(facts: &Facts, path: String) -> Effect {
+    Effect::Save {
+        what: Saved::Parameters,
+        path,
+        text: parameter_file::write("The robot's parameters.", facts.parameters.heard()),
+        overwrite: false,
     }
 }
 
@@ -58,7 +158,7 @@ mod tests {
     use groundwave_protocol::telemetry::{Body, ParameterLine, ParameterName, Printable};
 
     use super::*;
-    use crate::event::CommandStatus;
+    use crate::event::{CommandStatus, Event};
     use crate::model::Config;
     use crate::model::testing::Scene;
 
@@ -127,6 +227,120 @@ mod tests {
         );
         scene.press(&[KeyCode::Esc]);
         assert_eq!(scene.type_text(" "), [Effect::Send(Request::Stop)]);
+    }
+
+    fn file(name: &str, text: &str) -> Event {
+        let read = ParameterFile::parse(name, text);
+        Event::ParametersLoaded {
+            read: read.map_err(|error| error.to_string()),
+        }
+    }
+
+    #[test]
+    fn a_set_is_saved_compared_and_loaded() {
+        let mut scene = scene();
+        scene.type_text("wmy.toml");
+        let saved = scene.press(&[KeyCode::Enter]);
+        let [Effect::Save { path, text, .. }] = &saved[..] else {
+            panic!("{saved:?}");
+        };
+        assert_eq!(path, "my.toml");
+        assert!(text.contains("battery-low = 11.6"), "{text}");
+        scene.event(Event::Saved {
+            what: Saved::Parameters,
+            path: "my.toml".to_owned(),
+            saved: Ok(()),
+        });
+        let note = scene.model.facts.log.newest_first().next();
+        assert!(note.is_some_and(|note| note.text == "my.toml: 2 parameters saved"));
+
+        scene.type_text("cmy.toml");
+        let load = [Effect::LoadParameters("my.toml".to_owned())];
+        assert_eq!(scene.press(&[KeyCode::Enter]), load);
+        let differs = "top-speed = 10\nbattery-low = 11.8";
+        assert_eq!(scene.event(file("my.toml", differs)), []);
+        assert_eq!(scene.model.ui.overlay, Overlay::None);
+        assert_eq!(scene.model.ui.parameters, Some(1), "the one that differs");
+
+        scene.type_text("lmy.toml");
+        assert_eq!(scene.press(&[KeyCode::Enter]), load);
+        assert_eq!(scene.event(file("my.toml", differs)), []);
+        let Overlay::Question(question) = &scene.model.ui.overlay else {
+            panic!("no question");
+        };
+        assert_eq!(question.text, "Set 1 parameter as in my.toml?");
+        let sent = scene.type_text("y");
+        assert!(
+            matches!(&sent[..], [Effect::Send(request)] if request.to_string() == "param set battery-low 11.8"),
+            "{sent:?}"
+        );
+    }
+
+    #[test]
+    fn a_wrong_file_is_corrected_in_the_prompt_and_an_answer_too_late_is_ignored() {
+        let mut scene = scene();
+        for (text, why) in [
+            ("top-spede = 8", "did you mean `top-speed`"),
+            ("top-speed = 99", "it takes 2 to 12"),
+        ] {
+            scene.type_text(":param load a.toml");
+            scene.press(&[KeyCode::Enter]);
+            scene.event(file("a.toml", text));
+            let Overlay::Text(entry) = &scene.model.ui.overlay else {
+                panic!("no prompt");
+            };
+            assert!(
+                entry
+                    .error
+                    .as_ref()
+                    .is_some_and(|error| error.contains(why))
+            );
+            scene.press(&[KeyCode::Esc]);
+        }
+        scene.type_text(":param load a.toml");
+        scene.press(&[KeyCode::Enter, KeyCode::Esc]);
+        scene.event(file("a.toml", "top-speed = 8"));
+        assert_eq!(scene.model.ui.overlay, Overlay::None);
+        assert_eq!(scene.model.ui.compared, None);
+    }
+
+    #[test]
+    fn a_file_needs_all_of_the_robots_parameters() {
+        let mut scene = Scene::new(Config::default());
+        scene.type_text(":param diff a.toml");
+        assert_eq!(scene.press(&[KeyCode::Enter]), []);
+        let Overlay::Text(entry) = &scene.model.ui.overlay else {
+            panic!("no prompt");
+        };
+        let error = "the robot's parameters are not all known: P reads them";
+        assert_eq!(entry.error.as_deref(), Some(error));
+    }
+
+    /// A switch that protects is named in the question.
+    #[test]
+    fn loading_names_what_it_turns_off() {
+        let mut scene = scene();
+        scene.hear_line(Body::Parameter(ParameterLine {
+            place: 2,
+            count: 2,
+            name: ParameterName::new("cliff-guard"),
+            value: 1,
+            kept: 1,
+            least: 0,
+            most: 1,
+            unit: Printable::new("0 or 1"),
+        }));
+        scene.type_text(":param load a.toml");
+        scene.press(&[KeyCode::Enter]);
+        scene.event(file("a.toml", "cliff-guard = 0"));
+        let Overlay::Question(question) = &scene.model.ui.overlay else {
+            panic!("no question");
+        };
+        assert!(
+            question.text.ends_with("? This turns its cliff guard off."),
+            "{}",
+            question.text
+        );
     }
 
     #[test]

@@ -209,7 +209,7 @@ impl Ui {
                 requests.into_iter().map(Effect::Send).collect()
             }
             Then::Replay(capture) => vec![Effect::Replay(capture)],
-            Then::SaveRoute(path) => vec![self.save_route(&path, true)],
+            Then::Save(effect) => vec![effect],
             Then::Drive => {
                 self.overlay = Overlay::Drive(Stick::default());
                 // Driving by hand needs the current moment on the screen.

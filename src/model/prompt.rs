@@ -31,20 +31,26 @@ impl Ui {
             Purpose::Command | Purpose::RouteFile | Purpose::SaveRoute => {}
         }
         let named = match entry.purpose {
-            Purpose::SaveRoute => Some(self.save_route(&unquoted(text), false)),
-            Purpose::RouteFile => Some(Effect::LoadRoute(unquoted(text))),
-            _ => route_file(text)
-                .filter(|(file, _)| !are_points(file))
-                .map(|(file, _)| Effect::LoadRoute(unquoted(file))),
+            Purpose::SaveRoute => Ok(Some(self.save_route(unquoted(text)))),
+            Purpose::RouteFile => Ok(Some(Effect::LoadRoute(unquoted(text)))),
+            _ => match route_file(text).filter(|(file, _)| !are_points(file)) {
+                Some((file, _)) => Ok(Some(Effect::LoadRoute(unquoted(file)))),
+                None => self.name_parameter_file(facts, text),
+            },
         };
-        if let Some(effect) = named {
+        let (waits, error, effects) = match named {
+            Ok(Some(effect)) => (true, None, vec![effect]),
+            Ok(None) => (false, None, Vec::new()),
+            Err(error) => (false, Some(error), Vec::new()),
+        };
+        if waits || error.is_some() {
             // The prompt stays open until the file is read or written, so that the operator can correct the name.
             self.overlay = Overlay::Text(TextEntry {
-                waits: true,
-                error: None,
+                waits,
+                error,
                 ..entry
             });
-            return vec![effect];
+            return effects;
         }
         let words: Vec<&str> = text.split_whitespace().collect();
         let attended = self.attend(facts, now, &words);

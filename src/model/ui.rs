@@ -21,6 +21,7 @@ use super::text_entry::{TextEntry, Typed};
 use super::tour::Tour;
 use super::waits::Begun;
 use crate::event::{CommandId, CommandStatus, Effect, Event, Level, Moment, Notice, NoticeCode};
+use crate::parameter_file::ParameterFile;
 use crate::playback::Playback;
 use crate::request::Request;
 
@@ -62,8 +63,8 @@ pub(crate) struct Question {
 pub(super) enum Then {
     Send(Vec<Request>),
     Drive,
-    /// Overwrite the file of this name with the draft.
-    SaveRoute(String),
+    /// Overwrite a file.
+    Save(Effect),
     /// End the session and replay this capture.
     Replay(String),
 }
@@ -110,6 +111,8 @@ pub struct Ui {
     pub(super) waits: Vec<Begun>,
     /// Index of the chosen parameter, while the screen of parameters is open.
     pub(crate) parameters: Option<usize>,
+    /// The file that the screen of parameters compares with the robot's parameters.
+    pub(crate) compared: Option<ParameterFile>,
     /// Notices for the log.
     notices: Vec<Effect>,
     revision: u64,
@@ -144,6 +147,7 @@ impl Ui {
             marked_at: Moment::ZERO,
             waits: Vec::new(),
             parameters: None,
+            compared: None,
             notices: Vec::new(),
             revision: 0,
         }
@@ -173,7 +177,8 @@ impl Ui {
             Event::RouteLoaded { path, route } => {
                 effects.extend(self.take_route(&path, route));
             }
-            Event::RouteSaved { path, saved } => self.take_saved(&path, &saved),
+            Event::ParametersLoaded { read } => self.take_parameters(facts, read),
+            Event::Saved { what, path, saved } => self.take_saved(facts, what, &path, &saved),
             Event::Runs(runs) => changed = self.take_runs(facts, runs),
             Event::Overlaid(overlaid) => changed = self.take_overlaid(overlaid),
             Event::Notice(notice) if self.is_replay() => {

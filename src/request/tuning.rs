@@ -27,7 +27,7 @@ impl Tuning {
     /// Subcommands of `param`; no parameter has these names.
     pub const VERBS: [&str; 4] = ["list", "get", "set", "save"];
 
-    /// Subcommands with a parameter file; only the command line has them.
+    /// Subcommands with a parameter file.
     pub const FILE_VERBS: [&str; 3] = ["save-to", "load", "diff"];
 
     /// All subcommands.

@@ -18,6 +18,7 @@ use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
 use crate::model::{MapLines, Shown, Ui};
+use crate::parameter_file::ParameterFile;
 use crate::playback::MARK_REACH;
 use crate::route;
 use crate::view;
@@ -308,13 +309,20 @@ impl Running {
                     .and_then(|text| route::parse(&path, &text).map_err(|error| error.to_string()));
                 Event::RouteLoaded { path, route }
             }),
-            Effect::SaveRoute {
+            Effect::LoadParameters(path) => self.work_on_files(move || {
+                let read = files::read_text(&path).and_then(|text| {
+                    ParameterFile::parse(&path, &text).map_err(|error| error.to_string())
+                });
+                Event::ParametersLoaded { read }
+            }),
+            Effect::Save {
+                what,
                 path,
                 text,
                 overwrite,
             } => self.work_on_files(move || {
                 let saved = files::write_text(&path, &text, overwrite);
-                Event::RouteSaved { path, saved }
+                Event::Saved { what, path, saved }
             }),
             Effect::Notice(notice) => return self.tell(Event::Notice(notice)),
             Effect::Copy(text) => self.screen.copy(&text)?,

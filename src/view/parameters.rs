@@ -20,11 +20,21 @@ impl Screen<'_> {
         // The hint and the keys stay visible.
         let (above, _) = split_bottom(area, 2);
         let heard = self.facts.parameters.heard();
-        let title = match (heard.first(), self.facts.parameters.is_partial()) {
-            (Some(first), true) => {
+        let compared = self.ui.compared.as_ref();
+        let differences = compared.and_then(|file| file.differences(heard).ok());
+        let differences = differences.unwrap_or_default();
+        let title = match (heard.first(), compared) {
+            (Some(first), _) if self.facts.parameters.is_partial() => {
                 format!(" parameters: {} of {} heard ", heard.len(), first.count)
             }
-            (Some(_), false) => " parameters ".to_owned(),
+            (Some(_), Some(file)) if differences.is_empty() => {
+                format!(" parameters: as in {} ", file.name())
+            }
+            (Some(_), Some(file)) => {
+                let count = differences.len();
+                format!(" parameters: {count} not as in {} ", file.name())
+            }
+            (Some(_), None) => " parameters ".to_owned(),
             (None, _) => " parameters: none heard yet ".to_owned(),
         };
         let height = (heard.len() as u16).saturating_add(ROWS_BESIDE);
@@ -39,14 +49,15 @@ impl Screen<'_> {
             let number = |value| parameter_number(value, line.unit.as_str());
             let default = known_default(line.name.as_str()).map(i32::from);
             let is_saved = line.value == line.kept;
-            let note = if is_saved {
-                String::new()
-            } else {
-                format!("not saved, {} after a reset", number(line.kept))
+            let differs = differences.iter().find(|d| d.robot.name == line.name);
+            let note = match differs {
+                Some(differs) => format!("{} in the file", number(differs.wanted)),
+                None if is_saved => String::new(),
+                None => format!("not saved, {} after a reset", number(line.kept)),
             };
             let (mark, style) = match place {
                 _ if place == chosen => (theme.glyphs.holds, theme.holder),
-                _ if !is_saved => (" ", theme.strong),
+                _ if !is_saved || differs.is_some() => (" ", theme.strong),
                 _ => (" ", theme.plain),
             };
             let columns = [

@@ -81,7 +81,7 @@ fn notes(track: &Track, problem: Option<&CaptureError>) -> Vec<String> {
     notes
 }
 
-/// Bounds of the path, the waypoints, the true walls and the marks.
+/// Bounds of the path, the waypoints, the walls or mapped obstacles, and the marks.
 fn bounds_in(track: &Track) -> Option<[(f32, f32); 2]> {
     let mut places: Vec<Place> = track.points.iter().map(|point| point.place).collect();
     places.first()?;
@@ -90,11 +90,12 @@ fn bounds_in(track: &Track) -> Option<[(f32, f32); 2]> {
     for event in Event::ALL {
         places.extend(&track.events(event).places_in);
     }
-    places.extend(track.marks.iter().map(|(place, _)| *place));
-    if let Some(truth) = &track.truth {
-        let ends = truth.walls.iter().flatten();
-        places.extend(ends.map(|&(x, y)| (x as f32, y as f32)));
-    }
+    places.extend(track.marks.iter().map(|mark| mark.place_in));
+    let ends = match &track.truth {
+        Some(truth) => truth.walls.iter().flatten(),
+        None => track.obstacles_in.iter().flatten(),
+    };
+    places.extend(ends.map(|&(x, y)| (x as f32, y as f32)));
     Some(bounds(&places))
 }
 
@@ -107,12 +108,20 @@ pub(super) fn bounds(places: &[Place]) -> [(f32, f32); 2] {
     })
 }
 
-/// The true walls; if unknown, the detections of the sensors.
+/// The true walls; if unknown, the mapped obstacles; without these, the detections of the sensors.
 fn surroundings(sheet: &Sheet, track: &Track) -> Vec<Layer> {
     if let Some(truth) = &track.truth {
         return vec![Layer {
             name: "walls",
             shapes: walls(sheet, truth),
+        }];
+    }
+    if !track.obstacles_in.is_empty() {
+        let mapped = track.obstacles_in.iter();
+        let shapes = mapped.map(|corners| mark::obstacle(corners.map(|at| spot(sheet, at))));
+        return vec![Layer {
+            name: "map",
+            shapes: shapes.collect(),
         }];
     }
     let spots = |places: &[Place]| -> Vec<Spot> {
@@ -127,8 +136,12 @@ fn surroundings(sheet: &Sheet, track: &Track) -> Vec<Layer> {
     }]
 }
 
+fn spot(sheet: &Sheet, (x_in, y_in): (f64, f64)) -> Spot {
+    sheet.spot((x_in as f32, y_in as f32))
+}
+
 fn walls(sheet: &Sheet, truth: &Truth) -> Vec<Shape> {
-    let spot = |(x_in, y_in): (f64, f64)| sheet.spot((x_in as f32, y_in as f32));
+    let spot = |at| spot(sheet, at);
     let is_inside = |spots: &[Spot]| spots.iter().all(|spot| sheet.is_in_plot(*spot, 0.0));
     let mut shapes = Vec::new();
     let mut push = |spots: Vec<Spot>, shape: fn(Vec<Spot>) -> Shape| {
@@ -212,8 +225,8 @@ fn marks(sheet: &Sheet, font: &Font, track: &Track) -> Layer {
         let heading_deg = f32::from(track.heading_deg);
         mark::end(&mut shapes, sheet.spot(last.place), heading_deg, BLACK);
     }
-    for (letter, (place, _)) in LETTERS.zip(&track.marks) {
-        mark::flag(&mut shapes, sheet.spot(*place), letter);
+    for (letter, mark) in LETTERS.zip(&track.marks) {
+        mark::flag(&mut shapes, sheet.spot(mark.place_in), letter);
     }
     Layer {
         name: "marks",
@@ -249,7 +262,11 @@ fn legend(track: &Track, stretches: &[Stretch]) -> Vec<Vec<Row>> {
         }
     }
     let flags = LETTERS.zip(&track.marks);
-    marks.extend(flags.map(|(letter, (_, text))| Row::new(Symbol::Mark(letter), text)));
+    marks.extend(flags.map(|(letter, mark)| {
+        let at = || format!("mark at {}", time_words(mark.at));
+        let text = mark.text.clone().unwrap_or_else(at);
+        Row::new(Symbol::Mark(letter), text)
+    }));
     let mut holders: Vec<Holder> = stretches.iter().filter_map(|it| it.holder).collect();
     holders.sort_unstable();
     holders.dedup();
@@ -271,6 +288,8 @@ fn legend(track: &Track, stretches: &[Stretch]) -> Vec<Vec<Row>> {
         if !truth.furniture.is_empty() || !truth.circles.is_empty() {
             around.push(Row::new(Symbol::Furniture, "furniture"));
         }
+    } else if !track.obstacles_in.is_empty() {
+        around.push(Row::new(Symbol::Obstacle, "obstacle, mapped"));
     } else {
         if !track.echoes_in.is_empty() {
             around.push(Row::new(Symbol::Echo, "sonar echo"));

@@ -35,6 +35,7 @@ pub(super) enum Symbol {
     Infrared,
     Wall,
     Furniture,
+    Obstacle,
 }
 
 /// Draws a symbol around a spot.
@@ -61,6 +62,7 @@ pub(super) fn draw(shapes: &mut Vec<Shape>, font: &Font, symbol: Symbol, at: Spo
         }
         Symbol::Wall => shapes.push(wall(across)),
         Symbol::Furniture => shapes.push(furniture(across)),
+        Symbol::Obstacle => shapes.push(obstacle([(x - REACH, y + 4.0), (x + REACH, y - 4.0)])),
     }
 }
 
@@ -80,6 +82,16 @@ pub(super) fn wall(spots: Vec<Spot>) -> Shape {
 
 pub(super) fn furniture(spots: Vec<Spot>) -> Shape {
     Shape::line(spots, 1.6, FURNITURE)
+}
+
+/// A mapped obstacle, given by opposite corners.
+pub(super) fn obstacle([(left, bottom), (right, top)]: [Spot; 2]) -> Shape {
+    // Obstacles side by side show no seam.
+    let (left, right, top, bottom) = (left - 0.3, right + 0.3, top - 0.3, bottom + 0.3);
+    Shape::Filled {
+        spots: vec![(left, bottom), (right, bottom), (right, top), (left, top)],
+        color: FURNITURE,
+    }
 }
 
 /// Detections of a sensor; `None` if there are none.

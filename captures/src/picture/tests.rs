@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::shape::{Anchor, Shape, Text};
 use super::*;
 use crate::event::Truth;
-use crate::track::{DrivenTo, Event, Events, Holder, Point};
+use crate::track::{DrivenTo, Event, Events, Holder, PlacedMark, Point};
 
 fn point(x: f32, y: f32, line: u64) -> Point {
     Point {
@@ -251,11 +251,29 @@ fn two_runs_have_their_facts_beside_them() {
 }
 
 #[test]
+fn mapped_obstacles_replace_detections_and_are_whole() {
+    let points = vec![point(0.0, 0.0, 1), point(50.0, 0.0, 2)];
+    let mut mapped = track(points);
+    mapped.echoes_in = vec![(20.0, 20.0)];
+    mapped.obstacles_in = vec![[(-90.0, 30.0), (-84.0, 33.0)], [(60.0, -3.0), (63.0, 0.0)]];
+    let picture = Picture::of_track("mapped", None, &mapped, None).unwrap();
+    is_whole(&picture);
+    assert_eq!(layer(&picture, "map").len(), 2);
+    assert!(!picture.layers.iter().any(|it| it.name == "detections"));
+    let mut legend = texts(layer(&picture, "legend"));
+    assert!(legend.any(|it| it.words == "obstacle, mapped"));
+}
+
+#[test]
 fn marks_have_letters_in_the_plot_and_their_texts_in_the_legend() {
     let points = (1..9_u16).map(|n| point(f32::from(n) * 20.0, 0.0, n.into()));
     let track = Track {
         marks: (0..30_u16)
-            .map(|n| ((f32::from(n), 40.0), format!("mark {n}")))
+            .map(|n| PlacedMark {
+                at: Duration::from_secs(n.into()),
+                place_in: (f32::from(n), 40.0),
+                text: (n != 2).then(|| format!("mark {n}")),
+            })
             .collect(),
         ..track(points.collect())
     };
@@ -277,6 +295,7 @@ fn marks_have_letters_in_the_plot_and_their_texts_in_the_legend() {
     let legend = words("legend");
     let at = legend.iter().position(|it| it == "B").unwrap();
     assert_eq!(legend[at + 1], "mark 1");
+    assert_eq!(legend[at + 3], "mark at 2 s", "one without a text");
     assert!(!legend.contains(&"mark 26".to_owned()));
     assert_eq!(words("notes"), ["4 later marks are not shown."]);
 }

@@ -74,7 +74,9 @@ impl Run {
         let mut capture = Capture::open(path)?;
         let mut course = Course::default();
         let (track, counters, problem) =
-            Track::read_with(&mut capture, |at, received| course.take(at, received));
+            Track::read_with(&mut capture, Vec::new(), |at, received| {
+                course.take(at, received)
+            });
         let name = path.display().to_string();
         let run = Self {
             figures: Figures::of(

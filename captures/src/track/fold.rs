@@ -9,10 +9,11 @@ use groundwave_protocol::telemetry::{Body, StateLine};
 
 use super::route::Routes;
 use super::thin::{interval, merge_gaps, reduce};
-use super::{Event, Holder, Place, Point, Track};
+use super::{Event, Holder, Place, PlacedMark, Point, Track};
 use crate::bumps::Bumps;
 use crate::chunk::set_time;
 use crate::gaps::Gaps;
+use crate::marks::MARK_REACH;
 use crate::odometer::{Odometer, Step};
 use crate::outages::{Outage, OutageList};
 use crate::pieces::Piece;
@@ -74,14 +75,14 @@ pub(super) struct Fold {
     mode: Option<Mode>,
     routes: Routes,
     cells: [HashSet<(i32, i32)>; 2],
-    /// The operator's marks that are still to come, in order of time.
-    marks: VecDeque<(Duration, String)>,
+    /// Times and texts of the marks that are still to come, in order.
+    texts: VecDeque<(Duration, String)>,
 }
 
 impl Fold {
-    pub(super) fn with_marks(marks: Vec<(Duration, String)>) -> Self {
+    pub(super) fn with_texts(texts: Vec<(Duration, String)>) -> Self {
         Self {
-            marks: marks.into(),
+            texts: texts.into(),
             ..Self::default()
         }
     }
@@ -114,6 +115,16 @@ impl Fold {
                     self.outages.handle_event(at, &event);
                     self.locate_outages();
                     self.routes.take_event(&event);
+                    // The places of those that are not removed later.
+                    let set = event.mark().and_then(|mark| at.checked_sub(mark.ago));
+                    if let Some(at) = set.filter(|at| capture.marks().moments().contains(at)) {
+                        self.mark(at, self.place_at(at), None);
+                    }
+                    if event.mark().is_some_and(|mark| !mark.is_set) {
+                        let set = capture.marks().moments();
+                        let marks = &mut self.track.marks;
+                        marks.retain(|mark| mark.text.is_some() || set.contains(&mark.at));
+                    }
                 }
                 Piece::Missing(_) | Piece::Damaged(_) => {
                     decoder.skip();
@@ -142,8 +153,8 @@ impl Fold {
             self.happen(Event::Restart, self.place());
         }
         self.counters = *counters;
-        while let Some((_, text)) = self.marks.pop_front_if(|(mark, _)| *mark < at) {
-            self.track.marks.push((self.place(), text));
+        while let Some((marked, text)) = self.texts.pop_front_if(|(mark, _)| *mark < at) {
+            self.mark(marked, self.place(), Some(text));
         }
         let step = self.odometer.take(at, received);
         if let Some((Step::Reset, (x_in, y_in))) = step {
@@ -290,11 +301,19 @@ impl Fold {
     }
 
     fn locate(&mut self, outage: &Outage) {
-        let after = self.places.partition_point(|(at, _)| *at <= outage.begin);
-        let before = self.places.get(after.saturating_sub(1));
-        let place = before.map_or_else(|| self.place(), |(_, place)| *place);
-        self.happen(Event::Outage, place);
+        self.happen(Event::Outage, self.place_at(outage.begin));
         self.located += 1;
+    }
+
+    fn mark(&mut self, at: Duration, place_in: Place, text: Option<String>) {
+        self.track.marks.push(PlacedMark { at, place_in, text });
+    }
+
+    /// The robot's place at a time.
+    fn place_at(&self, time: Duration) -> Place {
+        let after = self.places.partition_point(|(at, _)| *at <= time);
+        let before = self.places.get(after.saturating_sub(1));
+        before.map_or_else(|| self.place(), |(_, place)| *place)
     }
 
     /// The robot's place.
@@ -332,9 +351,15 @@ impl Fold {
         {
             self.track.points.push(last);
         }
-        let (place, later) = (self.place(), std::mem::take(&mut self.marks));
-        let later = later.into_iter().map(|(_, text)| (place, text));
-        self.track.marks.extend(later);
+        for (at, text) in std::mem::take(&mut self.texts) {
+            self.mark(at, self.place(), Some(text));
+        }
+        let marks = &mut self.track.marks;
+        let texts = marks.iter().filter(|mark| mark.text.is_some());
+        let texts: Vec<Duration> = texts.map(|mark| mark.at).collect();
+        let is_near = |at: Duration| texts.iter().any(|text| text.abs_diff(at) < MARK_REACH);
+        marks.retain(|mark| mark.text.is_some() || !is_near(mark.at));
+        marks.sort_by_key(|mark| mark.at);
         let Track {
             points, gap_lines, ..
         } = &mut self.track;

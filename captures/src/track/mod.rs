@@ -135,14 +135,17 @@ pub struct Track {
     pub events: [Events; 6],
     /// Waypoints, by route and number.
     pub waypoints: Vec<DrivenTo>,
-    /// The operator's marks: where the robot was at each, in inches, and its text.
-    pub marks: Vec<(Place, String)>,
+    /// The operator's marks, in order.
+    pub marks: Vec<PlacedMark>,
     /// Places at which the sonars measured an echo, inches.
     pub echoes_in: Vec<Place>,
     /// Places of the robot's infrared detectors when they detected an obstacle, inches.
     pub infrared_in: Vec<Place>,
     /// The simulator's true walls.
     pub truth: Option<Truth>,
+    /// Obstacles that were mapped, as rectangles along the axes: lower left and upper right corners, inches. Set by the caller, because
+    /// this crate makes no maps.
+    pub obstacles_in: Vec<[(f64, f64); 2]>,
     /// Distance driven, inches.
     pub distance_in: f64,
     /// Duration of the capture.
@@ -153,6 +156,17 @@ pub struct Track {
     pub link: Option<String>,
     /// Heading at the end, degrees clockwise from +Y.
     pub heading_deg: u16,
+}
+
+/// A mark of the operator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedMark {
+    /// Time since the capture began.
+    pub at: Duration,
+    /// Place of the robot at that time, inches.
+    pub place_in: Place,
+    /// Text; `None` if the mark has none.
+    pub text: Option<String>,
 }
 
 /// A part of the track with one behaviour.
@@ -168,29 +182,20 @@ impl Track {
     /// Reads a whole capture; returns the track, and the reason if reading was incomplete.
     #[must_use]
     pub fn read(capture: &mut Capture) -> (Self, Option<CaptureError>) {
-        let (track, _, problem) = Self::read_with(capture, |_, _| {});
+        let (track, _, problem) = Self::read_with(capture, Vec::new(), |_, _| {});
         (track, problem)
     }
 
-    /// Reads a whole capture as [`Self::read`] does, and notes the place of each mark, given by its time since the beginning and its text.
-    #[must_use]
-    pub fn read_with_marks(
-        capture: &mut Capture,
-        mut marks: Vec<(Duration, String)>,
-    ) -> (Self, Option<CaptureError>) {
-        marks.sort_by_key(|(at, _)| *at);
-        let mut fold = Fold::with_marks(marks);
-        let result = fold.take_all(capture, &mut Decoder::default(), &mut |_, _| {});
-        (fold.finish(capture), result.err())
-    }
-
-    /// Reads a whole capture as [`Self::read`] does; calls `take` with each line and the time of its end, and also returns the decoder's totals.
+    /// Reads a whole capture as [`Self::read`] does, with the times since its beginning and the texts of further marks. Calls `take` with
+    /// each line and the time of its end, and also returns the decoder's totals.
     #[must_use]
     pub fn read_with(
         capture: &mut Capture,
+        mut texts: Vec<(Duration, String)>,
         mut take: impl FnMut(Duration, &Received),
     ) -> (Self, Counters, Option<CaptureError>) {
-        let mut fold = Fold::default();
+        texts.sort_by_key(|(at, _)| *at);
+        let mut fold = Fold::with_texts(texts);
         let mut decoder = Decoder::default();
         let result = fold.take_all(capture, &mut decoder, &mut take);
         (fold.finish(capture), *decoder.counters(), result.err())

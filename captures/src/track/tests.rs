@@ -128,12 +128,12 @@ fn marks_are_where_the_robot_was() {
         (99.0, "after"),
     ];
     let marks = marks.map(|(s, text)| (Duration::from_secs_f64(s), text.to_owned()));
-    let (track, problem) = Track::read_with_marks(&mut capture, marks.to_vec());
+    let (track, _, problem) = Track::read_with(&mut capture, marks.to_vec(), |_, _| {});
     assert!(problem.is_none());
     let seen: Vec<(f32, &str)> = track
         .marks
         .iter()
-        .map(|((x, _), text)| (*x, &**text))
+        .map(|mark| (mark.place_in.0, mark.text.as_deref().unwrap()))
         .collect();
     assert_eq!(
         seen,

@@ -1,7 +1,7 @@
 //! Routes: drafted, loaded, edited, saved, sent.
 
 use super::*;
-use crate::event::SaveProblem;
+use crate::event::{SaveProblem, Saved};
 
 #[test]
 fn a_route_is_drafted_on_the_map_and_sent() {
@@ -156,14 +156,19 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
         "/nowhere/a.txt".to_owned(),
         Err(SaveProblem::Failed("no such folder".to_owned())),
     );
-    scene.event(Event::RouteSaved { path, saved });
+    scene.event(Event::Saved {
+        what: Saved::Route,
+        path,
+        saved,
+    });
     let Overlay::Text(entry) = &scene.model.ui.overlay else {
         panic!("{:?}", scene.model.ui.overlay);
     };
     assert_eq!(entry.error.as_deref(), Some("no such folder"));
     // Another overlay stays open.
     scene.press(&[KeyCode::Esc]);
-    scene.event(Event::RouteSaved {
+    scene.event(Event::Saved {
+        what: Saved::Route,
         path: "a.txt".to_owned(),
         saved: Ok(()),
     });
@@ -237,18 +242,21 @@ fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
     scene.type_text("ew");
     let text = crate::route::format(scene.model.ui.map.draft.waypoints());
     scene.type_text("stour.txt");
-    let save = |overwrite| Effect::SaveRoute {
+    let save = |overwrite| Effect::Save {
+        what: Saved::Route,
         path: "tour.txt".to_owned(),
         text: text.clone(),
         overwrite,
     };
     assert_eq!(scene.press(&[KeyCode::Enter]), [save(false)]);
-    scene.event(Event::RouteSaved {
+    scene.event(Event::Saved {
+        what: Saved::Route,
         path: "tour.txt".to_owned(),
         saved: Err(SaveProblem::Exists),
     });
     assert_eq!(scene.type_text("y"), [save(true)]);
-    scene.event(Event::RouteSaved {
+    scene.event(Event::Saved {
+        what: Saved::Route,
         path: "tour.txt".to_owned(),
         saved: Ok(()),
     });

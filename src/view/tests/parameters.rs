@@ -3,6 +3,7 @@
 use groundwave_protocol::telemetry::{Body, ParameterLine, ParameterName, Printable};
 
 use super::*;
+use crate::parameter_file::ParameterFile;
 
 fn row(screen: &str, name: &str) -> String {
     let row = screen.lines().find(|row| row.contains(name));
@@ -45,5 +46,14 @@ fn every_figure_of_a_parameter_is_shown() {
         );
         assert!(screen.contains("Maximum prowling speed"), "{screen}");
         insta::assert_snapshot!(format!("parameters_{width}"), screen);
+        let file = ParameterFile::parse("garden.toml", "top-speed = 8").unwrap();
+        scene.model.ui.compared = Some(file);
+        let screen = self::screen(&scene, width, height);
+        // Of a robot that has not named all, the count heard matters more.
+        assert!(screen.contains("parameters: 2 of 3 heard"), "{screen}");
+        assert!(
+            row(&screen, "top-speed").contains("8 in the file"),
+            "{screen}"
+        );
     }
 }
