@@ -15,6 +15,9 @@ use crate::statistics::Statistics;
 /// Time over which rate and loss are measured.
 const WINDOW: Moment = Moment::from_secs(20);
 
+/// Time without a line and without damaged lines after which the shares of lost and damaged lines begin afresh.
+const OUTAGE_AFTER: Moment = Moment::from_secs(4);
+
 /// Time without a line after which the robot is silent.
 pub(crate) const SILENT_AFTER: Moment = Moment::from_secs(2);
 
@@ -85,6 +88,10 @@ pub(crate) struct Link {
     /// Time at which the session ended.
     frozen_at: Option<Moment>,
     newest_line_at: Option<Moment>,
+    /// Number of damaged lines when the newest line arrived.
+    damaged_before: u64,
+    /// Whether the newest line ended an outage.
+    ends_outage: bool,
     /// Time at which the link was opened last.
     opened_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
@@ -145,6 +152,11 @@ impl Link {
     }
 
     pub(super) fn take_line(&mut self, now: Moment, raw: &[u8; LINE_BYTES]) {
+        let damaged = damaged(&self.counters);
+        // A line that was cut by the outage is no sign of a weak radio.
+        self.ends_outage = damaged <= self.damaged_before + 1
+            && self.newest_age(now).is_some_and(|age| age >= OUTAGE_AFTER);
+        self.damaged_before = damaged;
         self.newest_line_at = Some(now);
         self.newest_raw = Some(*raw);
         if let Some(place) = LineType::from_letter(raw[0]).and_then(trace::place) {
@@ -206,6 +218,10 @@ impl Link {
     }
 
     pub(super) fn take_counters(&mut self, now: Moment, counters: &Counters) {
+        if std::mem::take(&mut self.ends_outage) {
+            // The lines lost in the outage say nothing about the radio now.
+            self.totals.clear();
+        }
         self.counters = *counters;
         if let Some(statistics) = &mut self.statistics {
             statistics.count(counters);
@@ -326,7 +342,6 @@ impl Link {
 
     /// Damaged lines over the window.
     pub(crate) fn damaged(&self, now: Moment) -> u64 {
-        let damaged = |c: &Counters| c.crc_rejected + c.shape_rejected + c.field_rejected;
         let then = self.window_start(self.clock(now));
         let then = then.map_or(0, |(_, then)| damaged(then));
         damaged(&self.counters).saturating_sub(then)
@@ -381,4 +396,8 @@ impl Link {
             .map(|since| age::next_change(since, now))
             .min()
     }
+}
+/// Number of damaged lines.
+const fn damaged(counters: &Counters) -> u64 {
+    counters.crc_rejected + counters.shape_rejected + counters.field_rejected
 }

@@ -31,7 +31,7 @@ pub(crate) struct Scene {
     pub(crate) status: StatusLine,
     pub(crate) ack: Ack,
     pub(crate) failsafe: Option<Failsafe>,
-    counters: Counters,
+    pub(crate) counters: Counters,
     sequence: u8,
 }
 

@@ -100,12 +100,13 @@ impl Screen<'_> {
         } else {
             &link.name
         };
-        let least = if self.ui.is_replay() {
-            FILE_COLUMNS
+        // The name of a file matters more than the words beside it.
+        let (least, beside) = if self.ui.is_replay() {
+            (FILE_COLUMNS, FILE_WORDS_COLUMNS)
         } else {
-            NAME_COLUMNS
+            (NAME_COLUMNS, WORDS_COLUMNS)
         };
-        let width = least.max(room.saturating_sub(WORDS_COLUMNS));
+        let width = least.max(room.saturating_sub(beside));
         // The banner says that it is a replay; a file is known without its folder.
         let name = name.strip_prefix("replay of ").unwrap_or(name);
         // The robot is named before the station that shares its link.
@@ -291,8 +292,9 @@ const NAME_COLUMNS: usize = 24;
 /// Width that a replayed file may always have: that of a recording named by its time, columns.
 const FILE_COLUMNS: usize = 32;
 
-/// Width kept free for the words after a longer name, columns.
+/// Width kept free for the words after a longer name, and after that of a replayed file, columns.
 const WORDS_COLUMNS: usize = 47;
+const FILE_WORDS_COLUMNS: usize = 22;
 
 /// The last part of a path.
 pub(super) fn file_name(path: &str) -> &str {

@@ -409,6 +409,35 @@ fn an_alarm_shows_its_latest_and_its_worst_figure() {
     assert!(strip.contains("LINES NOT INTACT at worst 7"), "{strip}");
 }
 
+/// After an outage that is over, the radio is good; a radio that damages lines is bad during its gaps too.
+#[test]
+fn an_outage_is_no_weak_radio() {
+    for (damaged, is_weak) in [(0, false), (20, true)] {
+        let mut scene = flight(demo());
+        scene.state.bump = Bump::None;
+        scene.drive(60, 0.0, 0);
+        scene.lose(25);
+        scene.counters.crc_rejected += damaged;
+        scene.event(Event::Counters(scene.counters));
+        scene.drive(33, 0.0, 0);
+        let screen = screen(&scene, 120, 40);
+        assert_eq!(screen.contains("LINES NOT INTACT"), is_weak, "{screen}");
+    }
+}
+
+/// A long name of a file is whole where there is room.
+#[test]
+fn a_replays_file_comes_before_the_words_beside_it() {
+    let name = "2026-11-26-evening-run-with-new-wheels-and-lamp.mcap";
+    let mut scene = time::flight_at(demo(), |scene| time::playback(scene, false));
+    scene.event(Event::Link(LinkEvent::Opened {
+        name: format!("replay of runs/{name}"),
+        can_send: false,
+    }));
+    let screen = screen(&scene, 120, 40);
+    assert!(row(&screen, name).contains("loss"), "{screen}");
+}
+
 #[test]
 fn a_copy_of_the_robots_route_is_not_shown_as_unsent() {
     let mut scene = flight(demo());
