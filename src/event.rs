@@ -201,7 +201,12 @@ pub enum Effect {
     /// End the session and replay a capture.
     Replay(String),
     /// List the files whose names begin with a text; the answer is [`Event::Files`].
-    ListFiles(String),
+    ListFiles {
+        /// Beginning of the names.
+        beginning: String,
+        /// Wanted extensions; other files are listed only if there is none with these.
+        extensions: &'static [&'static str],
+    },
     /// Read a route file; the answer is [`Event::RouteLoaded`].
     LoadRoute(String),
     /// Read a parameter file; the answer is [`Event::ParametersLoaded`].

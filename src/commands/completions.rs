@@ -55,7 +55,7 @@ pub(super) fn run(options: &Completions) -> Result<(), Fault> {
 
 /// Completes captures, as `runs` lists them, and folders.
 pub(super) fn captures(current: &OsStr) -> Candidates {
-    let is_capture = |path: &Path| has_extension(path, &["mcap", "txt", "raw", "log"]);
+    let is_capture = |path: &Path| has_extension(path, completion::CAPTURES);
     files(is_capture, current)
 }
 

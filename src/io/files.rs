@@ -1,6 +1,7 @@
 //! Small text files named by the operator while the dashboard runs.
 
 use std::env;
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -46,9 +47,10 @@ pub fn write_text(path: &str, text: &str, overwrite: bool) -> Result<(), SavePro
         })
 }
 
-/// Sorted files and folders whose names begin with a text; folders end with a slash. Hidden files only if the text begins with a dot.
+/// Sorted files with these extensions and folders whose names begin with a text; if there are none, all files. Folders end with a
+/// slash. Hidden files only if the text begins with a dot.
 #[must_use]
-pub fn beginning_with(text: &str) -> Vec<String> {
+pub fn beginning_with(text: &str, extensions: &[&str]) -> Vec<String> {
     let (folder, beginning) = text.split_at(text.rfind('/').map_or(0, |slash| slash + 1));
     let full = expand_home(
         if folder.is_empty() { "./" } else { folder },
@@ -63,9 +65,16 @@ pub fn beginning_with(text: &str) -> Vec<String> {
         let slash = if entry.path().is_dir() { "/" } else { "" };
         (name.starts_with(beginning) && !is_hidden).then(|| format!("{folder}{name}{slash}"))
     });
-    let mut named: Vec<String> = named.take(LISTED_MAX).collect();
-    named.sort();
-    named
+    let named: Vec<String> = named.take(LISTED_MAX).collect();
+    let is_wanted = |name: &&String| {
+        let extension = Path::new(name.as_str()).extension();
+        let extension = extension.and_then(OsStr::to_str).unwrap_or_default();
+        name.ends_with('/') || (extensions.contains(&extension) && !name.ends_with(".run.toml"))
+    };
+    let wanted: Vec<String> = named.iter().filter(is_wanted).cloned().collect();
+    let mut listed = if wanted.is_empty() { named } else { wanted };
+    listed.sort();
+    listed
 }
 
 /// A temporary file name in the folder of `path`, so that a rename is atomic.
@@ -118,6 +127,25 @@ mod tests {
         assert!(
             matches!(error, SaveProblem::Failed(text) if text.ends_with("; create the folder first"))
         );
+    }
+
+    #[test]
+    fn files_of_the_wanted_kind_are_listed_or_else_all() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.csv", "a.mcap", "a.run.toml", "a.toml", "b.svg"] {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        fs::create_dir(folder.path().join("ab")).unwrap();
+        let at = |name: &str| format!("{}/{name}", folder.path().display());
+        for (beginning, extensions, listed) in [
+            ("a", ["csv"], &["a.csv", "ab/"][..]),
+            ("a", ["toml"], &["a.toml", "ab/"]),
+            ("b", ["csv"], &["b.svg"]),
+            ("c", ["csv"], &[]),
+        ] {
+            let listed: Vec<String> = listed.iter().map(|name| at(name)).collect();
+            assert_eq!(beginning_with(&at(beginning), &extensions), listed);
+        }
     }
 
     #[test]

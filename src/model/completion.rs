@@ -4,7 +4,7 @@ use groundwave_captures::messages::Telemetry;
 
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
 use crate::event::Effect;
-use crate::request::completion::{Candidate, Completion, of_command};
+use crate::request::completion::{CAPTURES, Candidate, Completion, ROUTES, of_command};
 use crate::request::dashboard_commands;
 use crate::wait::field_named;
 
@@ -18,13 +18,21 @@ impl Ui {
         let (before, current) = match entry.purpose {
             Purpose::Command => typed.rsplit_once(' ').unwrap_or(("", typed)),
             Purpose::RouteFile | Purpose::SaveRoute => {
-                return vec![Effect::ListFiles(typed.to_owned())];
+                return vec![Effect::ListFiles {
+                    beginning: typed.to_owned(),
+                    extensions: ROUTES,
+                }];
             }
             Purpose::Moment | Purpose::Search | Purpose::Mark => return Vec::new(),
         };
         let before: Vec<&str> = before.split_whitespace().collect();
         match self.candidates(facts, &before, current) {
-            Completion::File => return vec![Effect::ListFiles(current.to_owned())],
+            Completion::File(extensions) => {
+                return vec![Effect::ListFiles {
+                    beginning: current.to_owned(),
+                    extensions,
+                }];
+            }
             Completion::Words(words) => {
                 let current = current.to_owned();
                 self.take_candidates(&current, words);
@@ -61,7 +69,8 @@ impl Ui {
                 let codes: Vec<_> = alarms.map(|shown| shown.rule.code.clone()).collect();
                 Completion::among(current, codes.iter().map(|code| &**code))
             }
-            ["runs"] | ["compare", ..] => Completion::File,
+            ["runs"] => Completion::File(&[]),
+            ["compare", ..] => Completion::File(CAPTURES),
             _ => of_command(before, current, &self.config.own_commands),
         }
     }
@@ -164,7 +173,11 @@ mod tests {
         let mut scene = Scene::new(Config::default());
         scene.type_text(":route ru");
         let asked = scene.press(&[KeyCode::Tab]);
-        assert_eq!(asked, [Effect::ListFiles("ru".to_owned())]);
+        let list = Effect::ListFiles {
+            beginning: "ru".to_owned(),
+            extensions: ROUTES,
+        };
+        assert_eq!(asked, [list]);
         let files = |files: &[&str]| Event::Files {
             beginning: "ru".to_owned(),
             files: files.iter().map(|&file| file.to_owned()).collect(),

@@ -4,6 +4,12 @@ use groundwave_protocol::status_codes::{Layer, Mode};
 
 use super::{Request, Tuning, known_parameters, layer_word, mode_word, preset_names};
 
+/// Extensions of route files.
+pub const ROUTES: &[&str] = &["csv", "txt"];
+
+/// Extensions of captures.
+pub const CAPTURES: &[&str] = &["mcap", "txt", "raw", "log"];
+
 /// A candidate of a completion.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Candidate {
@@ -18,8 +24,8 @@ pub struct Candidate {
 pub enum Completion {
     /// One of these words.
     Words(Vec<Candidate>),
-    /// A file name.
-    File,
+    /// The name of a file with one of these extensions.
+    File(&'static [&'static str]),
 }
 
 impl Completion {
@@ -50,7 +56,7 @@ pub fn of_command(before: &[&str], current: &str, own: &[String]) -> Completion 
         ["only"] => after_comma(current, layers().chain(["none"])),
         ["preset"] => Completion::among(current, preset_names()),
         ["failsafe"] => Completion::among(current, modes().chain(["off"])),
-        ["route"] => Completion::File,
+        ["route"] => Completion::File(ROUTES),
         ["param", rest @ ..] => of_param(rest, current),
         _ => Completion::NONE,
     }
@@ -75,7 +81,7 @@ pub fn of_param(before: &[&str], current: &str) -> Completion {
             Completion::Words(words)
         }
         ["get" | "set"] => Completion::Words(names().collect()),
-        [verb] if Tuning::FILE_VERBS.contains(verb) => Completion::File,
+        [verb] if Tuning::FILE_VERBS.contains(verb) => Completion::File(&["toml"]),
         _ => Completion::NONE,
     }
 }
@@ -107,7 +113,7 @@ mod tests {
                 let words = words.iter().map(|word| &*word.text);
                 words.collect::<Vec<_>>().join(" ")
             }
-            Completion::File => "FILE".to_owned(),
+            Completion::File(_) => "FILE".to_owned(),
         }
     }
 

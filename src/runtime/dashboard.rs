@@ -300,8 +300,11 @@ impl Running {
             Effect::CompareRuns(captures) => {
                 self.work_on_files(move || Event::Overlaid(runs::overlay(&captures)));
             }
-            Effect::ListFiles(beginning) => self.work_on_files(move || {
-                let files = files::beginning_with(&beginning);
+            Effect::ListFiles {
+                beginning,
+                extensions,
+            } => self.work_on_files(move || {
+                let files = files::beginning_with(&beginning, extensions);
                 Event::Files { beginning, files }
             }),
             Effect::LoadRoute(path) => self.work_on_files(move || {
