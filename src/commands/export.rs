@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Duration;
 
+use groundwave_captures::Session;
 use groundwave_captures::words::counted;
 use groundwave_mapping::DriveMap;
 use groundwave_protocol::decoder::Received;
@@ -149,10 +150,14 @@ fn picture(
         let at = Duration::try_from_secs_f64(note.at_s?).ok()?;
         Some((at, note.text))
     });
+    // The walls of a simulated world are known.
+    let session = capture.session();
+    let is_mapped = !session.is_some_and(|session| session.contains_key(Session::TRUTH));
     let mut map = DriveMap::default();
     let (mut track, _, problem) = Track::read_with(&mut capture, marks.collect(), |_, received| {
         if let Received::Line(line, _) = received
             && let Body::State(state) = &line.body
+            && is_mapped
         {
             map.take(state);
         }
