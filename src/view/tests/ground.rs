@@ -65,6 +65,24 @@ fn the_estimate_and_the_suggestion_are_under_the_map() {
     row(&past, "ground: heading");
 }
 
+#[test]
+fn the_ellipse_is_on_the_map_once_it_is_larger_than_the_robot() {
+    let mut scene = off(Config {
+        ascii: true,
+        ..Config::default()
+    });
+    let without = screen(&scene, 120, 40);
+    assert!(!without.contains('~') && !without.contains("dashed"));
+    let Some(Statement::Pose(pose)) = &mut scene.model.facts.ground.statement else {
+        panic!("a pose");
+    };
+    (pose.ellipse.long_in, pose.ellipse.short_in) = (24.0, 12.0);
+    let with = screen(&scene, 120, 40);
+    row(&with, "dashed: ground's 95 %");
+    assert!(with.matches('~').count() > 8, "{with}");
+    insta::assert_snapshot!("ellipse", with);
+}
+
 /// Commands that the station sends by itself are announced on every width, also while an operator has precedence.
 #[test]
 fn auto_is_on_the_status_line() {
