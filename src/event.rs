@@ -23,6 +23,9 @@ use crate::playback::Control;
 use crate::request::Request;
 use crate::statistics::Statistics;
 
+/// Name of the station itself where it gives commands without the operator.
+pub const GROUND: &str = "ground";
+
 /// An event. Its time, since the station started, is passed separately.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
@@ -60,7 +63,7 @@ pub enum Event {
         id: CommandId,
         /// The request.
         request: Request,
-        /// The client of the shared link that gave the command; `None` for this station's operator.
+        /// The client of the shared link that gave the command, or [`GROUND`]; `None` for this station's operator.
         by: Option<String>,
     },
     /// A command has a new status.
@@ -168,6 +171,8 @@ pub enum Gesture {
 pub enum Effect {
     /// Deliver a command until the robot has confirmed it.
     Send(Request),
+    /// Deliver a command that the operator has not given, by [`GROUND`].
+    SendUnasked(Request),
     /// Drive by hand; renewed while the operator holds the key.
     Drive {
         /// Speed at the centre, in/s.

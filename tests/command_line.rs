@@ -50,6 +50,10 @@ fn wrong_words_are_reported_before_the_link_is_opened() {
             "`mode` takes one mode; got nothing",
         ),
         (&["send", link, "porwl"], "did you mean `prowl`?"),
+        (
+            &["watch", link, "--headless", "--advise=auto"],
+            "--advise=auto needs the dashboard",
+        ),
         (&["world", "hous"], "did you mean `house`?"),
         (&["sim", "--world", "offce"], "did you mean `office`?"),
         (

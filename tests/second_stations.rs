@@ -406,6 +406,24 @@ fn second_dashboard_of_a_receive_only_station_is_read_only() {
     }
 }
 
+#[test]
+fn only_the_station_with_the_radio_sends_by_itself() {
+    let folder = scratch("advise");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let arguments = ["watch", &sim.path, "--advise=auto", "--share", &socket];
+    let mut first = OnTerminal::start(GROUNDWAVE, &arguments, 120, 40);
+    first.wait_for("that it may send", |text| {
+        text.contains("AUTO") && text.contains("shared on ")
+    });
+    let link = format!("unix:{socket}");
+    let mut second = OnTerminal::start(GROUNDWAVE, &["watch", &link, "--advise=auto"], 120, 40);
+    second.wait_for("why not", |text| {
+        text.contains("only the station with the radio may send by itself")
+    });
+    assert_eq!(second.wait(), 2);
+}
+
 /// The connection to the station breaks: a STOP pressed meanwhile reaches the robot afterwards.
 #[test]
 fn second_dashboard_returns_with_its_station() {

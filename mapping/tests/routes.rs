@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use groundwave_mapping::{Compass, Destination};
+use groundwave_mapping::{Compass, Destination, NoRoute};
 use groundwave_protocol::command::{Command, Key, Message, Open, Order, Slots};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
@@ -39,9 +39,16 @@ struct Run {
 impl Run {
     /// A robot after 20 minutes in a generated house.
     fn new(seed: u64, bit_errors: f64) -> Self {
+        let mut run = Self::start(seed, bit_errors);
+        run.until(PROWL_MS, |_| false);
+        run
+    }
+
+    /// A robot that has just started in a generated house.
+    fn start(seed: u64, bit_errors: f64) -> Self {
         let mut config = SimulationConfig::new(World::generated(seed), seed);
         config.channel.ber = bit_errors;
-        let mut run = Self {
+        Self {
             simulation: Simulation::new(&config),
             decoder: Decoder::default(),
             compass: Compass::default(),
@@ -49,9 +56,7 @@ impl Run {
             sequence: 0,
             tag: 0,
             count: usize::MAX,
-        };
-        run.until(PROWL_MS, |_| false);
-        run
+        }
     }
 
     /// Runs until a condition holds; returns whether it does.
@@ -249,6 +254,25 @@ fn routes_end_at_their_destinations() {
             first.short_in > route.short_in || route.waypoints.len() == 1,
             "{first:?}"
         );
+    }
+}
+
+/// A robot that drove on unheard before its first walls may be anywhere.
+#[test]
+fn no_route_is_planned_with_a_huge_ellipse() {
+    for (outage_s, is_huge) in [(0, false), (90, true)] {
+        let mut run = Run::start(40_015, 0.0);
+        run.until(2000, |_| false);
+        for _ in 0..outage_s * 1000 {
+            run.simulation.step();
+            while run.simulation.poll_downlink().is_some() {}
+        }
+        run.decoder = Decoder::default();
+        run.until(5 * 60_000, |_| false);
+        let ellipse = run.compass.pose().expect("a pose").ellipse;
+        assert_eq!(ellipse.long_in > 300.0, is_huge, "{ellipse:?}");
+        let refusal = run.compass.route(Destination::Home, WAYPOINTS_MAX).err();
+        assert_eq!(refusal, is_huge.then_some(NoRoute::TooUncertain));
     }
 }
 

@@ -21,7 +21,7 @@ use crate::event::{Event, Level, Notice, NoticeCode, Truth};
 use crate::hint::shell_word;
 use crate::io::link::{BAUD, Link, LinkSpec};
 use crate::io::share_client::ShareClientError;
-use crate::model::{Config, Facts, Ui};
+use crate::model::{Advise, Config, Facts, Ui};
 use crate::radio::Radio;
 use crate::runtime::{Dashboard, Driver, Keeper, LiveSource, Source, run};
 use crate::share::Address;
@@ -43,6 +43,11 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
             "the dashboard needs standard input for keys; use --headless with link -",
         ));
     }
+    let advise = options.advise.unwrap_or_default();
+    if advise == Advise::Auto && options.headless {
+        let text = "--advise=auto needs the dashboard, which shows what it sends; omit --headless";
+        return Err(Fault::new(Exit::Usage, text));
+    }
     let started = Instant::now();
     let (spec, server) = simulated::embed(link, options.radio.radio(config).kind)?;
     let plan = Plan {
@@ -63,8 +68,10 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
         truth: server.as_ref().map(truth_of),
         tour: false,
         theme: options.theme,
+        advise,
     };
     let mut model = appearance(config, options.theme);
+    model.advise = advise;
     if plan.via.is_some() {
         model.own_commands = config.all_own_commands();
     }
@@ -129,10 +136,12 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         truth: Some(truth_of(&server)),
         tour: tour::is_due(),
         theme: options.theme,
+        advise: options.advise.unwrap_or_default(),
     };
     let raw = address(&server, 1);
     let mut model = appearance(settings, options.theme);
     model.bell |= options.bell;
+    model.advise = plan.advise;
     model.raw_copy = Some(if cfg!(unix) {
         format!("cat {raw}")
     } else {
@@ -172,6 +181,7 @@ struct Plan {
     tour: bool,
     /// The theme given with `--theme`; later replays use it, too.
     theme: Option<config::Theme>,
+    advise: Advise,
 }
 
 impl Plan {
@@ -190,6 +200,10 @@ impl Plan {
         if let Some(address) = self.via.as_ref().filter(|_| !connection.is_shared()) {
             let error = ShareClientError::NoStation(address.clone());
             return Err(Fault::new(Exit::NoLink, error));
+        }
+        if self.advise == Advise::Auto && connection.is_shared() {
+            let text = "--advise=auto: only the station with the radio may send by itself; start that one with it";
+            return Err(Fault::new(Exit::Usage, text));
         }
         let share = sharing::listen(&self.sharing)?;
         let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use clap::ValueEnum;
+
 use super::alarms::{AlarmSetting, Limits};
 use super::keys::Keymap;
 
@@ -36,6 +38,20 @@ pub struct Config {
     pub unix: Option<Duration>,
     /// Offset of local time from UTC, seconds; `None` shows only UTC.
     pub local_offset_s: Option<i32>,
+    /// Use of the station's suggestions.
+    pub advise: Advise,
+}
+
+/// Use of the station's suggestions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Advise {
+    /// Make none
+    Off,
+    /// Send them when the operator accepts them
+    #[default]
+    Suggest,
+    /// Set suggested poses, and plan routes again while the robot drives them
+    Auto,
 }
 
 /// Characters for maps and plots, of up to 2 by 4 dots.

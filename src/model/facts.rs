@@ -11,7 +11,7 @@ use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
 use super::alarms::{AlarmChange, Alarms, Inputs};
 use super::chart::Chart;
-use super::config::Config;
+use super::config::{Advise, Config};
 use super::fields::Fields;
 use super::ground::{Ground, Situation, Suggestion};
 use super::ledger::Ledger;
@@ -275,6 +275,9 @@ impl Facts {
 
     /// Checks the suggestions; returns whether the screen changes.
     pub(crate) fn watch_ground(&mut self, now: Moment) -> bool {
+        if self.config.advise == Advise::Off {
+            return false;
+        }
         self.ground.watch(&Situation {
             now,
             link: &self.link,

@@ -1,7 +1,7 @@
 //! The ground's own estimate of the robot's pose, and the commands that it suggests.
 //!
-//! Both follow from events alone. A suggestion is never sent by itself: the operator accepts it. STOP, a mode, driving by
-//! hand and any unfinished command have precedence; meanwhile nothing is suggested.
+//! Both follow from events alone. The operator accepts a suggestion, or [`automatic`](super::automatic) does. STOP, a mode,
+//! driving by hand and any unfinished command have precedence; meanwhile nothing is suggested.
 
 use groundwave_mapping::{Compass, CorrectedPose, Destination, NoRoute, PlannedRoute};
 use groundwave_protocol::Waypoint;
@@ -156,10 +156,7 @@ impl Ground {
 
     /// Begins, ends and expires suggestions.
     pub(super) fn watch(&mut self, it: &Situation<'_>) {
-        let holder = it.motors.holder().map(|holder| holder.value);
-        let is_driven =
-            it.robot.mode() == Some(Mode::User) || holder == Some(Holder::Layer(Layer::User));
-        if is_driven || it.ledger.is_busy() {
+        if is_driven_by_hand(it.robot, it.motors) || it.ledger.is_busy() {
             self.quiet_until = it.now + QUIET;
         }
         // Lost lines neither begin nor end a suggestion; it is not offered meanwhile.
@@ -256,6 +253,12 @@ impl Ground {
             }],
         })
     }
+}
+
+/// Whether an operator drives the robot by hand.
+pub(super) fn is_driven_by_hand(robot: &Robot, motors: &Motors) -> bool {
+    let holder = motors.holder().map(|holder| holder.value);
+    robot.mode() == Some(Mode::User) || holder == Some(Holder::Layer(Layer::User))
 }
 
 /// Whether the robot's newest line A is fresh.

@@ -6,6 +6,7 @@
 pub(crate) mod age;
 pub(crate) mod alarms;
 mod attend;
+mod automatic;
 pub(crate) mod bounds;
 pub(crate) mod chart;
 mod chosen_panel;
@@ -61,7 +62,7 @@ use std::sync::Arc;
 use crate::event::{Effect, Event, Moment};
 pub use alarms::{AlarmSetting, Limits, Operand, Severity};
 pub(crate) use chosen_panel::{Large, SIZE_MIN};
-pub use config::{Colors, Config, MapLines, Marker};
+pub use config::{Advise, Colors, Config, MapLines, Marker};
 pub(crate) use copied::printable;
 pub use facts::{Change, Facts};
 pub(crate) use panel::Panel;

@@ -2,7 +2,6 @@
 
 use groundwave_captures::words::counted;
 use groundwave_mapping::Destination;
-use groundwave_protocol::WAYPOINTS_MAX;
 
 use super::{Facts, Ui};
 use crate::event::{Effect, Level};
@@ -26,9 +25,7 @@ impl Ui {
     }
 
     fn draft_planned(&mut self, facts: &Facts, to: &str) -> Result<(), String> {
-        let most = facts.robot.abilities.map_or(WAYPOINTS_MAX, |robot| {
-            usize::from(robot.capacity).min(WAYPOINTS_MAX)
-        });
+        let most = facts.robot.list_capacity();
         if most == 0 {
             return Err("this robot takes no routes".to_owned());
         }
@@ -49,6 +46,7 @@ impl Ui {
         let text = parts.join(", ") + &self.with_keys("; <send-draft> sends them");
         self.note(Level::Info, text);
         self.map.take_draft(&route.waypoints);
+        self.automatic.take_planned(to, &route);
         self.show_selected();
         Ok(())
     }

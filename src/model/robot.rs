@@ -1,5 +1,6 @@
 //! The newest reports of the robot, with their moments.
 
+use groundwave_protocol::WAYPOINTS_MAX;
 use groundwave_protocol::status_codes::{Bump, Drive, Infrared, Layer, LayerMask, Mode};
 use groundwave_protocol::telemetry::{
     AbilitiesLine, Body, CountersLine, Detail, LayerStates, Line, Reading as Measured, StateLine,
@@ -134,6 +135,13 @@ impl Robot {
         self.contacts = 0;
         self.cliff_guard.is_off = self.cliff_guard.stays_off;
         self.critical_battery.is_off = self.critical_battery.stays_off;
+    }
+
+    /// Maximum number of waypoints in a route.
+    pub(super) fn list_capacity(&self) -> usize {
+        self.abilities.map_or(WAYPOINTS_MAX, |robot| {
+            usize::from(robot.capacity).min(WAYPOINTS_MAX)
+        })
     }
 
     /// Whether the robot reported its cliff guard off.

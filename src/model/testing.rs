@@ -130,7 +130,7 @@ impl Scene {
     }
 
     /// Receives a line, without the totals that follow it.
-    pub(crate) fn hear_line(&mut self, body: Body) {
+    pub(crate) fn hear_line(&mut self, body: Body) -> Vec<Effect> {
         self.wait_ms(333);
         let line = Line {
             sequence: self.sequence,
@@ -142,7 +142,7 @@ impl Scene {
         self.event(Event::Line {
             line: Box::new(line),
             raw,
-        });
+        })
     }
 
     /// Loses lines.

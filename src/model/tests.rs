@@ -16,6 +16,7 @@ use crate::event::{CommandId, CommandStatus, Effect, Event, Failure, LinkEvent, 
 use crate::request::Request;
 
 mod alarms;
+mod automatic;
 mod chart;
 mod ground;
 mod keys;

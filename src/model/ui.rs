@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::alarms::Attended;
+use super::automatic::Automatic;
 use super::chosen_panel::Large;
 use super::config::Config;
 use super::drive::Stick;
@@ -109,6 +110,7 @@ pub struct Ui {
     /// The moment of the mark that is being named.
     pub(super) marked_at: Moment,
     pub(super) waits: Vec<Begun>,
+    pub(super) automatic: Automatic,
     /// Index of the chosen parameter, while the screen of parameters is open.
     pub(crate) parameters: Option<usize>,
     /// The file that the screen of parameters compares with the robot's parameters.
@@ -146,6 +148,7 @@ impl Ui {
             tour: Tour::default(),
             marked_at: Moment::ZERO,
             waits: Vec::new(),
+            automatic: Automatic::default(),
             parameters: None,
             compared: None,
             notices: Vec::new(),
@@ -164,6 +167,7 @@ impl Ui {
         let mut effects = self.expire(now);
         effects.extend(self.unshelve_expired(now, facts));
         effects.extend(self.wait_on(now, &event));
+        effects.extend(self.automate(now, &event, facts));
         let mut changed = true;
         match event {
             Event::Key(key) => effects.extend(self.take_key(facts, now, key)),
@@ -189,6 +193,12 @@ impl Ui {
                 status: CommandStatus::Refused(_) | CommandStatus::Failed(_),
             } => self.recover_draft(facts, id),
             _ => changed = change.is_shown,
+        }
+        if effects
+            .iter()
+            .any(|effect| matches!(effect, Effect::Drive { .. }))
+        {
+            self.automatic.take_drive(now);
         }
         changed |= self.advance_tour(facts, &effects);
         self.leave_empty_panel(facts);

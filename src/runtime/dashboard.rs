@@ -248,7 +248,11 @@ impl Running {
 
     fn act(&mut self, effect: Effect) -> io::Result<bool> {
         match effect {
-            Effect::Send(_) | Effect::Drive { .. } | Effect::DriveEnd | Effect::CancelCommands => {
+            Effect::Send(_)
+            | Effect::SendUnasked(_)
+            | Effect::Drive { .. }
+            | Effect::DriveEnd
+            | Effect::CancelCommands => {
                 self.send(effect);
             }
             Effect::Alarm(alarm) => match self.source.driver() {
@@ -350,6 +354,7 @@ impl Running {
             Effect::Send(request) => {
                 driver.request(request);
             }
+            Effect::SendUnasked(request) => driver.request_unasked(request),
             Effect::Drive {
                 velocity_in_s,
                 rotation_in_s,

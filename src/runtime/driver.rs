@@ -12,7 +12,8 @@ use super::live::{self, Live};
 use super::share_server::{ShareServer, Wanted};
 use crate::capture::name::utc;
 use crate::event::{
-    CommandId, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Reception, Truth,
+    CommandId, Event, Failure, GROUND, Level, LinkEvent, Moment, Notice, NoticeCode, Reception,
+    Truth,
 };
 use crate::io::alarm_hook::AlarmHook;
 use crate::io::foxglove::{Call, Foxglove};
@@ -457,6 +458,12 @@ impl Driver {
         let id = self.start(self.now(), request, None);
         self.flush();
         id
+    }
+
+    /// Queues a command that the operator has not given.
+    pub fn request_unasked(&mut self, request: Request) {
+        self.start(self.now(), request, Some(GROUND.to_owned()));
+        self.flush();
     }
 
     fn start(&mut self, now: Moment, request: Request, by: Option<String>) -> CommandId {

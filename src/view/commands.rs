@@ -10,7 +10,7 @@ use ratatui::text::{Line, Span};
 
 use super::text::{First, wrap};
 use super::{Screen, columns};
-use crate::event::{CommandStatus, Moment};
+use crate::event::{CommandStatus, GROUND, Moment};
 use crate::model::Panel;
 use crate::model::ledger::Entry;
 use crate::model::robot::STATUS_STALE;
@@ -80,7 +80,11 @@ impl Screen<'_> {
             lines.extend(says.map(|more| Line::styled(format!("    {more}"), style)));
             if let Some(by) = &entry.by {
                 let room = width.saturating_sub(4);
-                let rows = wrap(&format!("shared: {by}"), room, room).into_iter();
+                let by = match by.as_str() {
+                    GROUND => "sent by --advise=auto".to_owned(),
+                    client => format!("shared: {client}"),
+                };
+                let rows = wrap(&by, room, room).into_iter();
                 lines.extend(rows.map(|row| Line::styled(format!("    {row}"), self.theme.dim)));
             }
         }

@@ -1,6 +1,6 @@
 //! The map: the robot, its trail, its route and its encounters.
 
-use groundwave_mapping::CorrectedPose;
+use groundwave_mapping::{CorrectedPose, Ellipse};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::telemetry::Reading;
 use ratatui::buffer::Buffer;
@@ -8,6 +8,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
+use super::estimate::dashed_ellipse;
 use super::pixels::{FINE, Picture};
 use super::pointer::Mark;
 use super::projection::Projection;
@@ -206,10 +207,16 @@ impl Screen<'_> {
         if let Some(pending) = self.facts.ledger.pending_route() {
             polyline(raster, projection, pending, 4, Ink::Draft);
         }
+        self.estimate_lines(projection, raster);
         self.robot_lines(projection, raster);
         if let Some(ghost) = self.ghost() {
+            let circle = Ellipse {
+                long_in: ghost.radius_in,
+                short_in: ghost.radius_in,
+                bearing_deg: 0.0,
+            };
             let center = (ghost.pose.x_in, ghost.pose.y_in);
-            dashed_circle(raster, projection, center, ghost.radius_in);
+            dashed_ellipse(raster, projection, center, circle, Ink::Robot);
         }
     }
 
@@ -388,6 +395,9 @@ impl Screen<'_> {
         } else if chart.obstacles.obstacles().next().is_some() {
             notes.push("walls: measured".to_owned());
         }
+        if self.estimate().is_some() {
+            notes.push("dashed: ground's 95 %".to_owned());
+        }
         if let Some(ghost) = self.ghost() {
             let words = format!(
                 "{} reckoned, within {:.0} in",
@@ -443,23 +453,6 @@ fn circle(
         let (sin, cos) = (f64::from(n) / dots * std::f64::consts::TAU).sin_cos();
         let (x, y) = projection.dot((x_in + radius_in * sin, y_in + radius_in * cos));
         raster.dot(x, y, ink);
-    }
-}
-
-/// Draws a dashed circle.
-fn dashed_circle(
-    raster: &mut Raster,
-    projection: &Projection,
-    (x_in, y_in): (f64, f64),
-    radius_in: f64,
-) {
-    const DASHES: u32 = 12;
-    const DOTS: u32 = 6;
-    let whole = f64::from(DASHES * 2 * DOTS);
-    for n in (0..DASHES * 2 * DOTS).filter(|n| (n / DOTS).is_multiple_of(2)) {
-        let (sin, cos) = (f64::from(n) / whole * std::f64::consts::TAU).sin_cos();
-        let (x, y) = projection.dot((x_in + radius_in * sin, y_in + radius_in * cos));
-        raster.dot(x, y, Ink::Robot);
     }
 }
 

@@ -40,6 +40,7 @@
 mod above;
 mod alarms;
 mod commands;
+mod estimate;
 mod fields;
 mod footer;
 mod hint;

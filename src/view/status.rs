@@ -42,13 +42,18 @@ impl Screen<'_> {
         put_right(buffer, area, 0, &right);
     }
 
-    /// Read-only, failsafe and recording, each at its place at the right end.
-    fn lights(&self) -> [Span<'_>; 3] {
+    /// Commands by the station itself, read-only, failsafe and recording, each at its place at the right end.
+    fn lights(&self) -> [Span<'_>; 4] {
         let theme = &self.theme;
         let link = &self.facts.link;
         let has_robot = !self.ui.is_replay() && link.connection != Connection::Ended;
         let is_read_only = has_robot && link.is_receive_only();
         let read_only = if is_read_only { "  READ ONLY" } else { "" };
+        let (automatic, automatic_style) = match self.ui.is_automatic(self.present_at) {
+            Some(false) => ("  AUTO       ", theme.warning),
+            Some(true) => ("  AUTO paused", theme.dim),
+            None => ("", theme.plain),
+        };
         let (failsafe, style) = match self.facts.robot.state.map(|state| state.value.link) {
             Some(Letter::Armed) => ("failsafe", theme.plain),
             Some(Letter::Failsafe) => ("FAILSAFE", theme.alarm),
@@ -62,6 +67,7 @@ impl Screen<'_> {
             _ => (format!("{} REC", theme.glyphs.recording), theme.strong),
         };
         [
+            Span::styled(automatic, automatic_style),
             Span::styled(read_only, theme.warning),
             Span::styled(format!("  {failsafe:8}"), style),
             Span::styled(format!(" {words:>6}"), recording_style),

@@ -9,13 +9,18 @@ use crate::floor::Floor;
 use crate::plan::{Blocked, Point, Terrain};
 use crate::pose::turned;
 
+/// Long semi-axis of the position's 95 % ellipse from which no route is planned, inches: a room.
+const UNCERTAIN_IN: f64 = 300.0;
+
 /// Where a route leads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Destination {
     /// The true origin of the odometer's frame, where its pose was set.
     Home,
     /// A point in the odometer's frame as the robot believes it now.
     Point(Waypoint),
+    /// X and Y of a true point, inches: [`PlannedRoute::target_in`] of an earlier route.
+    True(f64, f64),
 }
 
 /// A route for a robot that trusts its odometer.
@@ -23,6 +28,8 @@ pub enum Destination {
 pub struct PlannedRoute {
     /// The waypoints as the robot will believe them.
     pub waypoints: Vec<Waypoint>,
+    /// True X and Y of the destination, inches.
+    pub target_in: (f64, f64),
     /// Length, inches.
     pub length_in: f64,
     /// Length over floor that was never seen, inches.
@@ -40,6 +47,8 @@ pub enum NoRoute {
     HeadingUnknown,
     /// The directions of too few walls were seen.
     WallsUnknown,
+    /// The 95 % ellipse of the position is as large as a room.
+    TooUncertain,
     /// The destination is beyond the floor that was seen, or that is too large for a map.
     TooFar,
     /// The destination is blocked.
@@ -54,6 +63,7 @@ impl fmt::Display for NoRoute {
             Self::NoPose => "no position was received",
             Self::HeadingUnknown => "its heading may be wrong by a quarter turn",
             Self::WallsUnknown => "it has not passed enough walls yet",
+            Self::TooUncertain => "its position is known to no better than 300 in",
             Self::TooFar => {
                 return f.write_str("the destination is beyond the floor that was seen");
             }
@@ -85,6 +95,12 @@ impl Compass {
             .ok_or(NoRoute::HeadingUnknown)?
             .value;
         let tracker = self.tracker.as_ref().ok_or(NoRoute::WallsUnknown)?;
+        if self
+            .pose()
+            .is_some_and(|pose| pose.ellipse.long_in > UNCERTAIN_IN)
+        {
+            return Err(NoRoute::TooUncertain);
+        }
         let house = self.drift.house(tracker.reference_deg);
         let mut leg = self.leg(f64::from(last.theta_deg), None);
         leg.trail = self.trail.clone();
@@ -92,8 +108,9 @@ impl Compass {
 
         let here = tracker.in_world(start, house);
         let believed = super::position_in(last);
-        let target = match to {
+        let target_in = match to {
             Destination::Home => (0.0, 0.0),
+            Destination::True(x_in, y_in) => (x_in, y_in),
             Destination::Point(point) => {
                 let from_robot = (
                     f64::from(point.x_in) - believed.0,
@@ -103,7 +120,7 @@ impl Compass {
                 (here.0 + x_in, here.1 + y_in)
             }
         };
-        let target = tracker.in_house(target, house);
+        let target = tracker.in_house(target_in, house);
         let floor = Floor::new(&views);
         let terrain = Terrain::new(&floor, start, target).ok_or(NoRoute::TooFar)?;
         let mut points = terrain
@@ -118,6 +135,7 @@ impl Compass {
         let waypoints = self.believed(believed, here, error_deg, world);
         Ok(PlannedRoute {
             waypoints,
+            target_in,
             length_in: length_in(start, &points),
             unknown_in: terrain.unknown_in(start, &points),
             short_in: libm::hypot(end.0 - target.0, end.1 - target.1),

@@ -13,6 +13,7 @@ use super::{Connection, laid_out, parse_baud, parse_duration};
 use crate::capture::Rotation;
 use crate::io::foxglove::DEFAULT_ADDRESS;
 use crate::io::link::{BAUD, LinkSpec};
+use crate::model::Advise;
 use crate::radio::{Radio, RadioKind};
 use crate::share::Address;
 
@@ -144,6 +145,9 @@ pub struct Watch {
     /// Colours of the dashboard; key Ctrl-T changes them
     #[arg(long, value_name = "THEME")]
     pub theme: Option<Theme>,
+    /// Use of the station's suggestions [default: suggest]
+    #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "suggest")]
+    pub advise: Option<Advise>,
     /// Options for recording received bytes.
     #[command(flatten)]
     pub recording: RecordingArgs,

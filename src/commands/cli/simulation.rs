@@ -10,6 +10,7 @@ use super::live::{RecordingArgs, Sharing};
 use super::{laid_out, parse_duration, parse_factor, parse_seed};
 use crate::commands::completions;
 use crate::commands::config::Theme;
+use crate::model::Advise;
 use crate::radio::RadioKind;
 
 /// Options of the simulation.
@@ -54,6 +55,9 @@ pub struct Demo {
     /// Colours of the dashboard; key Ctrl-T changes them
     #[arg(long, value_name = "THEME")]
     pub theme: Option<Theme>,
+    /// Use of the station's suggestions [default: suggest]
+    #[arg(long, value_enum, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "suggest")]
+    pub advise: Option<Advise>,
     /// Options for recording received bytes.
     #[command(flatten)]
     pub recording: RecordingArgs,

@@ -27,7 +27,7 @@ fn hear_wheel(scene: &mut Scene, name: &str, value: i32) {
 
 /// A robot whose left wheel has become 3 % smaller than its new parameter says, after a straight way of 99 in: its heading is off by
 /// 17 degrees. It has no echoes.
-fn off(right: Option<i32>) -> Scene {
+pub(super) fn off(right: Option<i32>) -> Scene {
     let mut scene = scene();
     hear_wheel(&mut scene, "wheel-left", 5000);
     hear_wheel(&mut scene, "wheel-left", 5150);
@@ -45,7 +45,7 @@ fn standing() -> Scene {
     scene
 }
 
-fn stand(scene: &mut Scene) {
+pub(super) fn stand(scene: &mut Scene) {
     scene.state.velocity_in_s = 0;
     scene.state.wheel_left_in_s = 0;
     scene.state.wheel_right_in_s = 0;
@@ -65,7 +65,7 @@ fn pass(scene: &mut Scene, seconds: u64) -> Vec<SuggestionStatus> {
     changes
 }
 
-fn offered(scene: &Scene) -> Option<SuggestionEvent> {
+pub(super) fn offered(scene: &Scene) -> Option<SuggestionEvent> {
     let offered = scene.model.facts.suggestion(scene.now)?;
     Some(offered.event(SuggestionStatus::Begun))
 }

@@ -320,7 +320,7 @@ fn declined_draft_stays() {
 }
 
 /// A robot that has driven to and fro between two walls until the ground knows them, with its heading 10 degrees off.
-fn between_walls() -> Scene {
+pub(super) fn between_walls() -> Scene {
     let mut scene = scene();
     for turn in 0..8 {
         let heads_north = turn % 2 == 0;

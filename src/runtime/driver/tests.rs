@@ -1,34 +1,49 @@
 use std::os::unix::net::UnixListener;
+use std::path::Path;
+
+use tokio::sync::mpsc::Sender;
 
 use super::*;
 use crate::io::link::{BAUD, Connection, LinkSpec};
+
+/// A driver of a link to a socket in a folder, and the queue of its inputs.
+fn driver(folder: &Path, radio: Radio) -> (Driver, Sender<LinkInput>) {
+    let path = folder.join("link");
+    let _listener = UnixListener::bind(&path).unwrap();
+    let spec: LinkSpec = format!("unix:{}", path.display()).parse().unwrap();
+    let connection = Connection::open(&spec, BAUD).unwrap();
+    let (reports, _reports) = tokio::sync::mpsc::channel(4);
+    let link = Link::start(spec, BAUD, connection, Box::new(|_, _| ()), reports);
+    let (inputs, from_link) = tokio::sync::mpsc::channel(256);
+    let sent = Box::new(|_: Instant, _: &[u8]| {});
+    let driver = Driver::new("link".into(), link, from_link, radio, Instant::now(), sent);
+    (driver, inputs)
+}
+
+#[tokio::test]
+async fn a_command_that_the_operator_has_not_given_is_the_grounds() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut driver, _inputs) = driver(folder.path(), Radio::default());
+    driver.request(Request::Scan);
+    driver.request_unasked(Request::Scan);
+    let asked = std::iter::from_fn(|| driver.poll_event()).filter_map(|event| match event {
+        Event::Asked { by, .. } => Some(by),
+        _ => None,
+    });
+    assert_eq!(asked.collect::<Vec<_>>(), [None, Some(GROUND.to_owned())]);
+}
 
 /// Other tasks and timers get a turn after every few kilobytes.
 #[tokio::test]
 async fn a_flood_leaves_turns_to_the_rest_of_the_runtime() {
     const STEPS: u64 = 20;
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("link");
-    let _listener = UnixListener::bind(&path).unwrap();
-    let spec: LinkSpec = format!("unix:{}", path.display()).parse().unwrap();
-    let connection = Connection::open(&spec, BAUD).unwrap();
-    let (reports, _reports) = tokio::sync::mpsc::channel(4);
-    let link = Link::start(spec, BAUD, connection, Box::new(|_, _| ()), reports);
-    let (flood, inputs) = tokio::sync::mpsc::channel(256);
+    let (mut driver, flood) = driver(folder.path(), Radio::RECEIVE_ONLY);
     let now = Instant::now();
     for _ in 0..256 {
         let bytes = LinkInput::Bytes(now, vec![b'\n'; 4096]);
         flood.try_send(bytes).unwrap();
     }
-    let radio = Radio::RECEIVE_ONLY;
-    let mut driver = Driver::new(
-        "flood".into(),
-        link,
-        inputs,
-        radio,
-        now,
-        Box::new(|_, _| {}),
-    );
     let (turn, mut turns) = tokio::sync::mpsc::unbounded_channel();
     tokio::spawn(async move {
         while turn.send(()).is_ok() {

@@ -5,6 +5,8 @@ use groundwave_protocol::telemetry::{AbilitiesLine, Body};
 
 use super::time::playback;
 use super::*;
+use crate::event::GROUND;
+use crate::model::Advise;
 use crate::model::ground::Statement;
 
 /// A robot that stands, with an estimate of its pose that is off by 14 in and 9 degrees.
@@ -61,6 +63,51 @@ fn the_estimate_and_the_suggestion_are_under_the_map() {
     let past = screen(&scene, 120, 40);
     assert!(!past.contains("set-pose"), "{past}");
     row(&past, "ground: heading");
+}
+
+#[test]
+fn the_ellipse_is_on_the_map_once_it_is_larger_than_the_robot() {
+    let mut scene = off(Config {
+        ascii: true,
+        ..Config::default()
+    });
+    let without = screen(&scene, 120, 40);
+    assert!(!without.contains('~') && !without.contains("dashed"));
+    let Some(Statement::Pose(pose)) = &mut scene.model.facts.ground.statement else {
+        panic!("a pose");
+    };
+    (pose.ellipse.long_in, pose.ellipse.short_in) = (24.0, 12.0);
+    let with = screen(&scene, 120, 40);
+    row(&with, "dashed: ground's 95 %");
+    assert!(with.matches('~').count() > 8, "{with}");
+    insta::assert_snapshot!("ellipse", with);
+}
+
+/// Commands that the station sends by itself are announced on every width, also while an operator has precedence.
+#[test]
+fn auto_is_on_the_status_line() {
+    for (width, height) in [(80, 24), (120, 40)] {
+        let mut scene = off(Config {
+            advise: Advise::Auto,
+            ..Config::default()
+        });
+        row(&screen(&scene, width, height), "AUTO  ");
+        scene.ask(1, Request::Stop);
+        row(&screen(&scene, width, height), "AUTO paused");
+        let suggests = off(Config::default());
+        assert!(!screen(&suggests, width, height).contains("AUTO"));
+    }
+}
+
+#[test]
+fn the_ledger_says_that_a_command_was_sent_unasked() {
+    let mut scene = off(Config::default());
+    scene.event(Event::Asked {
+        id: CommandId(1),
+        request: Request::Scan,
+        by: Some(GROUND.to_owned()),
+    });
+    row(&screen(&scene, 120, 40), "sent by --advise=auto");
 }
 
 #[test]

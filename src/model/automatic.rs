@@ -1,0 +1,222 @@
+//! Commands that the station sends by itself with `--advise=auto`: suggested poses, and planned routes again while the robot drives them.
+//!
+//! The operator outranks it. After driving by hand, STOP and a mode it is silent for a minute. STOP, another route, a new pose
+//! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
+//! is unfinished, and no route while the robot's position is not known.
+
+use groundwave_captures::words::counted;
+use groundwave_mapping::{Destination, NoRoute, PlannedRoute};
+use groundwave_protocol::Waypoint;
+use groundwave_protocol::status_codes::Mode;
+
+use super::config::Advise;
+use super::ground::{Statement, is_driven_by_hand};
+use super::{Facts, Ui};
+use crate::event::{
+    CommandId, CommandStatus, Effect, Event, GROUND, Level, Moment, SuggestionCode,
+    SuggestionStatus,
+};
+use crate::request::Request;
+
+/// Time without commands after driving by hand, STOP and a mode.
+const SILENT: Moment = Moment::from_mins(1);
+
+/// Time after which a route is planned again.
+const AGAIN: Moment = Moment::from_mins(1);
+
+/// Time after which a destination is given up.
+const LIMIT: Moment = Moment::from_mins(20);
+
+/// Distance from a destination that counts as arrived, inches.
+const ARRIVED_IN: f64 = 12.0;
+
+/// A planned draft.
+#[derive(Clone, Debug)]
+struct Planned {
+    /// The destination as the operator typed it.
+    to: String,
+    target_in: (f64, f64),
+    waypoints: Vec<Waypoint>,
+}
+
+/// The destination of a planned route that the operator sent.
+#[derive(Clone, Debug)]
+struct Drive {
+    to: String,
+    target_in: (f64, f64),
+    /// The operator's command.
+    id: CommandId,
+    planned_at: Moment,
+    until: Moment,
+    /// Reason why the latest plan failed.
+    refusal: Option<NoRoute>,
+}
+
+/// The present destination, and the time until which nothing is sent.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Automatic {
+    silent_until: Moment,
+    planned: Option<Planned>,
+    drive: Option<Drive>,
+}
+
+impl Automatic {
+    /// Takes a draft that was planned.
+    pub(super) fn take_planned(&mut self, to: &str, route: &PlannedRoute) {
+        self.planned = Some(Planned {
+            to: to.to_owned(),
+            target_in: route.target_in,
+            waypoints: route.waypoints.clone(),
+        });
+    }
+
+    /// Takes driving by hand.
+    pub(super) fn take_drive(&mut self, now: Moment) {
+        self.silent_until = now + SILENT;
+    }
+
+    /// Takes a command of an operator.
+    fn take_asked(&mut self, now: Moment, id: CommandId, request: &Request) {
+        if request.mode().is_some() {
+            self.silent_until = now + SILENT;
+        }
+        match request {
+            Request::Route(waypoints) => {
+                let planned = self.planned.take_if(|it| it.waypoints == *waypoints);
+                self.drive = planned.map(|it| Drive {
+                    to: it.to,
+                    target_in: it.target_in,
+                    id,
+                    planned_at: now,
+                    until: now + LIMIT,
+                    refusal: None,
+                });
+            }
+            Request::Mode(Mode::Prowl | Mode::User) => {}
+            Request::Stop | Request::Mode(_) | Request::Pose { .. } => self.drive = None,
+            _ => {}
+        }
+    }
+}
+
+impl Ui {
+    /// Whether the station sends commands by itself, and whether it is silent now; `None` if it does not.
+    pub(crate) fn is_automatic(&self, now: Moment) -> Option<bool> {
+        (self.config.advise == Advise::Auto).then_some(now < self.automatic.silent_until)
+    }
+
+    /// Takes an event; returns the commands that the station sends by itself.
+    pub(super) fn automate(&mut self, now: Moment, event: &Event, facts: &Facts) -> Vec<Effect> {
+        match event {
+            _ if self.config.advise != Advise::Auto => {}
+            Event::Asked { id, request, by } if by.as_deref() != Some(GROUND) => {
+                self.automatic.take_asked(now, *id, request);
+            }
+            Event::Command {
+                id,
+                status: CommandStatus::Refused(_) | CommandStatus::Failed(_),
+            } => {
+                self.automatic.drive.take_if(|drive| drive.id == *id);
+            }
+            Event::Line { .. } => {
+                if is_driven_by_hand(&facts.robot, &facts.motors) {
+                    self.automatic.take_drive(now);
+                }
+                let is_barred = now < self.automatic.silent_until
+                    || facts.ledger.is_busy()
+                    || !facts.link.can_send
+                    || facts.link.is_frozen();
+                if !is_barred {
+                    return match self.automatic.drive.take() {
+                        Some(drive) => self.drive_on(now, facts, drive),
+                        None => set_pose(now, facts),
+                    };
+                }
+            }
+            _ => {}
+        }
+        Vec::new()
+    }
+
+    /// Plans a route again each minute, and at its end until the robot has arrived.
+    fn drive_on(&mut self, now: Moment, facts: &Facts, drive: Drive) -> Vec<Effect> {
+        let to = drive.to.clone();
+        // Without a list, the robot has restarted.
+        let Some(active) = facts.ledger.active().filter(|_| now < drive.until) else {
+            self.note(Level::Warning, format!("plan {to}: given up"));
+            return Vec::new();
+        };
+        let is_at_end = active.is_driven() && facts.robot.mode() == Some(Mode::Stop);
+        let drives = !active.is_driven() && facts.robot.mode() == Some(Mode::Prowl);
+        if !is_at_end && (!drives || now < drive.planned_at + AGAIN) {
+            self.automatic.drive = Some(drive);
+            return Vec::new();
+        }
+        if is_at_end
+            && let Some(Statement::Pose(pose)) = facts.ground.statement
+            && (pose.x_in - drive.target_in.0).hypot(pose.y_in - drive.target_in.1) < ARRIVED_IN
+        {
+            let within_in = pose.ellipse.long_in;
+            let within = format!("arrived, within {within_in:.0} in");
+            self.note(Level::Info, format!("plan {to}: {within}"));
+            return Vec::new();
+        }
+        let (x_in, y_in) = drive.target_in;
+        let route = facts
+            .ground
+            .route(Destination::True(x_in, y_in), facts.robot.list_capacity());
+        let mut drive = Drive {
+            planned_at: now,
+            ..drive
+        };
+        let (level, text, requests) = match route {
+            Ok(route)
+                if route.waypoints.is_empty() || is_at_end && route.length_in < ARRIVED_IN =>
+            {
+                let text = format!("plan {to}: ended {:.0} in short", route.short_in);
+                (Level::Warning, text, Vec::new())
+            }
+            Ok(route) => {
+                let count = counted(route.waypoints.len() as u64, "waypoint");
+                let text = format!("plan {to}: planned again, {count}");
+                drive.refusal = None;
+                self.automatic.drive = Some(drive);
+                let prowl = is_at_end.then_some(Request::Mode(Mode::Prowl));
+                let route = Request::Route(route.waypoints);
+                (
+                    Level::Info,
+                    text,
+                    [route].into_iter().chain(prowl).collect(),
+                )
+            }
+            Err(reason) => {
+                let is_known = drive.refusal.replace(reason) == Some(reason);
+                let text = format!("plan {to}: no route planned: {reason}");
+                if !is_at_end {
+                    self.automatic.drive = Some(drive);
+                }
+                if is_known {
+                    return Vec::new();
+                }
+                (Level::Warning, text, Vec::new())
+            }
+        };
+        self.note(level, text);
+        requests.into_iter().map(Effect::SendUnasked).collect()
+    }
+}
+
+/// Accepts a suggested pose.
+fn set_pose(now: Moment, facts: &Facts) -> Vec<Effect> {
+    let suggestion = facts.suggestion(now);
+    let Some(suggestion) = suggestion.filter(|it| it.code == SuggestionCode::PoseOff) else {
+        return Vec::new();
+    };
+    let accepted = suggestion.event(SuggestionStatus::Accepted);
+    let requests = suggestion.requests.iter().cloned();
+    let requests = requests.map(Effect::SendUnasked);
+    [Effect::Suggestion(accepted)]
+        .into_iter()
+        .chain(requests)
+        .collect()
+}
