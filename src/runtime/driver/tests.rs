@@ -9,9 +9,9 @@ use crate::io::link::{BAUD, Connection, LinkSpec};
 /// A driver of a link to a socket in a folder, and the queue of its inputs.
 fn driver(folder: &Path, radio: Radio) -> (Driver, Sender<LinkInput>) {
     let path = folder.join("link");
-    let _listener = UnixListener::bind(&path).unwrap();
-    let spec: LinkSpec = format!("unix:{}", path.display()).parse().unwrap();
-    let connection = Connection::open(&spec, BAUD).unwrap();
+    let _listener = UnixListener::bind(&path).expect("a socket");
+    let spec: LinkSpec = format!("unix:{}", path.display()).parse().expect("a link");
+    let connection = Connection::open(&spec, BAUD).expect("a connection");
     let (reports, _reports) = tokio::sync::mpsc::channel(4);
     let link = Link::start(spec, BAUD, connection, Box::new(|_, _| ()), reports);
     let (inputs, from_link) = tokio::sync::mpsc::channel(256);
