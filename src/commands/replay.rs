@@ -9,9 +9,9 @@ use super::appearance::appearance;
 use super::cli::Replay;
 use super::config::Theme;
 use super::{Exit, Fault, block_on, config, input, say_fault, terminal};
-use crate::capture::index;
 use crate::capture::runs::Label;
 use crate::capture::source::unfinished;
+use crate::capture::{CaptureError, index};
 use crate::event::{Event, Level, Moment, Notice, NoticeCode, Recording};
 use crate::model::{Config, Ui};
 use crate::playback::capture::timeline;
@@ -72,16 +72,23 @@ fn play(
         ..appearance(config, theme)
     });
     let mut first = CaptureState::new(&name, Arc::clone(&config), &*tape);
-    // In the log, and in the hint row until a key is pressed.
-    let unfinished = unfinished(file).map(|why| (NoticeCode::Damaged, why.to_string()));
-    let label_error = label.as_ref().err();
-    let label_error = label_error.map(|error| (NoticeCode::Label, error.to_string()));
-    let notices = unfinished.into_iter().chain(label_error);
-    let notices =
-        notices.map(|(code, text)| Event::Notice(Notice::new(code, Level::Warning, text)));
-    let notices: Vec<Event> = notices.collect();
-    for notice in &notices {
-        first.tell(notice);
+    let warning = |code, text| Event::Notice(Notice::new(code, Level::Warning, text));
+    // Whole in the log; shorter in the row above the keys, until a key is pressed.
+    let mut shortly = Vec::new();
+    if let Some(unfinished) = unfinished(file) {
+        first.tell(&warning(NoticeCode::Damaged, unfinished.to_string()));
+        let text = match unfinished {
+            CaptureError::Unfinished {
+                is_in_use: true, ..
+            } => "this recording is under way: its end is not written yet",
+            _ => "this recording was interrupted; `groundwave recover FILE` finishes it",
+        };
+        shortly.push(warning(NoticeCode::Damaged, text.to_owned()));
+    }
+    if let Err(error) = &label {
+        let warning = warning(NoticeCode::Label, error.to_string());
+        first.tell(&warning);
+        shortly.push(warning);
     }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
@@ -114,7 +121,7 @@ fn play(
             })),
             ui: Ui::new(config),
             recording: Box::new(Recording::default),
-            first: notices,
+            first: shortly,
             keeper: None,
         };
         Box::pin(run_dashboard(dashboard)).await.map_or_else(

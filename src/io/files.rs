@@ -24,6 +24,23 @@ pub fn read_text(path: &str) -> Result<String, String> {
         .map_err(|error| format!("cannot read {path}: {}", hint::of_reading(&error)))
 }
 
+/// Refuses to replace a file that is not `alike`, such as a capture, a label or a configuration; an empty file may be replaced.
+///
+/// # Errors
+/// [`SaveProblem::Failed`], which names the file.
+pub fn check_replaced(path: &str, alike: impl Fn(&str) -> bool) -> Result<(), SaveProblem> {
+    let full = expand_home(path, env::home_dir().as_deref());
+    if fs::symlink_metadata(&full).is_err() {
+        return Ok(());
+    }
+    match text_file::read(&full) {
+        Ok(text) if text.trim().is_empty() || alike(&text) => Ok(()),
+        _ => Err(SaveProblem::Failed(format!(
+            "{path} exists and is of another kind; choose another name"
+        ))),
+    }
+}
+
 /// Writes a complete text file or none; `~/` is the home folder. Replaces a file only with `overwrite`.
 ///
 /// # Errors
@@ -145,6 +162,29 @@ mod tests {
         ] {
             let listed: Vec<String> = listed.iter().map(|name| at(name)).collect();
             assert_eq!(beginning_with(&at(beginning), &extensions), listed);
+        }
+    }
+
+    #[test]
+    fn only_files_of_the_same_kind_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name).display().to_string();
+        fs::write(at("a.mcap"), b"\x89MCAP0\r\n\xff").unwrap();
+        fs::write(at("config.toml"), "[link.shed]\n").unwrap();
+        fs::write(at("tour.csv"), "3,4\n").unwrap();
+        fs::write(at("empty"), "").unwrap();
+        fs::create_dir(at("folder")).unwrap();
+        let is_route = |text: &str| crate::route::parse("", text).is_ok();
+        for (name, is_replaced) in [
+            ("a.mcap", false),
+            ("config.toml", false),
+            ("folder", false),
+            ("tour.csv", true),
+            ("empty", true),
+            ("new", true),
+        ] {
+            let checked = check_replaced(&at(name), is_route);
+            assert_eq!(checked.is_ok(), is_replaced, "{name}: {checked:?}");
         }
     }
 

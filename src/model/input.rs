@@ -147,6 +147,12 @@ impl Ui {
     ) -> Vec<Effect> {
         match action {
             Action::Stop => return vec![self.stop()],
+            Action::AskMode if self.is_replay() => {
+                self.aside = Some((Level::Warning, NO_ROBOT.to_owned()));
+            }
+            Action::AskMode if facts.link.is_receive_only() => {
+                self.warn("no mode can be sent: the link is receive-only");
+            }
             Action::AskMode => self.overlay = Overlay::Modes,
             Action::Mode(mode) => {
                 self.overlay = Overlay::None;

@@ -135,9 +135,9 @@ impl Ledger {
     }
 
     /// The request of a command, while the ledger has it.
-    pub(super) fn request(&self, id: CommandId) -> Option<&Request> {
+    pub(super) fn own_request(&self, id: CommandId) -> Option<&Request> {
         let entry = self.entries.iter().rev().find(|entry| entry.id == id)?;
-        Some(&entry.request)
+        entry.by.is_none().then_some(&entry.request)
     }
 
     /// Takes a queued command; `by` names the client of the shared link that gave it.

@@ -78,8 +78,16 @@ impl Ui {
             return Err(format!("`param {verb}` needs a file: param {verb} FILE"));
         }
         if facts.parameters.is_partial() {
-            let error = "the robot's parameters are not all known: <show-parameters> reads them";
-            return Err(self.with_keys(error));
+            let heard = facts.parameters.heard();
+            let known = match heard.first() {
+                Some(line) => format!(
+                    "only {} of {} parameters are known",
+                    heard.len(),
+                    line.count
+                ),
+                None => "no parameters are known".to_owned(),
+            };
+            return Err(format!("{known} yet; `param list` reads them again"));
         }
         let file = unquoted(file);
         Ok(Some(match verb {
@@ -312,7 +320,7 @@ mod tests {
         let Overlay::Text(entry) = &scene.model.ui.overlay else {
             panic!("no prompt");
         };
-        let error = "the robot's parameters are not all known: P reads them";
+        let error = "no parameters are known yet; `param list` reads them again";
         assert_eq!(entry.error.as_deref(), Some(error));
     }
 

@@ -317,7 +317,8 @@ impl Ui {
 
     /// Makes a route that did not arrive the draft again, so that the operator can send it again.
     fn recover_draft(&mut self, facts: &Facts, id: CommandId) {
-        if let Some(Request::Route(waypoints)) = facts.ledger.request(id)
+        // The route of another program is not the operator's draft.
+        if let Some(Request::Route(waypoints)) = facts.ledger.own_request(id)
             && self.map.draft.waypoints().is_empty()
         {
             self.map.take_draft(waypoints);

@@ -63,7 +63,7 @@ const COMMANDS: [(&str, &str, &str); 20] = [
     (
         "param NAME VALUE",
         "`list`, `get NAME`, `set NAME VALUE`, `NAME VALUE` or `save`",
-        "set a parameter; also param list, get NAME, save",
+        "set a parameter; also list, get, save, save-to, load, diff",
     ),
 ];
 

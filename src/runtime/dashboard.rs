@@ -13,7 +13,9 @@ use super::pace::Pace;
 use super::runs;
 use super::{Driver, Keeper, Source};
 use crate::capture::runs::Label;
-use crate::event::{Effect, Event, Gesture, Level, Moment, Notice, NoticeCode, Recording, Remark};
+use crate::event::{
+    Effect, Event, Gesture, Level, Moment, Notice, NoticeCode, Recording, Remark, Saved,
+};
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
@@ -328,7 +330,12 @@ impl Running {
                 text,
                 overwrite,
             } => self.work_on_files(move || {
-                let saved = files::write_text(&path, &text, overwrite);
+                let alike = |old: &str| match what {
+                    Saved::Route => route::parse(&path, old).is_ok(),
+                    Saved::Parameters => ParameterFile::parse(&path, old).is_ok(),
+                };
+                let saved = files::check_replaced(&path, alike)
+                    .and_then(|()| files::write_text(&path, &text, overwrite));
                 Event::Saved { what, path, saved }
             }),
             Effect::Notice(notice) => return self.tell(Event::Notice(notice)),

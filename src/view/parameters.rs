@@ -51,9 +51,9 @@ impl Screen<'_> {
             let is_saved = line.value == line.kept;
             let differs = differences.iter().find(|d| d.robot.name == line.name);
             let note = match differs {
-                Some(differs) => format!("{} in the file", number(differs.wanted)),
+                Some(differs) => format!("file: {}", number(differs.wanted)),
                 None if is_saved => String::new(),
-                None => format!("not saved, {} after a reset", number(line.kept)),
+                None => format!("saved: {}", number(line.kept)),
             };
             let (mark, style) = match place {
                 _ if place == chosen => (theme.glyphs.holds, theme.holder),
@@ -73,6 +73,13 @@ impl Screen<'_> {
         let name = heard.get(chosen).map(|line| line.name.as_str());
         let about = name.and_then(|name| known_parameters().find(|(known, _)| *known == name));
         let about = about.map(|(_, about)| about).unwrap_or_default();
+        let files = self.with_keys("files: <parameters/compare-parameters> compare, <parameters/load-parameters> load, <parameters/write-parameters> write");
+        let more = heard.len().saturating_sub(rows);
+        let files = match more {
+            0 => files,
+            more => format!("{more} more with the arrows; {files}"),
+        };
+        put(buffer, below, 0, &Line::styled(files, theme.dim));
         put(
             buffer,
             below,
@@ -83,5 +90,5 @@ impl Screen<'_> {
 }
 
 fn row(mark: &str, [name, value, unit, range, default]: [&str; 5], note: &str) -> String {
-    format!("{mark}{name:<19}{value:>7} {unit:<7}{range:<18}{default:>7}  {note}")
+    format!("{mark}{name:<19}{value:>7} {unit:<7}{range:<16}{default:>7}  {note}")
 }

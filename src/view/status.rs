@@ -55,22 +55,24 @@ impl Screen<'_> {
             None => ("", theme.plain),
         };
         let (failsafe, style) = match self.facts.robot.state.map(|state| state.value.link) {
-            Some(Letter::Armed) => ("failsafe", theme.plain),
-            Some(Letter::Failsafe) => ("FAILSAFE", theme.alarm),
-            Some(Letter::Ok) | None => ("", theme.plain),
+            Some(Letter::Armed) => ("  failsafe", theme.plain),
+            Some(Letter::Failsafe) => ("  FAILSAFE", theme.alarm),
+            Some(Letter::Ok) | None if self.ui.is_replay() => ("", theme.plain),
+            // A place of its own, so that it moves nothing.
+            Some(Letter::Ok) | None => ("          ", theme.plain),
         };
         let recording = &self.present.recording;
         let (words, recording_style) = match (&recording.problem, &recording.tee, &recording.mcap) {
-            (Some(_), ..) => (format!("{} REC", theme.glyphs.bad), theme.alarm),
+            (Some(_), ..) => (format!("  {} REC", theme.glyphs.bad), theme.alarm),
             (None, None, None) if self.ui.is_replay() => (String::new(), theme.dim),
-            (None, None, None) => ("no rec".to_owned(), theme.dim),
-            _ => (format!("{} REC", theme.glyphs.recording), theme.strong),
+            (None, None, None) => (" no rec".to_owned(), theme.dim),
+            _ => (format!("  {} REC", theme.glyphs.recording), theme.strong),
         };
         [
             Span::styled(automatic, automatic_style),
             Span::styled(read_only, theme.warning),
-            Span::styled(format!("  {failsafe:8}"), style),
-            Span::styled(format!(" {words:>6}"), recording_style),
+            Span::styled(failsafe, style),
+            Span::styled(words, recording_style),
         ]
     }
 

@@ -414,3 +414,25 @@ fn a_route_that_cannot_be_planned_says_why() {
         assert!(scene.model.ui.map.draft.waypoints().is_empty());
     }
 }
+
+#[test]
+fn a_route_that_failed_is_the_draft_of_its_own_operator_alone() {
+    for (by, is_drafted) in [(None, true), (Some("pid 7".to_owned()), false)] {
+        let mut scene = scene();
+        let id = CommandId(5);
+        let request = Request::Route(route(&[(0, 12)]));
+        scene.event(Event::Asked { id, request, by });
+        scene.status_of(5, CommandStatus::Failed(Failure::TimedOut));
+        let draft = scene.model.ui.map.draft.waypoints();
+        assert_eq!(!draft.is_empty(), is_drafted);
+    }
+}
+
+#[test]
+fn a_replay_offers_no_menu_without_a_mode() {
+    let mut scene = scene();
+    scene.show_moment(Some(playback(false)));
+    scene.type_text("m");
+    assert_eq!(scene.model.ui.overlay, Overlay::None);
+    assert!(scene.model.ui.aside.is_some());
+}
