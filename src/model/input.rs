@@ -147,13 +147,7 @@ impl Ui {
     ) -> Vec<Effect> {
         match action {
             Action::Stop => return vec![self.stop()],
-            Action::AskMode if self.is_replay() => {
-                self.aside = Some((Level::Warning, NO_ROBOT.to_owned()));
-            }
-            Action::AskMode if facts.link.is_receive_only() => {
-                self.warn("no mode can be sent: the link is receive-only");
-            }
-            Action::AskMode => self.overlay = Overlay::Modes,
+            Action::AskMode => self.open_modes(facts),
             Action::Mode(mode) => {
                 self.overlay = Overlay::None;
                 return vec![Effect::Send(Request::Mode(mode))];
@@ -178,20 +172,9 @@ impl Ui {
             }
             Action::AskPalette => self.overlay = Overlay::Palette(Palette::default()),
             Action::ShowParameters => return self.open_parameters(facts),
-            Action::ReadParameters
-            | Action::SaveParameters
-            | Action::DefaultParameter
-            | Action::CompareParameters
-            | Action::LoadParameters
-            | Action::WriteParameters => {
-                return self.act_on_parameters(facts, action);
-            }
             Action::EditRoute => self.open_editor(),
             Action::Route(action) => return self.edit_route(facts, action),
-            Action::Help => {
-                self.help_page = 0;
-                self.overlay = Overlay::Help;
-            }
+            Action::Help => self.open_help(0),
             Action::Trace => self.overlay = Overlay::Trace(0),
             Action::NextValue(steps) => self.trace(|at| trace::step(at, steps)),
             Action::NextLine(steps) => self.trace(|at| trace::next_line(at, steps)),
@@ -247,6 +230,12 @@ impl Ui {
             | Action::Submit
             | Action::CompareRun
             | Action::Choose(_)
+            | Action::ReadParameters
+            | Action::SaveParameters
+            | Action::DefaultParameter
+            | Action::CompareParameters
+            | Action::LoadParameters
+            | Action::WriteParameters
             | Action::EraseCharacter
             | Action::EraseAll
             | Action::Caret(_)
@@ -410,6 +399,21 @@ impl Ui {
             return Vec::new();
         }
         vec![Effect::Send(request)]
+    }
+
+    pub(super) fn open_help(&mut self, page: i32) {
+        self.help_page = page;
+        self.overlay = Overlay::Help;
+    }
+
+    fn open_modes(&mut self, facts: &Facts) {
+        if self.is_replay() {
+            self.aside = Some((Level::Warning, NO_ROBOT.to_owned()));
+        } else if facts.link.is_receive_only() {
+            self.warn("no mode can be sent: the link is receive-only");
+        } else {
+            self.overlay = Overlay::Modes;
+        }
     }
 
     /// Asks before something is sent to the robot.

@@ -67,7 +67,6 @@ impl Ui {
 
     /// The effect of `param save-to FILE`, `param load FILE` and `param diff FILE`; `None` for other commands.
     pub(super) fn name_parameter_file(
-        &self,
         facts: &Facts,
         command: &str,
     ) -> Result<Option<Effect>, String> {
@@ -129,10 +128,11 @@ impl Ui {
         } else if loads {
             let requests = differences.iter().map(|differs| differs.entry.request());
             let requests: Vec<Request> = requests.collect();
-            let takes = requests.iter().filter_map(Request::turns_off);
-            let takes: String = takes
-                .map(|part| format!(" This turns {part} off."))
-                .collect();
+            let parts: Vec<_> = requests.iter().filter_map(Request::turns_off).collect();
+            let takes = match &parts[..] {
+                [] => String::new(),
+                parts => format!(" This turns {} off.", parts.join(" and ")),
+            };
             let count = counted(requests.len() as u64, "parameter");
             self.ask(
                 format!("Set {count} as in {name}?{takes}"),

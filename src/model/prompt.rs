@@ -35,7 +35,7 @@ impl Ui {
             Purpose::RouteFile => Ok(Some(Effect::LoadRoute(unquoted(text)))),
             _ => match route_file(text).filter(|(file, _)| !are_points(file)) {
                 Some((file, _)) => Ok(Some(Effect::LoadRoute(unquoted(file)))),
-                None => self.name_parameter_file(facts, text),
+                None => Self::name_parameter_file(facts, text),
             },
         };
         let (waits, error, effects) = match named {
@@ -46,8 +46,8 @@ impl Ui {
         if waits || error.is_some() {
             // The prompt stays open until the file is read or written, so that the operator can correct the name.
             self.overlay = Overlay::Text(TextEntry {
-                waits,
                 error,
+                waits,
                 ..entry
             });
             return effects;
@@ -87,8 +87,7 @@ impl Ui {
             (Err(_), ["advise"]) => self.accept_suggestion(facts, now),
             (Err(_), ["quit" | "q"]) => vec![Effect::Quit],
             (Err(_), ["help"]) => {
-                self.help_page = HELP_OF_COMMANDS;
-                self.overlay = Overlay::Help;
+                self.open_help(HELP_OF_COMMANDS);
                 Vec::new()
             }
             (Err(error), _) => {

@@ -75,7 +75,7 @@ impl Run {
         let mut course = Course::default();
         let (track, counters, problem) =
             Track::read_with(&mut capture, Vec::new(), |at, received| {
-                course.take(at, received)
+                course.take(at, received);
             });
         let name = path.display().to_string();
         let run = Self {
