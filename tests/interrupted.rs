@@ -76,7 +76,7 @@ fn a_replay_of_an_unfinished_file_keeps_naming_the_recovery() {
     let mut replay = OnTerminal::start(GROUNDWAVE, &arguments, 80, 24);
     replay.wait_for("the remedy over the robot's lines", |text| {
         text.contains("! this recording was interrupted; `groundwave recover FILE` finishes it")
-            && text.contains("session is over")
+            && text.contains("session ended")
     });
     replay.type_keys("q");
     replay.wait();
