@@ -90,5 +90,5 @@ impl Screen<'_> {
 }
 
 fn row(mark: &str, [name, value, unit, range, default]: [&str; 5], note: &str) -> String {
-    format!("{mark}{name:<19}{value:>7} {unit:<7}{range:<16}{default:>7}  {note}")
+    format!("{mark}{name:<18}{value:>7} {unit:<6}{range:<18}{default:>7}  {note}")
 }
