@@ -467,13 +467,17 @@ fn exit_codes_report_the_state_of_a_capture() {
         &["verify", &file("good.mcap"), "--raw", &file("other.txt")],
     );
     assert!(out.contains("the raw file"), "{out}");
-    // Another capture of the same name is not compared unless it is named.
-    fs::write(file("good.txt"), "2026-11-23 notes on the drive\n").unwrap();
-    expect(0, &["verify", &file("good.mcap")]);
-    expect(
-        1,
-        &["verify", &file("good.mcap"), "--raw", &file("good.txt")],
-    );
+    // Another file of the same name is not compared unless it is named; sessions of one robot begin alike.
+    let mut other = raw.clone();
+    other[145] ^= 1;
+    for text in [&b"2026-11-23 notes on the drive\n"[..], &other] {
+        fs::write(file("good.txt"), text).unwrap();
+        expect(0, &["verify", &file("good.mcap")]);
+        expect(
+            1,
+            &["verify", &file("good.mcap"), "--raw", &file("good.txt")],
+        );
+    }
     fs::write(file("good.txt"), &raw).unwrap();
     expect(2, &["verify", &file("nonsense.txt")]);
     expect(2, &["verify", &file("absent.mcap")]);

@@ -26,6 +26,8 @@ pub enum Fate {
     Removed,
     /// The file has another name.
     Moved,
+    /// The file has another name or none; not all systems say which.
+    Unknown,
 }
 
 impl fmt::Display for Fate {
@@ -34,6 +36,7 @@ impl fmt::Display for Fate {
             Self::Removed => {
                 f.write_str("it was removed, and its content is lost; start a new recording")
             }
+            Self::Unknown => f.write_str("it was moved or removed; start a new recording"),
             Self::Moved => f.write_str(
                 "it was moved or renamed, and its content is kept there; start a new recording",
             ),

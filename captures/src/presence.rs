@@ -29,11 +29,7 @@ pub(super) fn check(file: &File, path: &Path) -> Result<(), CaptureError> {
     }
     Err(CaptureError::Gone {
         path: path.to_owned(),
-        fate: if has_name(&open) {
-            Fate::Moved
-        } else {
-            Fate::Removed
-        },
+        fate: fate(&open),
     })
 }
 
@@ -43,20 +39,23 @@ pub(super) fn is_same(a: &Metadata, b: &Metadata) -> bool {
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// Other systems do not unlink open files; an existing name is enough.
+/// On other systems an existing name is enough.
 #[cfg(not(unix))]
 pub(super) fn is_same(_: &Metadata, _: &Metadata) -> bool {
     true
 }
 
-/// Whether the file has any name.
 #[cfg(unix)]
-fn has_name(open: &Metadata) -> bool {
+fn fate(open: &Metadata) -> Fate {
     use std::os::unix::fs::MetadataExt;
-    open.nlink() > 0
+    if open.nlink() > 0 {
+        Fate::Moved
+    } else {
+        Fate::Removed
+    }
 }
 
 #[cfg(not(unix))]
-fn has_name(_: &Metadata) -> bool {
-    false
+fn fate(_: &Metadata) -> Fate {
+    Fate::Unknown
 }

@@ -221,7 +221,7 @@ const TABLE: &[Binding] = &[
     row(Dashboard, "Esc", &[bare(KeyCode::Esc)], Action::Close, "hide the cursor", "back"),
     row(Dashboard, "Ctrl-T", &[ctrl('t')], Action::NextTheme, "the next theme (colours)", ""),
     row(Dashboard, "Ctrl-L", &[ctrl('l')], Action::Redraw, "redraw the screen", ""),
-    row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "to the shell; fg returns", ""),
+    row(Dashboard, "Ctrl-Z", &[ctrl('z')], Action::Suspend, "Unix: shell; fg returns", ""),
     row(Dashboard, "q", &[plain('q'), ctrl('c')], Action::Quit, "leave; a real robot continues", "quit"),
     row(Route, "Space", &[plain(' '), ctrl('s')], Action::Stop, "", "STOP"),
     row(Route, "arrows", &[bare(KeyCode::Left), plain('h')], Action::Route(RouteAction::Step { east: -1, north: 0, fine: false }), "move the waypoint by 6 in", "move"),

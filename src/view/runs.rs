@@ -172,6 +172,12 @@ impl Screen<'_> {
         let (low, high) = places.fold((first, first), |(low, high), (x, y)| {
             ((low.0.min(x), low.1.min(y)), (high.0.max(x), high.1.max(y)))
         });
+        // A margin of a dot keeps the ends inside.
+        let dot_in = Projection::over(low, high, area).scale_in();
+        let (low, high) = (
+            (low.0 - dot_in, low.1 - dot_in),
+            (high.0 + dot_in, high.1 + dot_in),
+        );
         let projection = Projection::over(low, high, area);
         let mut raster = Raster::new(area);
         for (path, (ink, every)) in paths.iter().zip(INKS) {

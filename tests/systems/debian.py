@@ -82,7 +82,7 @@ def use_unit(debian, address):
     """Runs the commands of the systemd unit: it records, sends for others, and ends cleanly when told to."""
     lines = (debian.root / UNIT).read_text().splitlines()
     commands = dict(line.split("=", 1) for line in lines if line.startswith("Exec"))
-    prepare, start = (shlex.split(commands[key].replace("%h", "/root").replace("%I", address)) for key in ["ExecStartPre", "ExecStart"])
+    prepare, start = (shlex.split(commands[key].replace("%h", "/root").replace("%i", address)) for key in ["ExecStartPre", "ExecStart"])
     debian.run(*prepare)
     with debian.background(*start) as recorder:
         deadline = time.monotonic() + PATIENCE_S

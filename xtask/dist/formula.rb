@@ -10,6 +10,7 @@ class Groundwave < Formula
   def install
     system "cargo", "install", *std_cargo_args
     system bin/"groundwave", "man", man1
+    generate_completions_from_executable(bin/"groundwave", "completions", shells: [:bash, :zsh, :fish])
   end
 
   test do

@@ -8,8 +8,9 @@ use super::Verdict;
 use crate::messages::RawBytes;
 use crate::text::TextReader;
 
-/// Number of equal bytes below which a file that the operator did not name counts as another capture: the first line.
-const UNRELATED_BYTES: u64 = LINE_BYTES as u64;
+/// Number of equal bytes below which a file that the operator did not name counts as another capture. Sessions of one robot begin
+/// with equal lines: it starts at (0, 0) and reports its version and its abilities.
+const UNRELATED_BYTES: u64 = 16 * LINE_BYTES as u64;
 
 /// A raw text to compare with the received bytes of a recording.
 pub struct RawCopy {

@@ -198,6 +198,23 @@ fn only_a_list_of_runs_offers_a_choice() {
     assert!(!chooses(&scene));
 }
 
+/// Both squares have all four sides.
+#[test]
+fn compared_paths_are_whole() {
+    let mut scene = flight(demo());
+    scene.type_text(":runs");
+    scene.press(&[KeyCode::Enter]);
+    scene.event(Event::Runs(Ok(listed())));
+    scene.press(&[KeyCode::Char('c'), KeyCode::Up, KeyCode::Char('c')]);
+    scene.event(Event::Overlaid(Ok(overlaid())));
+    let screen = screen(&scene, 80, 24);
+    let rows: Vec<&str> = screen.lines().collect();
+    let end = rows.iter().position(|row| row.starts_with('╰')).unwrap();
+    let is_dotted = |c: &char| ('\u{2801}'..='\u{28ff}').contains(c);
+    let base = rows[end - 1].chars().filter(is_dotted).count();
+    assert!(base >= 10, "{screen}");
+}
+
 /// A wide character takes two columns.
 #[test]
 fn a_wide_name_is_cut_with_a_mark() {
