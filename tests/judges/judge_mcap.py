@@ -76,8 +76,9 @@ def judge_unfinished(path, raw_path):
     with open(raw_path, "rb") as file:
         raw = file.read()
     check(len(received) > 0, "nothing was received")
-    check(len(raw) - len(received) <= READ_BYTES, f"{len(raw) - len(received)} bytes lost")
-    check(raw.startswith(received), "/raw/rx differs from the raw capture")
+    # Two threads write the two files: either may have been killed before its last read was written.
+    check(abs(len(raw) - len(received)) <= READ_BYTES, f"{len(raw) - len(received)} bytes lost")
+    check(raw.startswith(received) or received.startswith(raw), "/raw/rx differs from the raw capture")
     print(f"{count} messages, {len(received)} bytes received in a recording that nobody finished")
 
 
@@ -140,8 +141,8 @@ def main():
         with open(arguments.raw, "rb") as file:
             raw = file.read()
         if arguments.killed:
-            check(len(raw) - len(received) <= READ_BYTES, f"{len(raw) - len(received)} bytes lost")
-            raw = raw[: len(received)]
+            check(abs(len(raw) - len(received)) <= READ_BYTES, f"{len(raw) - len(received)} bytes lost")
+            raw, received = raw[: len(received)], received[: len(raw)]
         check(received == raw, "/raw/rx differs from the raw capture")
     if arguments.jsonl:
         with open(arguments.jsonl, encoding="ascii") as file:
