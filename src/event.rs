@@ -96,8 +96,8 @@ pub enum Event {
     },
     /// A file was written for [`Effect::Save`], or writing failed.
     Saved {
-        /// Content of the file.
-        what: Saved,
+        /// Kind of the file.
+        kind: FileKind,
         /// The requested file.
         path: String,
         /// The result.
@@ -218,8 +218,8 @@ pub enum Effect {
     LoadParameters(String),
     /// Write a file; the answer is [`Event::Saved`].
     Save {
-        /// Content of the file.
-        what: Saved,
+        /// Kind of the file.
+        kind: FileKind,
         /// Path of the file.
         path: String,
         /// Content of the file.
@@ -270,9 +270,9 @@ pub fn remark_from_words(words: &[&str]) -> Option<Result<Remark, String>> {
     })
 }
 
-/// Content of a file that the operator saves.
+/// Kind of a file that the operator saves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Saved {
+pub enum FileKind {
     /// The drafted route.
     Route,
     /// The robot's parameters.

@@ -78,6 +78,14 @@ fn a_replay_of_an_unfinished_file_keeps_naming_the_recovery() {
         text.contains("! this recording was interrupted; `groundwave recover FILE` finishes it")
             && text.contains("session ended")
     });
+    // Whole in the log, quoted for a shell.
+    let hint = format!(
+        "`groundwave recover '{}'`",
+        folder.join("my r.mcap").display()
+    );
+    replay.resize(200, 40);
+    replay.type_keys("\x1b[H");
+    replay.wait_for("the whole remedy", |text| text.contains(&hint));
     replay.type_keys("q");
     replay.wait();
     fs::remove_dir_all(folder).unwrap();

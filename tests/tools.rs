@@ -10,7 +10,7 @@ use crate::programs::{expect, scratch};
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::cut::{Window, cut_mcap, cut_raw};
 use groundwave::capture::decode::{Format, decode};
-use groundwave::capture::verify::{RawCopy, verify_mcap};
+use groundwave::capture::verify::{Comparison, RawCopy, verify_mcap};
 use groundwave::capture::when::When;
 use groundwave::capture::{Capture, CaptureError};
 use proptest::prelude::*;
@@ -87,7 +87,7 @@ proptest! {
         let text = RawCopy { source: Box::new(Cursor::new(raw.clone())), is_named: true };
         let verdict = verify_mcap(&mcap[..], Some(text)).unwrap();
         prop_assert!(verdict.is_good(), "{:?}", verdict.faults);
-        prop_assert_eq!(verdict.is_as_raw_file, Some(true));
+        prop_assert_eq!(verdict.raw_file, Some(Comparison::Same));
         let (lines, _) = streams::live(&raw);
         prop_assert_eq!(verdict.messages.get("/telemetry").copied().unwrap_or(0), lines.len() as u64);
         // All messages except the bytes and the notice of the beginning.
@@ -472,7 +472,8 @@ fn exit_codes_report_the_state_of_a_capture() {
     other[145] ^= 1;
     for text in [&b"2026-11-23 notes on the drive\n"[..], &other] {
         fs::write(file("good.txt"), text).unwrap();
-        expect(0, &["verify", &file("good.mcap")]);
+        let (out, _) = expect(0, &["verify", &file("good.mcap")]);
+        assert!(out.contains("another capture, not compared"), "{out}");
         expect(
             1,
             &["verify", &file("good.mcap"), "--raw", &file("good.txt")],

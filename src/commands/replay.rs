@@ -74,7 +74,7 @@ fn play(
     let mut first = CaptureState::new(&name, Arc::clone(&config), &*tape);
     let warning = |code, text| Event::Notice(Notice::new(code, Level::Warning, text));
     // Whole in the log; shorter in the row above the keys, until a key is pressed.
-    let mut shortly = Vec::new();
+    let mut hints = Vec::new();
     if let Some(unfinished) = unfinished(file) {
         first.tell(&warning(NoticeCode::Damaged, unfinished.to_string()));
         let text = match unfinished {
@@ -83,12 +83,12 @@ fn play(
             } => "this recording is under way: its end is not written yet",
             _ => "this recording was interrupted; `groundwave recover FILE` finishes it",
         };
-        shortly.push(warning(NoticeCode::Damaged, text.to_owned()));
+        hints.push(warning(NoticeCode::Damaged, text.to_owned()));
     }
     if let Err(error) = &label {
         let warning = warning(NoticeCode::Label, error.to_string());
         first.tell(&warning);
-        shortly.push(warning);
+        hints.push(warning);
     }
     let (tell, findings) = tokio::sync::mpsc::channel(FINDINGS);
     let reader = {
@@ -121,7 +121,7 @@ fn play(
             })),
             ui: Ui::new(config),
             recording: Box::new(Recording::default),
-            first: shortly,
+            first: hints,
             keeper: None,
         };
         Box::pin(run_dashboard(dashboard)).await.map_or_else(

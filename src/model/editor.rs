@@ -1,14 +1,12 @@
 //! The route editor: keys that change the draft on the map and in its list.
 
-use groundwave_captures::words::counted;
 use groundwave_protocol::Waypoint;
 
 use super::draft::Edit;
 use super::keys::RouteAction;
-use super::parameters::save_parameters;
-use super::ui::{Overlay, Question, Then};
+use super::ui::Overlay;
 use super::{Facts, Purpose, TextEntry, Ui};
-use crate::event::{Effect, Level, SaveProblem, Saved};
+use crate::event::{Effect, FileKind};
 use crate::route;
 
 /// Step of an arrow key, inches; the fine step with Shift.
@@ -143,7 +141,7 @@ impl Ui {
         Vec::new()
     }
 
-    fn tell_editor(&mut self, problem: &str) -> Vec<Effect> {
+    pub(super) fn tell_editor(&mut self, problem: &str) -> Vec<Effect> {
         if let Some(editor) = &mut self.editor {
             editor.problem = Some(problem.to_owned());
         }
@@ -161,51 +159,10 @@ impl Ui {
 
     pub(super) fn save_route(&self, path: String) -> Effect {
         Effect::Save {
-            what: Saved::Route,
+            kind: FileKind::Route,
             path,
             text: route::format(self.map.draft.waypoints()),
             overwrite: false,
-        }
-    }
-
-    pub(super) fn take_saved(
-        &mut self,
-        facts: &Facts,
-        what: Saved,
-        path: &str,
-        saved: &Result<(), SaveProblem>,
-    ) {
-        match saved {
-            Ok(()) => {
-                let (count, thing) = match what {
-                    Saved::Route => (self.map.draft.waypoints().len(), "waypoint"),
-                    Saved::Parameters => (facts.parameters.heard().len(), "parameter"),
-                };
-                let counted = counted(count as u64, thing);
-                self.note(Level::Info, format!("{path}: {counted} saved"));
-                self.end_waiting(None);
-            }
-            Err(SaveProblem::Exists) => {
-                let (thing, mut effect) = match what {
-                    Saved::Route => ("the draft", self.save_route(path.to_owned())),
-                    Saved::Parameters => (
-                        "the robot's parameters",
-                        save_parameters(facts, path.to_owned()),
-                    ),
-                };
-                if let Effect::Save { overwrite, .. } = &mut effect {
-                    *overwrite = true;
-                }
-                self.overlay = Overlay::Question(Question {
-                    text: format!("{path} exists. Overwrite it with {thing}?"),
-                    then: Then::Save(effect),
-                });
-            }
-            Err(SaveProblem::Failed(problem)) => {
-                self.tell_editor(problem);
-                self.end_waiting(Some(problem));
-                self.note(Level::Warning, problem.as_str());
-            }
         }
     }
 }

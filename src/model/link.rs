@@ -16,7 +16,7 @@ use crate::statistics::Statistics;
 const WINDOW: Moment = Moment::from_secs(20);
 
 /// Time without a line and without damaged lines after which the shares of lost and damaged lines begin afresh.
-const OUTAGE_AFTER: Moment = Moment::from_secs(4);
+const AFRESH_AFTER: Moment = Moment::from_secs(4);
 
 /// Time without a line after which the robot is silent.
 pub(crate) const SILENT_AFTER: Moment = Moment::from_secs(2);
@@ -155,7 +155,7 @@ impl Link {
         let damaged = damaged(&self.counters);
         // A line that was cut by the outage is no sign of a weak radio.
         self.ends_outage = damaged <= self.damaged_before + 1
-            && self.newest_age(now).is_some_and(|age| age >= OUTAGE_AFTER);
+            && self.newest_age(now).is_some_and(|age| age >= AFRESH_AFTER);
         self.damaged_before = damaged;
         self.newest_line_at = Some(now);
         self.newest_raw = Some(*raw);

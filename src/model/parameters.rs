@@ -6,7 +6,7 @@ use super::keys::Action;
 use super::ui::Then;
 use super::words::parameter_number;
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
-use crate::event::{Effect, Level, Saved, unquoted};
+use crate::event::{Effect, FileKind, Level, unquoted};
 use crate::parameter_file::{self, ParameterFile};
 use crate::request::{Request, Tuning, known_default};
 
@@ -153,7 +153,7 @@ fn file_command(command: &str) -> Option<(&str, &str)> {
 
 pub(super) fn save_parameters(facts: &Facts, path: String) -> Effect {
     Effect::Save {
-        what: Saved::Parameters,
+        kind: FileKind::Parameters,
         path,
         text: parameter_file::write("The robot's parameters.", facts.parameters.heard()),
         overwrite: false,
@@ -255,7 +255,7 @@ mod tests {
         assert_eq!(path, "my.toml");
         assert!(text.contains("battery-low = 11.6"), "{text}");
         scene.event(Event::Saved {
-            what: Saved::Parameters,
+            kind: FileKind::Parameters,
             path: "my.toml".to_owned(),
             saved: Ok(()),
         });

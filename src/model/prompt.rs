@@ -5,8 +5,10 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::Mode;
 
 use super::keys::Action;
+use super::parameters::save_parameters;
+use super::ui::{Question, Then};
 use super::{Facts, Overlay, Purpose, TextEntry, Ui};
-use crate::event::{Effect, Level, Moment, remark_from_words, unquoted};
+use crate::event::{Effect, FileKind, Level, Moment, SaveProblem, remark_from_words, unquoted};
 use crate::request::Request;
 
 /// Page of the help with the commands: the last.
@@ -38,19 +40,18 @@ impl Ui {
                 None => Self::name_parameter_file(facts, text),
             },
         };
-        let (waits, error, effects) = match named {
-            Ok(Some(effect)) => (true, None, vec![effect]),
-            Ok(None) => (false, None, Vec::new()),
-            Err(error) => (false, Some(error), Vec::new()),
-        };
-        if waits || error.is_some() {
+        if !matches!(named, Ok(None)) {
             // The prompt stays open until the file is read or written, so that the operator can correct the name.
+            let (effect, error) = match named {
+                Ok(effect) => (effect, None),
+                Err(error) => (None, Some(error)),
+            };
             self.overlay = Overlay::Text(TextEntry {
+                waits: effect.is_some(),
                 error,
-                waits,
                 ..entry
             });
-            return effects;
+            return effect.into_iter().collect();
         }
         let words: Vec<&str> = text.split_whitespace().collect();
         let attended = self.attend(facts, now, &words);
@@ -139,6 +140,48 @@ impl Ui {
         }
         effects.push(Effect::Send(Request::Mode(Mode::Prowl)));
         self.ask_from_the_past(Action::SendDraft, effects)
+    }
+
+    /// Takes the result of writing a file; asks before an existing one is overwritten.
+    pub(super) fn take_saved(
+        &mut self,
+        facts: &Facts,
+        kind: FileKind,
+        path: &str,
+        saved: &Result<(), SaveProblem>,
+    ) {
+        match saved {
+            Ok(()) => {
+                let (count, thing) = match kind {
+                    FileKind::Route => (self.map.draft.waypoints().len(), "waypoint"),
+                    FileKind::Parameters => (facts.parameters.heard().len(), "parameter"),
+                };
+                let counted = counted(count as u64, thing);
+                self.note(Level::Info, format!("{path}: {counted} saved"));
+                self.end_waiting(None);
+            }
+            Err(SaveProblem::Exists) => {
+                let (thing, mut effect) = match kind {
+                    FileKind::Route => ("the draft", self.save_route(path.to_owned())),
+                    FileKind::Parameters => (
+                        "the robot's parameters",
+                        save_parameters(facts, path.to_owned()),
+                    ),
+                };
+                if let Effect::Save { overwrite, .. } = &mut effect {
+                    *overwrite = true;
+                }
+                self.overlay = Overlay::Question(Question {
+                    text: format!("{path} exists. Overwrite it with {thing}?"),
+                    then: Then::Save(effect),
+                });
+            }
+            Err(SaveProblem::Failed(problem)) => {
+                self.tell_editor(problem);
+                self.end_waiting(Some(problem));
+                self.note(Level::Warning, problem.as_str());
+            }
+        }
     }
 
     /// Closes the prompt that waits for a file, or shows its error.

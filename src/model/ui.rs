@@ -182,7 +182,7 @@ impl Ui {
                 effects.extend(self.take_route(&path, route));
             }
             Event::ParametersLoaded { read } => self.take_parameters(facts, read),
-            Event::Saved { what, path, saved } => self.take_saved(facts, what, &path, &saved),
+            Event::Saved { kind, path, saved } => self.take_saved(facts, kind, &path, &saved),
             Event::Runs(runs) => changed = self.take_runs(facts, runs),
             Event::Overlaid(overlaid) => changed = self.take_overlaid(overlaid),
             Event::Notice(notice) if self.is_replay() => {

@@ -14,7 +14,7 @@ use super::runs;
 use super::{Driver, Keeper, Source};
 use crate::capture::runs::Label;
 use crate::event::{
-    Effect, Event, Gesture, Level, Moment, Notice, NoticeCode, Recording, Remark, Saved,
+    Effect, Event, FileKind, Gesture, Level, Moment, Notice, NoticeCode, Recording, Remark,
 };
 use crate::io::files;
 use crate::io::signals::{Signal, Signals, stop_myself};
@@ -325,18 +325,18 @@ impl Running {
                 Event::ParametersLoaded { read }
             }),
             Effect::Save {
-                what,
+                kind,
                 path,
                 text,
                 overwrite,
             } => self.work_on_files(move || {
-                let alike = |old: &str| match what {
-                    Saved::Route => route::parse(&path, old).is_ok(),
-                    Saved::Parameters => ParameterFile::parse(&path, old).is_ok(),
+                let alike = |old: &str| match kind {
+                    FileKind::Route => route::parse(&path, old).is_ok(),
+                    FileKind::Parameters => ParameterFile::parse(&path, old).is_ok(),
                 };
                 let saved = files::check_replaced(&path, alike)
                     .and_then(|()| files::write_text(&path, &text, overwrite));
-                Event::Saved { what, path, saved }
+                Event::Saved { kind, path, saved }
             }),
             Effect::Notice(notice) => return self.tell(Event::Notice(notice)),
             Effect::Copy(text) => self.screen.copy(&text)?,

@@ -300,8 +300,10 @@ const NAME_COLUMNS: usize = 24;
 /// Width that a replayed file may always have: that of a recording named by its time, columns.
 const FILE_COLUMNS: usize = 32;
 
-/// Width kept free for the words after a longer name, and after that of a replayed file, columns.
+/// Width kept free for the words after a longer name, columns.
 const WORDS_COLUMNS: usize = 47;
+
+/// The same after the name of a replayed file.
 const FILE_WORDS_COLUMNS: usize = 22;
 
 /// The last part of a path.

@@ -76,7 +76,7 @@ def judge_unfinished(path, raw_path):
     with open(raw_path, "rb") as file:
         raw = file.read()
     check(len(received) > 0, "nothing was received")
-    # Two threads write the two files: either may have been killed before its last read was written.
+    # The recording gets each read first, and each file has a thread of its own: either may lack the last read.
     check(abs(len(raw) - len(received)) <= READ_BYTES, f"{len(raw) - len(received)} bytes lost")
     check(raw.startswith(received) or received.startswith(raw), "/raw/rx differs from the raw capture")
     print(f"{count} messages, {len(received)} bytes received in a recording that nobody finished")

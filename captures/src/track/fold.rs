@@ -12,6 +12,7 @@ use super::thin::{interval, merge_gaps, reduce};
 use super::{Event, Holder, Place, PlacedMark, Point, Track};
 use crate::bumps::Bumps;
 use crate::chunk::set_time;
+use crate::event::{Mark, Moment};
 use crate::gaps::Gaps;
 use crate::marks::MARK_REACH;
 use crate::odometer::{Odometer, Step};
@@ -115,15 +116,8 @@ impl Fold {
                     self.outages.handle_event(at, &event);
                     self.locate_outages();
                     self.routes.take_event(&event);
-                    // The places of those that are not removed later.
-                    let set = event.mark().and_then(|mark| at.checked_sub(mark.ago));
-                    if let Some(at) = set.filter(|at| capture.marks().moments().contains(at)) {
-                        self.mark(at, self.place_at(at), None);
-                    }
-                    if event.mark().is_some_and(|mark| !mark.is_set) {
-                        let set = capture.marks().moments();
-                        let marks = &mut self.track.marks;
-                        marks.retain(|mark| mark.text.is_some() || set.contains(&mark.at));
+                    if let Some(mark) = event.mark() {
+                        self.take_mark(at, mark, capture.marks().moments());
                     }
                 }
                 Piece::Missing(_) | Piece::Damaged(_) => {
@@ -303,6 +297,16 @@ impl Fold {
     fn locate(&mut self, outage: &Outage) {
         self.happen(Event::Outage, self.place_at(outage.begin));
         self.located += 1;
+    }
+
+    /// Takes a mark of a recording, with the moments of all that are set.
+    fn take_mark(&mut self, now: Duration, mark: Mark, set: &[Moment]) {
+        let marks = &mut self.track.marks;
+        marks.retain(|known| known.text.is_some() || set.contains(&known.at));
+        let at = now.checked_sub(mark.ago).filter(|at| set.contains(at));
+        if let Some(at) = at.filter(|_| mark.is_set) {
+            self.mark(at, self.place_at(at), None);
+        }
     }
 
     fn mark(&mut self, at: Duration, place_in: Place, text: Option<String>) {

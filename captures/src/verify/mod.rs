@@ -66,12 +66,24 @@ pub struct Verdict {
     pub derived_equal: u64,
     /// Number of derived messages that cannot be checked, because their bytes are missing or precede the capture.
     pub derived_unchecked: u64,
-    /// Whether the raw text holds the same bytes; `None` if there is none, or if the text is another capture.
-    pub is_as_raw_file: Option<bool>,
+    /// Result of the comparison with a raw text; `None` if there is none.
+    pub raw_file: Option<Comparison>,
     /// The first faults.
     pub faults: Vec<String>,
     /// Number of faults.
     pub fault_count: u64,
+}
+
+/// Result of the comparison of a recording with a raw text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Comparison {
+    /// All bytes are equal.
+    Same,
+    /// Bytes differ, which is a fault.
+    Different,
+    /// A text that the operator did not name begins with other bytes, so it counts as another capture.
+    OtherCapture,
 }
 
 /// Consecutive lines lost.
@@ -100,7 +112,7 @@ impl Verdict {
             messages: BTreeMap::new(),
             derived_equal: 0,
             derived_unchecked: 0,
-            is_as_raw_file: None,
+            raw_file: None,
             faults: Vec::new(),
             fault_count: 0,
         }
@@ -171,8 +183,13 @@ impl Verdict {
                 unchecked => writeln!(output, "; {unchecked} cannot be checked")?,
             }
         }
-        if self.is_as_raw_file == Some(true) {
-            writeln!(output, "raw file   holds the same bytes")?;
+        match self.raw_file {
+            Some(Comparison::Same) => writeln!(output, "raw file   holds the same bytes")?,
+            Some(Comparison::OtherCapture) => writeln!(
+                output,
+                "raw file   begins otherwise: another capture, not compared (--raw FILE compares it)"
+            )?,
+            Some(Comparison::Different) | None => {}
         }
         for fault in &self.faults {
             writeln!(output, "wrong      {fault}")?;

@@ -4,7 +4,7 @@ use std::io::{self, Read};
 
 use groundwave_protocol::LINE_BYTES;
 
-use super::Verdict;
+use super::{Comparison, Verdict};
 use crate::messages::RawBytes;
 use crate::text::TextReader;
 
@@ -25,8 +25,8 @@ pub(super) struct RawFile {
     source: RadioBytes,
     is_named: bool,
     offset: u64,
-    /// Whether all bytes so far are equal; `None` for another capture.
-    is_equal: Option<bool>,
+    /// Result so far.
+    result: Comparison,
 }
 
 impl RawFile {
@@ -39,13 +39,13 @@ impl RawFile {
             source,
             is_named: copy.is_named,
             offset: 0,
-            is_equal: Some(true),
+            result: Comparison::Same,
         }
     }
 
     /// Compares the next received bytes; the first difference is a fault.
     pub(super) fn compare(&mut self, raw: &RawBytes, verdict: &mut Verdict) -> io::Result<()> {
-        if self.is_equal != Some(true) {
+        if self.result != Comparison::Same {
             return Ok(());
         }
         let skipped = raw.stream_offset.saturating_sub(self.offset);
@@ -58,25 +58,25 @@ impl RawFile {
             let equal = theirs.iter().zip(&raw.data).take_while(|(a, b)| a == b);
             let byte = raw.stream_offset.saturating_add(equal.count() as u64);
             if byte < UNRELATED_BYTES && !self.is_named {
-                self.is_equal = None;
+                self.result = Comparison::OtherCapture;
                 return Ok(());
             }
             verdict.fault(format!("the raw file differs from byte {byte} on"));
-            self.is_equal = Some(false);
+            self.result = Comparison::Different;
         }
         Ok(())
     }
 
-    /// Whether all bytes are equal; remaining bytes are a fault. `None` for another capture.
-    pub(super) fn finish(mut self, verdict: &mut Verdict) -> io::Result<Option<bool>> {
-        if self.is_equal == Some(true) {
+    /// The result; remaining bytes are a fault.
+    pub(super) fn finish(mut self, verdict: &mut Verdict) -> io::Result<Comparison> {
+        if self.result == Comparison::Same {
             let more = io::copy(&mut self.source, &mut io::sink())?;
             if more > 0 {
                 verdict.fault(format!("the raw file has {more} more bytes"));
-                self.is_equal = Some(false);
+                self.result = Comparison::Different;
             }
         }
-        Ok(self.is_equal)
+        Ok(self.result)
     }
 }
 

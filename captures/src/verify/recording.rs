@@ -212,7 +212,7 @@ impl Check {
         let has = |topic| topic == Topic::Telemetry || has(topic);
         self.derived.finish(has, &mut self.verdict);
         if let Some(file) = self.raw {
-            self.verdict.is_as_raw_file = file.finish(&mut self.verdict)?;
+            self.verdict.raw_file = Some(file.finish(&mut self.verdict)?);
         }
         self.lines.finish(&mut self.verdict);
         Ok(self.verdict)

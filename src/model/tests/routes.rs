@@ -1,7 +1,7 @@
 //! Routes: drafted, loaded, edited, saved, sent.
 
 use super::*;
-use crate::event::{SaveProblem, Saved};
+use crate::event::{FileKind, SaveProblem};
 
 #[test]
 fn a_route_is_drafted_on_the_map_and_sent() {
@@ -157,7 +157,7 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
         Err(SaveProblem::Failed("no such folder".to_owned())),
     );
     scene.event(Event::Saved {
-        what: Saved::Route,
+        kind: FileKind::Route,
         path,
         saved,
     });
@@ -168,7 +168,7 @@ fn a_prompt_for_a_file_stays_until_the_file_is_right() {
     // Another overlay stays open.
     scene.press(&[KeyCode::Esc]);
     scene.event(Event::Saved {
-        what: Saved::Route,
+        kind: FileKind::Route,
         path: "a.txt".to_owned(),
         saved: Ok(()),
     });
@@ -243,20 +243,20 @@ fn a_draft_is_saved_and_nothing_is_overwritten_unasked() {
     let text = crate::route::format(scene.model.ui.map.draft.waypoints());
     scene.type_text("stour.txt");
     let save = |overwrite| Effect::Save {
-        what: Saved::Route,
+        kind: FileKind::Route,
         path: "tour.txt".to_owned(),
         text: text.clone(),
         overwrite,
     };
     assert_eq!(scene.press(&[KeyCode::Enter]), [save(false)]);
     scene.event(Event::Saved {
-        what: Saved::Route,
+        kind: FileKind::Route,
         path: "tour.txt".to_owned(),
         saved: Err(SaveProblem::Exists),
     });
     assert_eq!(scene.type_text("y"), [save(true)]);
     scene.event(Event::Saved {
-        what: Saved::Route,
+        kind: FileKind::Route,
         path: "tour.txt".to_owned(),
         saved: Ok(()),
     });
