@@ -27,6 +27,7 @@ mod endurance;
 mod examples;
 mod failsafe;
 mod failures;
+mod floor_map;
 mod fuzz;
 mod hints;
 mod hostile_captures;

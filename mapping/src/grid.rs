@@ -9,6 +9,9 @@ pub const CELL_IN: f64 = 3.0;
 /// Log-odds from which a cell is an obstacle: 4 to 1.
 pub(crate) const OBSTACLE: f64 = 1.4;
 
+/// Log-odds below which a cell is known to be free.
+pub(crate) const FREE: f64 = -0.3;
+
 /// Cells along the side of a tile.
 const TILE: i32 = 1 << TILE_BITS;
 const TILE_BITS: i32 = 5;

@@ -7,7 +7,7 @@
 use pathfinding::directed::astar::astar;
 
 use crate::floor::{Floor, around};
-use crate::grid::{CELL_IN, Cell, Grid, OBSTACLE};
+use crate::grid::{CELL_IN, Cell, FREE, Grid, OBSTACLE};
 use crate::sensors::body::RADIUS_IN;
 
 /// Distance of the robot's centre from the centre of an obstacle's cell that is clear, inches: the body and half of a cell.
@@ -27,9 +27,6 @@ const STANDS_IN: f64 = RADIUS_IN + CELL_IN;
 
 /// Distance from the target in which the route may end if the target itself is blocked, inches.
 const BESIDE_IN: f64 = 24.0;
-
-/// Log-odds below which a cell is known to be free.
-const FREE: f64 = -0.3;
 
 /// Cost of a cell by what is known of it: driven, seen to be free, near an obstacle, and unknown.
 const DRIVEN: u32 = 2;

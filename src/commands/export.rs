@@ -1,5 +1,6 @@
 //! `export`: exports captures as tables, pictures, recordings and raw text.
 
+mod floor_map;
 mod recorded;
 
 use std::io::{self, Write};
@@ -41,6 +42,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
         ExportFormat::Jsonl => "jsonl",
         ExportFormat::Svg => "svg",
         ExportFormat::Png => "png",
+        ExportFormat::Map => "yaml",
         ExportFormat::Mcap => "mcap",
         ExportFormat::Raw => "txt",
     };
@@ -61,6 +63,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
                     Ok(picture.svg().into_bytes())
                 }),
                 ExportFormat::Png => picture(path, progress, target, Picture::png),
+                ExportFormat::Map => floor_map::export(path, progress, target, &files),
                 ExportFormat::Mcap => recorded::to_mcap(options, path, progress, target),
                 ExportFormat::Raw => recorded::to_raw(path, progress, target),
             }

@@ -86,6 +86,24 @@ pub(super) fn targets(
     Ok(targets)
 }
 
+/// The target of a second file of a result, named after the first one, `path`.
+///
+/// # Errors
+/// If it exists and must not be overwritten.
+pub(super) fn second(
+    path: &Path,
+    force: bool,
+    extension: &str,
+    captures: &[PathBuf],
+) -> Result<Target, Fault> {
+    let path = path.with_extension(extension);
+    if path.exists() {
+        check_inputs(&path, captures)?;
+    }
+    refuse(&path, force)?;
+    Ok(Target::File(path, force))
+}
+
 /// Refuses a file name whose extension contradicts the format; `hint` is the suggestion in the message.
 pub(super) fn check_form(target: &Target, form: Form, hint: &str) -> Result<(), Fault> {
     let Target::File(path, _) = target else {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Judges recordings with independent tools: a finished recording, a killed and recovered one, a converted capture, and
-# a part of one.
+# a part of one; and a map of the floor.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 root=$PWD
@@ -81,4 +81,6 @@ for name in live killed converted part; do
   echo "rerun: $(grep -c '^ok' checked.txt) topics checked, $(stat -c %s "$name.rrd") bytes converted"
   [ $name = killed ] || "$groundwave" verify "$name.mcap" --raw "$name.txt" --quiet
 done
+"$groundwave" export "$root/captures/house-clean.txt" --to map -o 'a "map".yaml' --quiet
+"$root/$environment/bin/python" "$root/tests/judges/judge_map.py" 'a "map".yaml'
 echo "4 recordings, each judged by mcap, @mcap/core and rerun"

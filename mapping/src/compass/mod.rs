@@ -81,6 +81,8 @@ struct Gauge {
 #[derive(Clone, Debug, Default)]
 pub struct Compass {
     last: Option<(Duration, StateLine)>,
+    /// Time of the first line A since the pose was set.
+    since: Option<Duration>,
     resets: Resets,
     boots: Option<u16>,
     gauge: Gauge,
@@ -123,6 +125,12 @@ impl Compass {
             Body::Parameter(parameter) => self.take_parameter(parameter),
             _ => {}
         }
+    }
+
+    /// Time of the first line A since the pose was set, or since the first of all: the world's frame began. `None` before one.
+    #[must_use]
+    pub const fn since(&self) -> Option<Duration> {
+        self.since
     }
 
     /// True heading minus the odometer's, degrees; `None` if it may be wrong by a quarter turn.
@@ -260,6 +268,7 @@ impl Compass {
         let Some((then, last)) = self.last.replace((now, *state)) else {
             self.pose.theta_rad = f64::from(state.theta_deg).to_radians();
             self.origin_in = position_in(state);
+            self.since = Some(now);
             self.reckoning = Reckoning::at(self.origin_in);
             self.tracker = None;
             self.trail = Trail::default();

@@ -3,9 +3,12 @@
 use std::fmt;
 
 use groundwave_protocol::Waypoint;
+use groundwave_protocol::telemetry::StateLine;
 
 use super::Compass;
+use super::tracker::Leg;
 use crate::floor::Floor;
+use crate::floor_map::FloorMap;
 use crate::plan::{Blocked, Point, Terrain};
 use crate::pose::turned;
 
@@ -102,9 +105,7 @@ impl Compass {
             return Err(NoRoute::TooUncertain);
         }
         let house = self.drift.house(tracker.reference_deg);
-        let mut leg = self.leg(f64::from(last.theta_deg), None);
-        leg.trail = self.trail.clone();
-        let (views, start) = tracker.seen(&leg);
+        let (views, start) = tracker.seen(&self.unfinished_leg(last));
 
         let here = tracker.in_world(start, house);
         let believed = super::position_in(last);
@@ -140,6 +141,30 @@ impl Compass {
             unknown_in: terrain.unknown_in(start, &points),
             short_in: libm::hypot(end.0 - target.0, end.1 - target.1),
         })
+    }
+
+    /// The floor that was seen since the pose was set, in the world's frame: the odometer's at that time. `None` before the directions of
+    /// enough walls are known.
+    ///
+    /// If the heading is not known any more ([`Self::heading_error_deg`]), what was seen since then may be misplaced.
+    #[must_use]
+    pub fn floor_map(&self) -> Option<FloorMap> {
+        let (_, last) = self.last.as_ref()?;
+        let tracker = self.tracker.as_ref()?;
+        let house = self.drift.house(tracker.reference_deg);
+        let (mut views, _) = tracker.seen(&self.unfinished_leg(last));
+        for (pose, _) in &mut views {
+            *pose = tracker.pose_in_world(*pose, house);
+        }
+        FloorMap::new(&Floor::new(&views))
+    }
+
+    /// The leg up to a line, with what was seen on it.
+    fn unfinished_leg(&self, last: &StateLine) -> Leg {
+        Leg {
+            trail: self.trail.clone(),
+            ..self.leg(f64::from(last.theta_deg), None)
+        }
     }
 
     /// The waypoints with which a robot that trusts its odometer drives along points of the world.

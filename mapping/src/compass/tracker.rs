@@ -230,15 +230,26 @@ impl Tracker {
         (submaps.views().collect(), submaps.position_in())
     }
 
-    /// A point of the world in the house's frame, and back.
+    /// A point of the world in the house's frame.
     pub(super) fn in_house(&self, (x_in, y_in): (f64, f64), house: Estimate) -> (f64, f64) {
         let from_origin = (x_in - self.origin_in.0, y_in - self.origin_in.1);
         turned(from_origin, house.value.to_radians())
     }
 
-    pub(super) fn in_world(&self, point: (f64, f64), house: Estimate) -> (f64, f64) {
-        let (x_in, y_in) = turned(point, -house.value.to_radians());
-        (self.origin_in.0 + x_in, self.origin_in.1 + y_in)
+    /// A point of the house's frame in the world.
+    pub(super) fn in_world(&self, (x_in, y_in): (f64, f64), house: Estimate) -> (f64, f64) {
+        let pose = Pose {
+            x_in,
+            y_in,
+            ..Pose::default()
+        };
+        let pose = self.pose_in_world(pose, house);
+        (pose.x_in, pose.y_in)
+    }
+
+    /// A pose in the house's frame, in the world.
+    pub(super) fn pose_in_world(&self, pose: Pose, house: Estimate) -> Pose {
+        pose.turned(-house.value.to_radians()).moved(self.origin_in)
     }
 
     /// Position in the world after an unfinished leg, and where the true one is. The direction of the house turns both

@@ -78,6 +78,7 @@ pub struct Info {
 Examples:
   groundwave export evening.mcap --to svg              writes evening.svg, the path with its events
   groundwave export 'evenings/*.mcap' --to csv --output-dir tables
+  groundwave export evening.mcap --to map              writes evening.yaml and evening.pgm, for map_server, RViz and Nav2
   groundwave export evening.mcap --to raw              writes evening.txt, with the received bytes
   groundwave export evening.txt --to mcap              writes evening.mcap, with all topics of a recording
   cat /dev/ttyUSB0 | groundwave export - --to jsonl
@@ -114,6 +115,8 @@ pub enum ExportFormat {
     Svg,
     /// The path with its events, as PNG
     Png,
+    /// The floor that was seen, as a map for ROS: YAML and a PGM image
+    Map,
     /// A recording with every topic, made of raw text
     Mcap,
     /// The received bytes, as raw text
