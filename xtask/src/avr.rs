@@ -23,7 +23,7 @@ const STATIC_MAX: usize = 6 << 10;
 pub(crate) fn check() -> Result<(), String> {
     let probe = root().join("firmware/boards/probe");
     debian::build(&probe)?;
-    check_program(&probe.join("target/avr-none/release/probe.elf"))
+    check_program(&debian::boards().join("avr-none/release/probe.elf"))
 }
 
 /// Prints the program's sizes and searches it for faults.

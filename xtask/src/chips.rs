@@ -66,9 +66,8 @@ fn board_with(options: &[&str]) -> Result<(), String> {
 }
 
 fn mega(options: &[&str]) -> Result<(), String> {
-    let board = root().join("firmware/boards/replay");
-    debian::build(&board)?;
-    let program = board.join("target/avr-none/release/replay.elf");
+    debian::build(&root().join("firmware/boards/replay"))?;
+    let program = debian::boards().join("avr-none/release/replay.elf");
     avr::check_program(&program)?;
     let emulator = compile("replay")?;
     run(bench()?
@@ -81,9 +80,8 @@ fn mega(options: &[&str]) -> Result<(), String> {
 
 /// Builds the board of a Raspberry Pi Pico.
 pub(crate) fn pico() -> Result<(), String> {
-    let board = root().join("firmware/boards/pico");
-    debian::build(&board)?;
-    let program = board.join("target/thumbv6m-none-eabi/release/pico");
+    debian::build(&root().join("firmware/boards/pico"))?;
+    let program = debian::boards().join("thumbv6m-none-eabi/release/pico");
     print!(
         "{}",
         capture(Command::new("arm-none-eabi-size").arg(program))?
@@ -92,9 +90,8 @@ pub(crate) fn pico() -> Result<(), String> {
 }
 
 fn micro(options: &[&str]) -> Result<(), String> {
-    let board = root().join("firmware/boards/microbit");
-    debian::build(&board)?;
-    let program = board.join("target/thumbv6m-none-eabi/release/microbit");
+    debian::build(&root().join("firmware/boards/microbit"))?;
+    let program = debian::boards().join("thumbv6m-none-eabi/release/microbit");
     print!(
         "{}",
         capture(Command::new("arm-none-eabi-size").arg(&program))?

@@ -48,13 +48,18 @@ fn path() -> OsString {
     env::join_paths(first.chain(env::split_paths(&path))).unwrap_or(path)
 }
 
-/// Builds a board's program, which is a separate workspace.
-pub(crate) fn build(board: &Path) -> Result<(), String> {
-    build_with(board, &[], "target")
+/// The folder of all boards' programs: those for one chip share the compiled standard library.
+pub(crate) fn boards() -> PathBuf {
+    crate::root().join("target/boards")
 }
 
-/// Likewise, with further options, in this folder of the board's.
-pub(crate) fn build_with(board: &Path, options: &[&str], target: &str) -> Result<(), String> {
+/// Builds a board's program, which is a separate workspace.
+pub(crate) fn build(board: &Path) -> Result<(), String> {
+    build_with(board, &[], &boards())
+}
+
+/// Likewise, with further options, in another folder; a relative one is the board's.
+pub(crate) fn build_with(board: &Path, options: &[&str], target: &Path) -> Result<(), String> {
     let wrapper = env::current_exe().map_err(|error| format!("no path of xtask: {error}"))?;
     // Cargo reads the configuration of the folder where it runs.
     crate::run(
@@ -62,7 +67,8 @@ pub(crate) fn build_with(board: &Path, options: &[&str], target: &str) -> Result
             .current_dir(board)
             .env(AS_RUSTC, "1")
             .env("RUSTC_WRAPPER", wrapper)
-            .args(["build", "--release", "--locked", "--target-dir", target])
+            .args(["build", "--release", "--locked", "--target-dir"])
+            .arg(target)
             .args(options),
     )
 }

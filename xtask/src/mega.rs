@@ -27,8 +27,8 @@ const SOURCES: [&str; 11] = [
 /// Builds the board's program with options, checks it and keeps it under a name.
 pub(crate) fn build(name: &str, options: &[&str]) -> Result<PathBuf, String> {
     let board = root().join("firmware/boards/mega2560");
-    debian::build_with(&board, options, "target")?;
-    keep(&board.join("target"), name)
+    debian::build_with(&board, options, &debian::boards())?;
+    keep(&debian::boards(), name)
 }
 
 fn keep(target: &Path, name: &str) -> Result<PathBuf, String> {
@@ -81,7 +81,7 @@ pub(crate) fn hex() -> Result<(), String> {
     let build = |folder: &Path, name| {
         let board = folder.join("firmware/boards/mega2560");
         let _ = fs::remove_dir_all(board.join("target-hex"));
-        debian::build_with(&board, &[], "target-hex")?;
+        debian::build_with(&board, &[], Path::new("target-hex"))?;
         keep(&board.join("target-hex"), name)
     };
     let copied = build(&elsewhere, "elsewhere")?;
