@@ -17,7 +17,7 @@ pub enum FloorCell {
     Drop,
 }
 
-/// A rectangle around all that is known of the floor, in cells with sides of [`CELL_IN`].
+/// A rectangle around all cells of which something is known, with sides of [`CELL_IN`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct FloorMap {
     /// X and Y of the lower left corner, inches.
@@ -32,7 +32,8 @@ impl FloorMap {
     /// The map of a floor; `None` if nothing is known of it.
     pub(crate) fn new(floor: &Floor) -> Option<Self> {
         let known = [&floor.grid, &floor.driven, &floor.drops].map(Grid::cells);
-        let known = known.into_iter().flatten().map(|(cell, _)| cell);
+        let known = known.into_iter().flatten().map(|(at, _)| at);
+        let known = known.filter(|at| cell(floor, *at) != FloorCell::Unknown);
         let (low, high) = known.fold(None, |bounds, (column, row)| {
             let (low, high) = bounds.unwrap_or(((column, row), (column, row)));
             Some((
@@ -49,11 +50,11 @@ impl FloorMap {
         })
     }
 
-    /// Middles of the cells of which a fact is known, inches.
-    pub fn middles_in(&self, known: FloorCell) -> impl Iterator<Item = (f64, f64)> {
+    /// X and Y of the middles of all cells of a kind, inches.
+    pub fn middles_in(&self, kind: FloorCell) -> impl Iterator<Item = (f64, f64)> {
         let cells = self.cells.iter().enumerate();
         cells
-            .filter(move |(_, cell)| **cell == known)
+            .filter(move |(_, cell)| **cell == kind)
             .map(|(at, _)| {
                 let (column, row) = (at % self.columns, at / self.columns);
                 let middle =

@@ -8,19 +8,19 @@ use groundwave_protocol::telemetry::Line;
 use crate::compass::Compass;
 use crate::floor_map::FloorMap;
 
-/// Half of the heading's 95 % interval up to which it is known well: a longer leg would be drawn beside its room.
+/// Half of the heading's 95 % interval up to which it is known well; with a larger one a leg can be drawn beside its room.
 const WELL_DEG: f64 = 20.0;
 
-/// Time between two copies of the state.
-const COPY_EVERY: Duration = Duration::from_mins(1);
+/// Least time between two copies of the estimate.
+const COPY_EVERY: Duration = Duration::from_secs(1);
 
-/// Makes the map of a session; where the heading is not known well any more, the map ends.
+/// Makes the map of a session. If the heading is not known well at the end, the map ends where it last was.
 #[derive(Clone, Debug, Default)]
 pub struct Mapper {
     compass: Compass,
     /// Beginning of the first frame.
     first: Option<Duration>,
-    /// A copy from when the heading was known well.
+    /// The newest copy with a well-known heading and a map.
     copy: Option<(Duration, Compass)>,
 }
 
@@ -29,9 +29,7 @@ pub struct Mapper {
 pub struct SessionMap {
     /// The map, in the world's frame ([`Compass::floor_map`]).
     pub map: FloorMap,
-    /// Time from which on it has what was seen, if the robot got a new pose or was restarted.
-    pub from: Option<Duration>,
-    /// Time up to which it has what was seen, if the heading is not known well from there on.
+    /// Time up to which it has what was seen, if the heading is not known well at the end.
     pub until: Option<Duration>,
 }
 
@@ -42,7 +40,7 @@ pub enum NoMap {
     NoPose,
     /// The directions of too few walls were seen.
     WallsUnknown,
-    /// The heading was lost before it was known well.
+    /// The heading was never known well while there were walls.
     HeadingUnknown,
 }
 
@@ -51,7 +49,7 @@ impl fmt::Display for NoMap {
         f.write_str(match self {
             Self::NoPose => "no position was received",
             Self::WallsUnknown => "the robot has not passed enough walls",
-            Self::HeadingUnknown => "its heading may be wrong by a quarter turn",
+            Self::HeadingUnknown => "the robot's heading was never known well",
         })
     }
 }
@@ -76,27 +74,33 @@ impl Mapper {
         }
     }
 
+    /// Time from which on the map has what was seen, if the robot got a new pose or was restarted.
+    #[must_use]
+    pub fn since(&self) -> Option<Duration> {
+        let since = self.compass.since();
+        since.filter(|_| since != self.first)
+    }
+
     /// The map since the pose was set.
     ///
     /// # Errors
     /// If nothing can be placed.
     pub fn finish(self) -> Result<SessionMap, NoMap> {
-        let since = self.compass.since().ok_or(NoMap::NoPose)?;
-        let is_lost = self.compass.heading_error_deg().is_none();
+        self.compass.since().ok_or(NoMap::NoPose)?;
+        let is_known_well = self.is_known_well();
         let (until, compass) = match self.copy {
-            Some((at, copy)) if !self.is_known_well() => (Some(at), copy),
-            None if is_lost => return Err(NoMap::HeadingUnknown),
-            _ => (None, self.compass),
+            _ if is_known_well => (None, self.compass),
+            Some((at, copy)) => (Some(at), copy),
+            None if self.compass.knows_walls() => return Err(NoMap::HeadingUnknown),
+            None => return Err(NoMap::WallsUnknown),
         };
-        Ok(SessionMap {
-            map: compass.floor_map().ok_or(NoMap::WallsUnknown)?,
-            from: (self.first != Some(since)).then_some(since),
-            until,
-        })
+        let map = compass.floor_map().ok_or(NoMap::WallsUnknown)?;
+        Ok(SessionMap { map, until })
     }
 
+    /// Whether there is a map and its end is in the right place.
     fn is_known_well(&self) -> bool {
         let error = self.compass.heading_error_deg();
-        error.is_some_and(|error| error.half <= WELL_DEG)
+        self.compass.knows_walls() && error.is_some_and(|error| error.half <= WELL_DEG)
     }
 }

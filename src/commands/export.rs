@@ -51,6 +51,11 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
         return Err(Fault::new(Exit::Usage, problem));
     }
     let targets = targets(&files, &options.output, |_| Ok(extension.to_owned()))?;
+    let images = if options.to == ExportFormat::Map {
+        floor_map::images(&targets, &files)?
+    } else {
+        Vec::new()
+    };
     batch::each(
         &files,
         options.captures.quiet,
@@ -63,7 +68,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
                     Ok(picture.svg().into_bytes())
                 }),
                 ExportFormat::Png => picture(path, progress, target, Picture::png),
-                ExportFormat::Map => floor_map::export(path, progress, target, &files),
+                ExportFormat::Map => floor_map::export(path, progress, target, &images[index]),
                 ExportFormat::Mcap => recorded::to_mcap(options, path, progress, target),
                 ExportFormat::Raw => recorded::to_raw(path, progress, target),
             }

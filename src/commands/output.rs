@@ -171,7 +171,11 @@ fn refuse(path: &Path, force: bool) -> Result<(), Fault> {
 
 /// Whether the path is an existing file or folder; pipes and devices can be written to again.
 fn is_in_the_way(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|about| about.is_file() || about.is_dir())
+    // A link that leads nowhere is there, too.
+    fs::metadata(path).map_or_else(
+        |_| fs::symlink_metadata(path).is_ok(),
+        |about| about.is_file() || about.is_dir(),
+    )
 }
 
 fn exists(path: &Path) -> Fault {
@@ -181,6 +185,19 @@ fn exists(path: &Path) -> Fault {
         "exists; choose another name, or use --force to overwrite it"
     };
     Fault::new(Exit::Usage, format!("{} {hint}", path.display()))
+}
+
+/// Writes two complete files that belong together. Neither has its name before both are written.
+pub(super) fn write_pair(pair: [(&Target, &[u8]); 2]) -> Result<(), Fault> {
+    let mut outputs = Vec::new();
+    for (target, bytes) in pair {
+        let mut output = Output::create(target)?;
+        if let Err(error) = output.write_all(bytes).and_then(|()| output.flush()) {
+            return output.fault(&error);
+        }
+        outputs.push(output);
+    }
+    outputs.into_iter().try_for_each(Output::finish)
 }
 
 /// Writes a complete file, made from the inputs.

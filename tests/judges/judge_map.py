@@ -25,7 +25,7 @@ counts = {value: cells.count(value) for value in (0, 100, -1)}
 assert all(count > 100 for count in counts.values()), counts
 # The robot began at the origin: the lower left pixel's corner is at `origin`.
 x_m, y_m, yaw = about["origin"]
-column = int(-x_m / about["resolution"])
-row = image.height - 1 - int(-y_m / about["resolution"])
+column = round(-x_m / about["resolution"])
+row = image.height - 1 - round(-y_m / about["resolution"])
 assert yaw == 0 and occupancy(column, row) == 0, (column, row)
 print(f"map: {image.width} x {image.height} cells, {counts[0]} free, {counts[100]} occupied, {counts[-1]} unknown")

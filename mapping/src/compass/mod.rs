@@ -133,6 +133,11 @@ impl Compass {
         self.since
     }
 
+    /// Whether the directions of enough walls are known for a map.
+    pub(crate) const fn knows_walls(&self) -> bool {
+        self.tracker.is_some()
+    }
+
     /// True heading minus the odometer's, degrees; `None` if it may be wrong by a quarter turn.
     #[must_use]
     pub fn heading_error_deg(&self) -> Option<Interval> {

@@ -115,7 +115,7 @@ pub enum ExportFormat {
     Svg,
     /// The path with its events, as PNG
     Png,
-    /// The floor that was seen, as a map for ROS: YAML and a PGM image
+    /// The floor that the robot saw, as a map for ROS: YAML and a PGM image
     Map,
     /// A recording with every topic, made of raw text
     Mcap,

@@ -1,14 +1,15 @@
 //! Exports the floor that was seen as a map for ROS: its `map_server` and others read the YAML file, which names the image.
 
-use std::io::Write;
+use std::borrow::Cow;
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use groundwave_mapping::{CELL_IN, FloorCell, FloorMap, Mapper, SessionMap};
-use groundwave_protocol::decoder::Received;
+use groundwave_mapping::{CELL_IN, FloorCell, FloorMap, Mapper, NoMap, SessionMap};
+use groundwave_protocol::decoder::{Counters, Received};
 
 use super::super::input;
-use super::super::output::{Output, Target, second};
+use super::super::output::{Target, second, write_pair};
 use super::super::progress::Progress;
 use super::super::{Exit, Fault};
 use super::Made;
@@ -22,57 +23,84 @@ const OCCUPIED: u8 = 0;
 const UNKNOWN: u8 = 205;
 const FREE: u8 = 254;
 
-/// Writes the YAML file and the image beside it.
+/// The image's target for each YAML file.
+///
+/// # Errors
+/// If a target is no YAML file, or an image must not be written.
+pub(super) fn images(targets: &[Target], captures: &[PathBuf]) -> Result<Vec<Target>, Fault> {
+    let usage = |problem: String| Fault::new(Exit::Usage, problem);
+    let image = |target: &Target| {
+        let Target::File(yaml, force) = target else {
+            let problem = "--to map writes two files; name the first one with -o NAME.yaml";
+            return Err(usage(problem.into()));
+        };
+        let name = yaml.display();
+        if yaml.to_str().is_none() {
+            return Err(usage(format!(
+                "{name}: the YAML file names its image, so the name must be UTF-8; choose another name"
+            )));
+        }
+        let extension = yaml.extension().unwrap_or_default();
+        if !extension.eq_ignore_ascii_case("yaml") {
+            return Err(usage(format!(
+                "{name}: --to map writes a YAML file and an image beside it; choose a name such as floor.yaml"
+            )));
+        }
+        second(yaml, *force, "pgm", captures)
+    };
+    targets.iter().map(image).collect()
+}
+
+/// Writes the YAML file and the image.
 pub(super) fn export(
     path: &Path,
     progress: &Progress,
     target: &Target,
-    captures: &[PathBuf],
+    image: &Target,
 ) -> Result<Made, Fault> {
-    let usage = |problem: String| Fault::new(Exit::Usage, problem);
-    let Target::File(yaml, force) = target else {
-        let problem = "--to map writes two files; name the first one with -o NAME.yaml";
-        return Err(usage(problem.into()));
-    };
-    if yaml.extension().is_none_or(|extension| extension != "yaml") {
-        let yaml = yaml.display();
-        return Err(usage(format!(
-            "{yaml}: --to map writes a YAML file and an image beside it; name it .yaml"
-        )));
-    }
-    let image = second(yaml, *force, "pgm", captures)?;
     let mut capture = input::open_capture(path, progress)?;
     let mut mapper = Mapper::default();
-    let (_, _, problem) = Track::read_with(&mut capture, Vec::new(), |now, received| {
+    let (_, counters, problem) = Track::read_with(&mut capture, Vec::new(), |now, received| {
         if let Received::Line(line, _) = received {
             mapper.handle_line(now, line);
         }
     });
     let problem = problem.map(Fault::from);
+    let since = mapper.since();
     let made = match mapper.finish() {
         Ok(made) => made,
         Err(reason) => {
-            let name = path.display();
-            return Err(problem.unwrap_or_else(|| usage(format!("{name}: no map: {reason}"))));
+            return Err(problem.unwrap_or_else(|| no_map(path, &counters, since, reason)));
         }
     };
-    let name = yaml.with_extension("pgm");
-    let name = name.file_name().unwrap_or_default().to_string_lossy();
-    write(&image, &pgm(&made.map))?;
-    write(target, description(&made.map, &name).as_bytes())?;
+    let name = match image {
+        Target::File(image, _) => image.file_name().unwrap_or_default().to_string_lossy(),
+        Target::Standard => Cow::default(),
+    };
+    let yaml = description(&made.map, &name);
+    write_pair([(image, &pgm(&made.map)), (target, yaml.as_bytes())])?;
     Ok(Made {
-        what: format!("{}; image {name}", content(&made)),
+        what: format!("{}; image {name}", content(&made, since)),
         problem,
         mistakes: None,
     })
 }
 
-fn write(target: &Target, bytes: &[u8]) -> Result<(), Fault> {
-    let mut output = Output::create(target)?;
-    match output.write_all(bytes) {
-        Ok(()) => output.finish(),
-        Err(error) => output.fault(&error),
+fn no_map(path: &Path, counters: &Counters, since: Option<Duration>, reason: NoMap) -> Fault {
+    if counters.lines == 0 {
+        return Fault::no_lines(path, counters.bytes);
     }
+    let name = path.display();
+    let problem = since.map_or_else(
+        || format!("{name}: no map: {reason}"),
+        |since| {
+            let since = clock_words(since);
+            format!(
+                "{name}: no map since {since}, when the robot was given a new pose or was restarted: {reason}; `groundwave cut --to {since}` makes a capture of the part before"
+            )
+        },
+    );
+    Fault::new(Exit::Usage, problem)
 }
 
 /// The image: X to the right, Y up.
@@ -92,10 +120,19 @@ fn pgm(map: &FloorMap) -> Vec<u8> {
 /// The YAML file. Its origin is the lower left corner of the image, in metres.
 fn description(map: &FloorMap, image: &str) -> String {
     let (x_in, y_in) = map.corner_in;
+    // A string of JSON is one of YAML, but for characters that YAML takes for line breaks or refuses.
+    let mut name = String::new();
+    for character in serde_json::Value::from(image).to_string().chars() {
+        match character {
+            '\u{7f}'..='\u{9f}' | '\u{2028}' | '\u{2029}' | '\u{feff}' => {
+                // Writing to a string cannot fail.
+                let _ = write!(name, "\\u{:04x}", u32::from(character));
+            }
+            _ => name.push(character),
+        }
+    }
     format!(
-        "image: {}\nmode: trinary\nresolution: {:.4}\norigin: [{:.4}, {:.4}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
-        // A string of JSON is one of YAML, too.
-        serde_json::Value::from(image),
+        "image: {name}\nmode: trinary\nresolution: {:.4}\norigin: [{:.4}, {:.4}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
         CELL_IN * M_PER_IN,
         x_in * M_PER_IN,
         y_in * M_PER_IN,
@@ -103,26 +140,21 @@ fn description(map: &FloorMap, image: &str) -> String {
 }
 
 /// What a map has of a capture.
-fn content(made: &SessionMap) -> String {
+fn content(made: &SessionMap, since: Option<Duration>) -> String {
     let feet = |cells: usize| cells as f64 * CELL_IN / 12.0;
-    let part = |at: Option<Duration>, before: &str, after: &str| {
-        at.map_or_else(String::new, |at| {
-            format!(" {before} {}, {after}", clock_words(at))
-        })
-    };
-    format!(
-        "map of {:.0} x {:.0} ft{}{}",
+    let size = format!(
+        "map of {:.0} x {:.0} ft",
         feet(made.map.columns),
-        feet(made.map.cells.len() / made.map.columns),
-        part(
-            made.from,
-            "from",
-            "when the robot was given a new pose or was restarted"
-        ),
-        part(
-            made.until,
-            "up to",
-            "since when the robot's heading is not known well"
-        ),
-    )
+        feet(made.map.cells.len() / made.map.columns)
+    );
+    let from = since.map(|since| {
+        let since = clock_words(since);
+        format!("from {since} on, after a new pose or a restart")
+    });
+    let until = made.until.map(|until| {
+        let until = clock_words(until);
+        format!("up to {until}, because the heading was not known well after that")
+    });
+    let parts = [Some(size), from, until];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
