@@ -8,9 +8,6 @@ use groundwave_protocol::telemetry::Line;
 use crate::compass::Compass;
 use crate::floor_map::FloorMap;
 
-/// Half of the heading's 95 % interval up to which it is known well; with a larger one a leg can be drawn beside its room.
-const WELL_DEG: f64 = 20.0;
-
 /// Least time between two copies of the estimate.
 const COPY_EVERY: Duration = Duration::from_secs(1);
 
@@ -69,7 +66,7 @@ impl Mapper {
             .copy
             .as_ref()
             .is_none_or(|(at, _)| now.saturating_sub(*at) >= COPY_EVERY);
-        if is_due && self.is_known_well() {
+        if is_due && self.compass.maps_well() {
             self.copy = Some((now, self.compass.clone()));
         }
     }
@@ -87,20 +84,13 @@ impl Mapper {
     /// If nothing can be placed.
     pub fn finish(self) -> Result<SessionMap, NoMap> {
         self.compass.since().ok_or(NoMap::NoPose)?;
-        let is_known_well = self.is_known_well();
         let (until, compass) = match self.copy {
-            _ if is_known_well => (None, self.compass),
+            _ if self.compass.maps_well() => (None, self.compass),
             Some((at, copy)) => (Some(at), copy),
             None if self.compass.knows_walls() => return Err(NoMap::HeadingUnknown),
             None => return Err(NoMap::WallsUnknown),
         };
         let map = compass.floor_map().ok_or(NoMap::WallsUnknown)?;
         Ok(SessionMap { map, until })
-    }
-
-    /// Whether there is a map and its end is in the right place.
-    fn is_known_well(&self) -> bool {
-        let error = self.compass.heading_error_deg();
-        self.compass.knows_walls() && error.is_some_and(|error| error.half <= WELL_DEG)
     }
 }

@@ -133,6 +133,18 @@ impl Compass {
         self.since
     }
 
+    /// Whether the next leg is mapped in the right direction: the heading relative to the house is known as well as for the beginning of
+    /// a map. How the house stands in the world turns the whole map.
+    pub(crate) fn maps_well(&self) -> bool {
+        let Some(tracker) = &self.tracker else {
+            return false;
+        };
+        let before = self.drift.walls(tracker.reference_deg).deviation;
+        let unknown_deg = self.drift.per_in().deviation * self.motion.path_in;
+        let since = libm::sqrt(self.motion.variance + unknown_deg * unknown_deg);
+        libm::hypot(before, since) < KNOWN_DEG && self.heading_error_deg().is_some()
+    }
+
     /// Whether the directions of enough walls are known for a map.
     pub(crate) const fn knows_walls(&self) -> bool {
         self.tracker.is_some()
