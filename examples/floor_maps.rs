@@ -72,13 +72,13 @@ fn draw(maps: &[FloorMap], outlines: &[Outline]) -> Option<Pixmap> {
             let x = MARGIN + at as f32 * width + (x_in - left_in) as f32 * SCALE;
             (x, height - MARGIN - (y_in - low_in) as f32 * SCALE)
         };
-        for (known, grey) in [
+        for (kind, grey) in [
             (FloorCell::Free, 254),
             (FloorCell::Obstacle, 0),
             (FloorCell::Drop, 0),
         ] {
             paint.set_color_rgba8(grey, grey, grey, 255);
-            for middle_in in map.middles_in(known) {
+            for middle_in in map.middles_in(kind) {
                 let (x, y) = place(middle_in);
                 let half = side(1) / 2.0;
                 let cell = Rect::from_ltrb(x - half, y - half, x + half, y + half)?;

@@ -67,8 +67,8 @@ impl Map {
     }
 
     fn count(&self, level: u8) -> usize {
-        let equal = self.pixels.iter().filter(|pixel| **pixel == level);
-        equal.collect::<Vec<_>>().len()
+        let equal = self.pixels.iter().map(|pixel| usize::from(*pixel == level));
+        equal.sum()
     }
 }
 

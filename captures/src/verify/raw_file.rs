@@ -25,7 +25,7 @@ pub(super) struct RawFile {
     source: RadioBytes,
     is_named: bool,
     offset: u64,
-    /// Result so far.
+    /// Result up to the offset.
     result: Comparison,
 }
 

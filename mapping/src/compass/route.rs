@@ -1,4 +1,4 @@
-//! Routes over the floor that was seen.
+//! The floor that was seen, and routes over it.
 
 use std::fmt;
 

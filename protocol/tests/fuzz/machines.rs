@@ -204,6 +204,7 @@ fn ack(input: &mut Input) -> Ack {
 /// `unexplained` has the refusals since the end of the previous task that may take effect later than their line.
 fn check_events(fop: &mut Fop, line: Option<Ack>, unexplained: &mut Vec<Outcome>) {
     while let Some(event) = fop.poll_event() {
+        let is_end = matches!(&event, FopEvent::Task(status) if status.is_end());
         match event {
             FopEvent::Task(CommandStatus::Confirmed { .. }) => {
                 assert_eq!(line.map(|ack| ack.outcome), Some(Outcome::Done), "made up");
@@ -211,7 +212,6 @@ fn check_events(fop: &mut Fop, line: Option<Ack>, unexplained: &mut Vec<Outcome>
             FopEvent::Task(CommandStatus::Refused(outcome)) => {
                 let now = line.is_some_and(|ack| ack.outcome == outcome);
                 assert!(now || unexplained.contains(&outcome), "made up");
-                unexplained.clear();
             }
             FopEvent::Session(Ok(())) => {
                 let ours = |ack: Ack| matches!(ack.detail, Detail::Idle { owner: OWNER, .. });
@@ -221,6 +221,9 @@ fn check_events(fop: &mut Fop, line: Option<Ack>, unexplained: &mut Vec<Outcome>
                 assert!(line.is_some(), "confirmed without a line");
             }
             _ => {}
+        }
+        if is_end {
+            unexplained.clear();
         }
     }
 }
