@@ -469,7 +469,7 @@ fn a_capture_plays_in_the_dashboard_to_its_end() {
         let mut replay =
             OnTerminal::start(GROUNDWAVE, &["replay", capture, "--speed", "100"], 120, 40);
         replay.wait_for("the robot", |text| text.contains("the motors: "));
-        replay.wait_for("the end", |text| text.contains("over"));
+        replay.wait_for("the end", |text| text.contains("session ended"));
         replay.type_keys("q");
         assert_eq!(replay.wait(), 0, "{capture}");
     }

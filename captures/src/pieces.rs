@@ -25,6 +25,10 @@ const QUIET_ENTRIES_MAX: usize = 256;
 /// Maximum accepted length of an event, bytes: twice that of a route of 255 waypoints.
 const EVENT_BYTES_MAX: usize = 8192;
 
+/// Maximum accepted length of a message of received or sent bytes. A recorder writes one for each read, which has a few KiB; replays hold several
+/// copies of a message.
+const RAW_BYTES_MAX: usize = 2 << 20;
+
 /// A part of a capture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Piece<'a> {
@@ -316,13 +320,21 @@ pub(crate) fn has_received(channels: &Channels) -> bool {
 
 /// The piece in a message; `None` on derived topics.
 fn decode(topic: Topic, data: &[u8]) -> Option<Ahead> {
+    let bytes_max = match topic {
+        Topic::RawRx | Topic::RawTx => RAW_BYTES_MAX,
+        Topic::Station => EVENT_BYTES_MAX,
+        _ => return None,
+    };
+    if data.len() > bytes_max {
+        let problem = format!(
+            "a message has {} bytes; {bytes_max} are allowed",
+            data.len()
+        );
+        return Some(Ahead::Damaged(format!("{}: {problem}", topic.name())));
+    }
     let decoded = match topic {
         Topic::RawRx => RawBytes::decode(data).map(Ahead::Received),
         Topic::RawTx => RawBytes::decode(data).map(Ahead::Sent),
-        Topic::Station if data.len() > EVENT_BYTES_MAX => {
-            let problem = "an event is longer than any";
-            return Some(Ahead::Damaged(format!("{}: {problem}", topic.name())));
-        }
         Topic::Station => StationEvent::decode(data).map(|event| Ahead::Event(Box::new(event))),
         _ => return None,
     };

@@ -46,8 +46,8 @@ pub(super) fn open(
     Keeper::open(&keep, started).map_err(Fault::from)
 }
 
-/// Finishes the recording; returns the number of bytes in the files. Ctrl-C ends the wait and leaves the rest to `recover`; a hangup does
-/// not, because it also follows the end of a closed terminal.
+/// Finishes the recording; returns the number of bytes in the files. Ctrl-C ends the wait and leaves the rest to `recover`. A hangup does
+/// not, because it also follows the end of a closed terminal, and SIGTERM does not, because `timeout` sends it to the program and to its group.
 pub(super) async fn finish(keeper: &Keeper) -> Result<u64, Fault> {
     let status = keeper.status();
     let finishing = keeper.clone();

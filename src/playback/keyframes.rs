@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use crate::event::Moment;
 
-/// Maximum number of keyframes.
-const FRAMES_MAX: usize = 256;
+/// Maximum number of keyframes. Each has up to 300 KB of its own (plots, log, map, readings of the floor), and a replay has 64 MiB.
+const FRAMES_MAX: usize = 96;
 
 /// Frames in order of time, `spacing` apart. When the memory is full, every other frame
 /// is dropped and the spacing doubles.

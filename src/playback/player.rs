@@ -193,11 +193,13 @@ impl<C: Cursor> Player<C> {
     /// Takes the end of reading: the capture has been read completely.
     pub fn set_read_through(&mut self, end: Moment) {
         self.read_until = None;
+        let was_at_end = self.is_at_end();
         self.until = end;
         self.timeline.complete();
-        if self.at > end {
-            self.at = end;
+        if was_at_end && self.at < end {
+            self.go(end);
         }
+        self.at = self.at.min(end);
         self.look_on();
     }
 

@@ -10,8 +10,8 @@ use super::search::{Found, Search};
 use crate::event::Moment;
 use crate::model::Facts;
 
-/// Maximum number of steps to a moment; if more are needed, an incomplete state is shown meanwhile.
-pub const STEPS_MAX: usize = 4096;
+/// Maximum number of steps to a moment; if more are needed, an incomplete state is shown meanwhile. The compass takes 20 to 40 us of a step.
+pub const STEPS_MAX: usize = 2048;
 
 /// Maximum number of steps between two keyframes; a moment between more distant ones is searched for as in the unread part.
 const READ_STEPS_MAX: usize = 32_768;

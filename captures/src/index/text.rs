@@ -15,8 +15,11 @@ use crate::hint;
 use crate::pieces::PiecePosition;
 use crate::text::{HEAD_BYTES, Style};
 
-/// Number of bytes at the end of the file that are searched for the last timestamp.
+/// Number of bytes that are searched at once for the last timestamp.
 const TAIL_BYTES: u64 = 4096;
+
+/// Maximum number of bytes at the end that are searched for the last timestamp.
+const TAIL_SEARCH_BYTES: u64 = 16 << 20;
 
 /// Distance between the samples for counting days when timestamps have no date, bytes: four minutes of lines.
 const DAYS_STEP_BYTES: usize = 64 * 1024;
@@ -121,14 +124,28 @@ impl SeekableText {
         day.map_or(Moment::ZERO, |(_, at)| *at)
     }
 
-    fn last_time(&mut self) -> io::Result<Moment> {
-        let mut tail = [0; TAIL_BYTES as usize];
-        let from = self.size.saturating_sub(TAIL_BYTES);
-        let read = read_at(&*self.source, from, &mut tail)?;
-        let about = self.about(from);
-        let lines = tail[..read].split_inclusive(|&byte| byte == b'\n');
-        let mut last = lines.filter_map(|line| self.style.said_until(line, about));
-        Ok(last.next_back().unwrap_or(Moment::ZERO))
+    /// The last time in the capture, searched from its end.
+    fn last_time(&self) -> io::Result<Moment> {
+        let mut bytes = [0; TAIL_BYTES as usize];
+        let earliest = self.size.saturating_sub(TAIL_SEARCH_BYTES);
+        let mut end = self.size;
+        while end > earliest {
+            let from = end.saturating_sub(TAIL_BYTES);
+            let part = &mut bytes[..(end - from) as usize];
+            let read = read_at(&*self.source, from, part)?;
+            let about = self.about(from);
+            let lines = part[..read].split_inclusive(|&byte| byte == b'\n');
+            let mut times = lines.filter_map(|line| self.style.said_until(line, about));
+            if let Some(last) = times.next_back() {
+                return Ok(last);
+            }
+            if from == 0 {
+                break;
+            }
+            // The first bytes may be the end of a line.
+            end = from + self.style.reach() as u64;
+        }
+        Ok(self.about(earliest))
     }
 
     /// At least `wanted` bytes from an offset; fewer only at the end of the file.

@@ -310,3 +310,19 @@ fn an_outage_does_not_slow_text_without_times() {
     let (end, ..) = pieces(&received[..]).pop().unwrap();
     assert_eq!(end, on_the_wire(received.len() as u64));
 }
+
+/// Noise after the last line with a timestamp does not hide the length.
+#[test]
+fn length_is_found_before_noise() {
+    let plain = capture("house-clean.txt");
+    let stored = stored(
+        &plain,
+        |n| format!("20:{:02}:{:02} ", n / 60, n % 60),
+        b"\r\n",
+    );
+    let length = tape(&stored).length();
+    for noise in [5000, 2 << 20] {
+        let bytes = [&stored[..], &vec![b'x'; noise]].concat();
+        assert_eq!(tape(&bytes).length(), length, "{noise}");
+    }
+}

@@ -45,16 +45,20 @@ fn jump_into_the_unread_part_waits_for_it() {
         &mut again,
         || true,
         |finding| {
-            if let Finding::State(scene) = finding {
-                let at = scene.moment();
-                player.timeline_mut().keep(*scene);
-                player.set_read(at);
-                findings += 1;
+            match finding {
+                Finding::State(scene) => {
+                    let at = scene.moment();
+                    player.timeline_mut().keep(*scene);
+                    player.set_read(at);
+                    findings += 1;
+                }
+                Finding::Marks(_) => {}
+                Finding::End(at) => player.set_read_through(at),
             }
             looks(&player)
         },
     );
-    assert!(findings > 10 && !looks(&player));
+    assert!(findings > 10 && !looks(&player), "{findings}");
     assert_eq!(player.playback().line, Some(lines - 100));
     // At the end of reading the target is known not to exist.
     let mut player = Player::of_capture(
@@ -69,6 +73,22 @@ fn jump_into_the_unread_part_waits_for_it() {
     player.set_read_through(length);
     let note = said(player.playback());
     assert_eq!(note, format!("there is no line {}", lines * 2));
+}
+
+/// A length that was estimated too short is corrected, and the newest moment stays the newest.
+#[test]
+fn newest_moment_follows_the_length() {
+    let reader = capture("house-clean.txt");
+    let (mut timeline, end) = read_whole(reader);
+    timeline.seek(Moment::ZERO);
+    let estimated = end / 2;
+    let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, estimated, None);
+    player.handle(Moment::ZERO, Control::Newest);
+    assert_eq!(player.at(), estimated);
+    player.set_read_through(end);
+    assert!(player.is_at_end());
+    assert_eq!(player.at(), end);
+    assert_eq!(player.playback().line, Some(359));
 }
 
 #[test]
