@@ -2,9 +2,15 @@
 
 use std::fmt::Display;
 
+/// Maximum length of a word for which a suggestion is looked for, bytes; comparing longer ones takes time and finds nothing.
+const WORD_BYTES_MAX: usize = 64;
+
 /// The known word most similar to `word`; `None` if none is similar.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if word.len() > WORD_BYTES_MAX {
+        return None;
+    }
     // One edit is allowed in a short word, two in a word of six letters or more.
     let edits_max = if word.chars().count() < 6 { 1 } else { 2 };
     known

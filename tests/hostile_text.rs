@@ -402,18 +402,19 @@ fn a_text_file_has_a_limit() {
     for name in ["long", "a.txt.run.toml"] {
         fs::write(folder.join(name), &long).unwrap();
     }
-    for arguments in [
-        &["send", "sim", "route", "long"][..],
-        &["send", "sim", "-f", "long"],
-        &["config", "check", "long"],
-        &["--config", "long", "ports"],
-        &["world", "long"],
-        &["label", "a.txt"],
-        &["info", "a.txt"],
+    let toml = "longer than 256 KiB";
+    for (arguments, problem) in [
+        (&["send", "sim", "route", "long"][..], "longer than 4 MiB"),
+        (&["send", "sim", "-f", "long"], "longer than 4 MiB"),
+        (&["config", "check", "long"], toml),
+        (&["--config", "long", "ports"], toml),
+        (&["world", "long"], toml),
+        (&["label", "a.txt"], toml),
+        (&["info", "a.txt"], toml),
     ] {
         let output = run_in(&folder, arguments);
         let err = String::from_utf8(output.stderr).unwrap();
-        assert!(err.contains("longer than 4 MiB"), "{arguments:?}: {err}");
+        assert!(err.contains(problem), "{arguments:?}: {err}");
         assert!(!output.status.success(), "{arguments:?}: {err}");
     }
     // A label comes with a capture of somebody else's.

@@ -505,45 +505,43 @@ fn an_unread_standard_output_stalls_only_the_printing() {
     assert_eq!(watch.0.wait().unwrap().code(), Some(0));
 }
 
-/// A pipe without a reader delays the end; an interrupt ends the wait.
+/// A pipe without a reader delays the end; another signal ends the wait.
 #[test]
-fn a_second_interrupt_does_not_wait_for_a_recording() {
-    let folder = scratch("second-signal");
-    let (path, fifo) = (folder.join("link"), folder.join("fifo"));
-    let made = Command::new("mkfifo").arg(&fifo).status().unwrap();
-    assert!(made.success());
-    let held = fs::File::options().read(true).write(true).open(&fifo);
-    let _held = held.unwrap();
-    let listener = UnixListener::bind(&path).unwrap();
-    let record = Command::new(GROUNDWAVE)
-        .args([
-            "record",
-            &format!("unix:{}", path.display()),
-            "--append",
-            "-o",
-        ])
-        .arg(&fifo)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut record = Running(record);
-    let (mut link, _) = listener.accept().unwrap();
-    link.set_write_timeout(Some(Duration::from_mins(1)))
-        .unwrap();
-    for _ in 0..300 {
-        link.write_all(&streams::clean(100)).unwrap();
+fn a_second_signal_does_not_wait_for_a_recording() {
+    for signal in ["-INT", "-TERM"] {
+        let folder = scratch("second-signal");
+        let (path, fifo) = (folder.join("link"), folder.join("fifo"));
+        let made = Command::new("mkfifo").arg(&fifo).status().unwrap();
+        assert!(made.success());
+        let held = fs::File::options().read(true).write(true).open(&fifo);
+        let _held = held.unwrap();
+        let listener = UnixListener::bind(&path).unwrap();
+        let link = format!("unix:{}", path.display());
+        let record = Command::new(GROUNDWAVE)
+            .args(["record", &link, "--append", "-o"])
+            .arg(&fifo)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut record = Running(record);
+        let (mut link, _) = listener.accept().unwrap();
+        link.set_write_timeout(Some(Duration::from_mins(1)))
+            .unwrap();
+        for _ in 0..300 {
+            link.write_all(&streams::clean(100)).unwrap();
+        }
+        let pid = record.0.id().to_string();
+        while record.0.try_wait().unwrap().is_none() {
+            let _ = Command::new("kill").args([signal, &pid]).status();
+        }
+        let mut said = String::new();
+        let stderr = record.0.stderr.take();
+        stderr.unwrap().read_to_string(&mut said).unwrap();
+        assert!(
+            said.contains("left before the recording was finished"),
+            "{signal}: {said}"
+        );
     }
-    let pid = record.0.id().to_string();
-    while record.0.try_wait().unwrap().is_none() {
-        let _ = Command::new("kill").args(["-INT", &pid]).status();
-    }
-    let mut said = String::new();
-    let stderr = record.0.stderr.take();
-    stderr.unwrap().read_to_string(&mut said).unwrap();
-    assert!(
-        said.contains("left before the recording was finished"),
-        "{said}"
-    );
 }
 
 #[test]

@@ -295,14 +295,14 @@ fn strangers_do_not_keep_the_owner_out() {
     drop(strangers);
 }
 
-/// Keeps opening connections from three threads while `act` runs; each thread holds its last 50.
+/// Keeps opening connections from three threads while `act` runs; each thread holds its last 200, more than a station admits.
 fn with_crowd<T>(connect: impl Fn() -> Option<T> + Sync, act: impl FnOnce()) {
     let is_over = AtomicBool::new(false);
     let crowd = || {
         let mut held = VecDeque::new();
         while !is_over.load(Ordering::Relaxed) {
             held.extend(connect());
-            if held.len() > 50 {
+            if held.len() > 200 {
                 held.pop_front();
             }
         }

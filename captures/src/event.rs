@@ -4,20 +4,35 @@ use std::fmt;
 use std::time::Duration;
 
 pub use groundwave_protocol::arq::{CommandStatus, Failure, Shortfall};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
+
+/// Maximum number of figures of each kind in a [`Truth`] that is read; further ones are left out. Every frame draws all of them, and a
+/// recording may come from somebody else.
+const FIGURES_MAX: usize = 2000;
+
+fn few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(from: D) -> Result<Vec<T>, D::Error> {
+    let mut figures = Vec::deserialize(from)?;
+    figures.truncate(FIGURES_MAX);
+    figures.shrink_to_fit();
+    Ok(figures)
+}
 
 /// The true state of a simulated robot's world, in the robot's frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Truth {
     /// Walls, windows and edges of the floor as segments, inches.
+    #[serde(deserialize_with = "few")]
     pub walls: Vec<[(f64, f64); 2]>,
     /// The same walls filled, as rectangles along the axes: two opposite corners, inches.
+    #[serde(deserialize_with = "few")]
     pub blocks: Vec<[(f64, f64); 2]>,
     /// Furniture and low objects as segments, inches.
+    #[serde(deserialize_with = "few")]
     pub furniture: Vec<[(f64, f64); 2]>,
     /// Round obstacles: centre and radius, inches.
+    #[serde(deserialize_with = "few")]
     pub circles: Vec<((f64, f64), f64)>,
 }
 
@@ -490,5 +505,19 @@ impl Landmark {
             Self::Command => "commands",
             Self::Marker => "marks",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_world_has_bounded_figures() {
+        let circle = "[[1,2],3],".repeat(3 * FIGURES_MAX);
+        let text = format!("{{\"circles\":[{}]}}", circle.trim_end_matches(','));
+        let truth: Truth = serde_json::from_str(&text).unwrap();
+        assert_eq!(truth.circles, vec![((1.0, 2.0), 3.0); FIGURES_MAX]);
+        assert!(truth.walls.is_empty());
     }
 }

@@ -67,7 +67,12 @@ pub(crate) struct Observations<R> {
     has_ended: bool,
     has_bad_end: bool,
     nameless: u64,
+    /// Number of tables and attachments.
+    extras: usize,
 }
+
+/// Maximum number of tables and attachments that are read; the writer of a copy holds an index of all of them. A recorder writes fewer than ten.
+const EXTRAS_MAX: usize = 1000;
 
 impl<R: Read> Observations<R> {
     /// Reads an MCAP from its beginning.
@@ -82,6 +87,7 @@ impl<R: Read> Observations<R> {
             has_ended: false,
             has_bad_end: false,
             nameless: 0,
+            extras: 0,
         }
     }
 
@@ -124,8 +130,21 @@ impl<R: Read> Observations<R> {
                     }
                 }),
             };
-            if item.is_some() {
-                return Ok(item);
+            if let Some(Item::Table(_) | Item::Attachment(_)) = item {
+                self.extras += 1;
+            }
+            match item {
+                Some(Item::Table(_) | Item::Attachment(_)) if self.extras > EXTRAS_MAX + 1 => {}
+                Some(Item::Table(_) | Item::Attachment(_)) if self.extras > EXTRAS_MAX => {
+                    return Ok(Some(Item::Damage(Damage {
+                        offset: self.entries.part_offset(),
+                        bytes: 0,
+                        problem: "there are more than 1,000 tables and attachments; the others are left out".into(),
+                        times_ns: None,
+                    })));
+                }
+                None => {}
+                item => return Ok(item),
             }
         }
         Ok(None)
@@ -175,5 +194,44 @@ fn other(opcode: u8, body: &[u8]) -> Option<Item> {
             data: Cow::Owned(data.into_owned()),
         })),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    /// A copy of a capture has an index of its attachments, so their number is bounded; that some are left out is said once.
+    #[test]
+    fn attachments_are_bounded() {
+        let mut file = Cursor::new(Vec::new());
+        let mut writer = ::mcap::Writer::new(&mut file).unwrap();
+        for _ in 0..EXTRAS_MAX + 5 {
+            let attachment = Attachment {
+                log_time: 0,
+                create_time: 0,
+                name: "notes".to_owned(),
+                media_type: "text/plain".to_owned(),
+                data: Cow::Borrowed(b"text"),
+            };
+            writer.attach(&attachment).unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        let mut observations = Observations::new(&file.get_ref()[..]);
+        let (mut attachments, mut problems) = (0, Vec::new());
+        while let Some(item) = observations.next_item().unwrap() {
+            match item {
+                Item::Attachment(_) => attachments += 1,
+                Item::Damage(damage) => problems.push(damage.to_string()),
+                _ => {}
+            }
+        }
+        assert_eq!(attachments, EXTRAS_MAX);
+        assert!(
+            problems.len() == 1 && problems[0].contains("left out"),
+            "{problems:?}"
+        );
     }
 }

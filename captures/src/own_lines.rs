@@ -129,6 +129,9 @@ pub struct FieldSummary {
     pub greatest: Option<f64>,
 }
 
+/// Maximum number of fields in a summary. A robot describes 64 at once, but may give them other names at any time.
+pub const SUMMARY_FIELDS_MAX: usize = 256;
+
 /// Lines of the robot's own in a capture.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct OwnSummary {
@@ -138,8 +141,19 @@ pub struct OwnSummary {
     pub texts: u64,
     /// Number of damaged lines.
     pub damaged: u64,
-    /// Fields, in the order of their first values.
+    /// Fields, in the order of their first values; at most [`SUMMARY_FIELDS_MAX`].
     pub fields: Vec<FieldSummary>,
+    /// Number of values of further fields.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub other_values: u64,
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes a reference"
+)]
+const fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 impl OwnSummary {
@@ -160,6 +174,10 @@ impl OwnSummary {
         for sample in samples {
             let name = &sample.field.name;
             let known = self.fields.iter().position(|field| field.name == *name);
+            if known.is_none() && self.fields.len() >= SUMMARY_FIELDS_MAX {
+                self.other_values += 1;
+                continue;
+            }
             let at = known.unwrap_or_else(|| {
                 self.fields.push(FieldSummary {
                     name: name.clone(),
@@ -182,5 +200,35 @@ impl OwnSummary {
     /// Whether there was no line.
     pub(super) const fn is_empty(&self) -> bool {
         self.lines + self.texts + self.damaged == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A robot that names its fields anew again and again does not fill the memory.
+    #[test]
+    fn summary_has_bounded_fields() {
+        let named = |n: usize| OwnLine {
+            text: String::new(),
+            content: Content::Values(vec![Sample {
+                field: Arc::new(Field {
+                    name: format!("name{n}"),
+                    unit: None,
+                    scale: 1.0,
+                    offset: 0.0,
+                    role: None,
+                    limits: Limits::default(),
+                }),
+                value: Value::Number(1.0),
+            }]),
+        };
+        let mut summary = OwnSummary::default();
+        (0..SUMMARY_FIELDS_MAX + 10).for_each(|n| summary.take(&named(n)));
+        summary.take(&named(0));
+        assert_eq!(summary.fields.len(), SUMMARY_FIELDS_MAX);
+        assert_eq!(summary.fields[0].values, 2);
+        assert_eq!(summary.other_values, 10);
     }
 }

@@ -7,7 +7,7 @@ mod read;
 mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -246,12 +246,16 @@ pub(super) fn load(named: Option<&Path>) -> Result<Config, Fault> {
     fault.map_or(Ok(config), Err)
 }
 
+fn read_configuration(path: &Path) -> io::Result<String> {
+    text_file::read_to_end(files::open(path)?, text_file::TOML_BYTES_MAX)
+}
+
 /// Reads the configuration without its wrong settings, and reports those as a fault.
 pub(super) fn load_lenient(named: Option<&Path>) -> (Config, Option<Fault>) {
     let Some(path) = named.map(Path::to_path_buf).or_else(usual_place) else {
         return (Config::default(), None);
     };
-    match files::open(&path).and_then(text_file::read_to_end) {
+    match read_configuration(&path) {
         Ok(text) => {
             protect_configuration(&path);
             let (config, mistakes) = parse_lenient(&text);

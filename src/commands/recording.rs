@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::time::Duration;
 use std::time::{Instant, SystemTime};
 
 use super::cli::RecordingArgs;
@@ -46,8 +48,12 @@ pub(super) fn open(
     Keeper::open(&keep, started).map_err(Fault::from)
 }
 
-/// Finishes the recording; returns the number of bytes in the files. Ctrl-C ends the wait and leaves the rest to `recover`. A hangup does
-/// not, because it also follows the end of a closed terminal, and SIGTERM does not, because `timeout` sends it to the program and to its group.
+/// Time after which a second SIGTERM is meant as one. `timeout` sends it to the program and to its group, which is one signal or two.
+#[cfg(unix)]
+const SECOND_AFTER: Duration = Duration::from_millis(500);
+
+/// Finishes the recording; returns the number of bytes in the files. Ctrl-C or a second SIGTERM ends the wait and leaves the rest to `recover`. A
+/// hangup does not, because it also follows the end of a closed terminal.
 pub(super) async fn finish(keeper: &Keeper) -> Result<u64, Fault> {
     let status = keeper.status();
     let finishing = keeper.clone();
@@ -58,7 +64,7 @@ pub(super) async fn finish(keeper: &Keeper) -> Result<u64, Fault> {
             let finished = finished.map_err(|error| Fault::new(Exit::Failed, error))?;
             finished.map_err(Fault::from)
         }
-        Ok(()) = tokio::signal::ctrl_c() => {
+        () = another_signal() => {
             let recovery = status.mcap.map(|path| {
                 let path = shell_word(Path::new(&path));
                 format!("; everything received is kept, and `groundwave recover {path}` finishes it")
@@ -69,6 +75,30 @@ pub(super) async fn finish(keeper: &Keeper) -> Result<u64, Fault> {
                 format!("left before the recording was finished{recovery}"),
             ))
         }
+    }
+}
+
+/// Waits for Ctrl-C, or for SIGTERM from [`SECOND_AFTER`] on.
+async fn another_signal() {
+    let interrupt = async {
+        if tokio::signal::ctrl_c().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    };
+    #[cfg(unix)]
+    let terminate = async {
+        use tokio::signal::unix::{SignalKind, signal};
+        tokio::time::sleep(SECOND_AFTER).await;
+        match signal(SignalKind::terminate()) {
+            Ok(mut terminate) => drop(terminate.recv().await),
+            Err(_) => std::future::pending().await,
+        }
+    };
+    #[cfg(not(unix))]
+    let terminate = std::future::pending::<()>();
+    tokio::select! {
+        () = interrupt => {}
+        () = terminate => {}
     }
 }
 

@@ -20,7 +20,7 @@ const LISTED_MAX: usize = 1000;
 /// One line for the user: the path, the reason, the remedy.
 pub fn read_text(path: &str) -> Result<String, String> {
     let full = expand_home(path, env::home_dir().as_deref());
-    text_file::read(&full)
+    text_file::read(&full, text_file::BYTES_MAX)
         .map_err(|error| format!("cannot read {path}: {}", hint::of_reading(&error)))
 }
 
@@ -33,7 +33,7 @@ pub fn check_replaced(path: &str, alike: impl Fn(&str) -> bool) -> Result<(), Sa
     if fs::symlink_metadata(&full).is_err() {
         return Ok(());
     }
-    match text_file::read(&full) {
+    match text_file::read(&full, text_file::BYTES_MAX) {
         Ok(text) if text.trim().is_empty() || alike(&text) => Ok(()),
         _ => Err(SaveProblem::Failed(format!(
             "{path} exists and is of another kind; choose another name"

@@ -21,7 +21,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
 use self::drawing::{Device, Drawing};
-pub use self::input::events;
+pub use self::input::{Events, events};
 use super::mouse;
 
 /// The drawing thread of the terminal in use; a panic ends it.

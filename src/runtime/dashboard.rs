@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
-use tokio::sync::mpsc::{Receiver, Sender, channel};
+use tokio::sync::mpsc::{Sender, channel};
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::pace::Pace;
@@ -34,8 +34,10 @@ const RECORDING_PERIOD_SILENT: Duration = Duration::from_secs(2);
 /// Interval between updates of the recording's figures while a recording starts or ends.
 const RECORDING_PERIOD_BUSY: Duration = Duration::from_millis(100);
 
-/// Maximum number of terminal events handled before other inputs.
+/// Maximum number of terminal events handled before other inputs, and the time after which no more are handled, because a jump through a long session
+/// takes a while.
 const BATCH: usize = 32;
+const BATCH_TIME: Duration = Duration::from_millis(10);
 
 /// The parts of a dashboard.
 pub struct Dashboard {
@@ -117,7 +119,7 @@ pub async fn run(dashboard: Dashboard) -> io::Result<Left> {
                     false
                 }
             },
-            event = keys.recv() => match event {
+            event = keys.next() => match event {
                 Some(event) => running.take_keys(event, &mut keys)?,
                 // The terminal is closed, so there is no operator.
                 None => true,
@@ -192,16 +194,23 @@ impl Running {
         Ok(leave)
     }
 
+    /// Handles an event of the terminal and those that wait behind it. After one that took long, STOP and Ctrl-C come first, and signals are
+    /// looked for.
     fn take_keys(
         &mut self,
         first: crossterm::event::Event,
-        keys: &mut Receiver<crossterm::event::Event>,
+        keys: &mut terminal::Events,
     ) -> io::Result<bool> {
+        let began = Instant::now();
         let mut leave = self.take_key(first)?;
         for _ in 1..BATCH {
-            match keys.try_recv() {
-                Ok(event) => leave |= self.take_key(event)?,
-                Err(_) => break,
+            if began.elapsed() > BATCH_TIME {
+                keys.hurry();
+                break;
+            }
+            match keys.poll() {
+                Some(event) => leave |= self.take_key(event)?,
+                None => break,
             }
         }
         Ok(leave)

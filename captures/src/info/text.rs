@@ -146,6 +146,13 @@ impl Info {
                 _ => writeln!(output)?,
             }
         }
+        if own.other_values > 0 {
+            writeln!(
+                output,
+                "fields     {} of further fields",
+                counted(own.other_values, "value")
+            )?;
+        }
         Ok(())
     }
 

@@ -10,9 +10,6 @@ use crate::event::Remark;
 use crate::hint::words;
 use crate::text_file;
 
-/// Maximum length of the file, bytes. It may come from others, and reading it takes 25 times as much memory.
-const BYTES_MAX: usize = 256 << 10;
-
 /// A run's name and remarks, and whether the run is void.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -99,9 +96,17 @@ impl Label {
     /// If the file cannot be read or parsed.
     pub fn of(capture: &Path) -> Result<Self, LabelError> {
         let path = file_of(capture);
-        let text = match text_file::read(&path) {
+        let text = match text_file::read(&path, text_file::TOML_BYTES_MAX) {
             Ok(text) => text,
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
+            // The name of a label is longer than that of its capture.
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::NotFound | ErrorKind::InvalidFilename
+                ) =>
+            {
+                return Ok(Self::default());
+            }
             Err(error) => {
                 return Err(LabelError::File {
                     action: "read",
@@ -110,10 +115,6 @@ impl Label {
                 });
             }
         };
-        if text.len() > BYTES_MAX {
-            let problem = format!("it is longer than {} KiB", BYTES_MAX >> 10);
-            return Err(LabelError::Malformed { path, problem });
-        }
         Self::parse(&text).map_err(|problem| LabelError::Malformed { path, problem })
     }
 
@@ -145,7 +146,7 @@ impl Label {
 
     fn write(&self, path: &Path) -> io::Result<()> {
         let text = toml::to_string(self).map_err(io::Error::other)?;
-        if text.len() > BYTES_MAX {
+        if text.len() as u64 > text_file::TOML_BYTES_MAX {
             return Err(io::Error::other(
                 "it has too many notes; begin a shorter label",
             ));
@@ -197,6 +198,14 @@ impl Label {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// Some names of captures are too long for a label beside them.
+    #[test]
+    fn a_long_name_has_no_label() {
+        let folder = tempfile::tempdir().unwrap();
+        let capture = folder.path().join("a".repeat(250) + ".txt");
+        assert_eq!(Label::of(&capture).unwrap(), Label::default());
+    }
 
     proptest! {
         #[test]

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::world::{BUILT_IN, World, WorldError};
 
 /// Limits the length of a world file, bytes.
-const BYTES_MAX: u64 = 4 << 20;
+const BYTES_MAX: u64 = 256 << 10;
 
 impl World {
     /// Names of the built-in worlds, the default first.
@@ -58,7 +58,7 @@ pub(crate) fn read_text(path: &Path) -> io::Result<String> {
         return Err(io::Error::other("it is not a regular file"));
     }
     if about.len() > BYTES_MAX {
-        return Err(io::Error::other("it is longer than 4 MiB"));
+        return Err(io::Error::other("it is longer than 256 KiB"));
     }
     fs::read_to_string(path)
 }

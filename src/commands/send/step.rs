@@ -43,9 +43,9 @@ pub(super) fn name_of(path: &Path) -> String {
 
 pub(super) fn read_text(path: &Path) -> Result<String, Fault> {
     let read = if is_standard_input(path) {
-        text_file::read_to_end(io::stdin())
+        text_file::read_to_end(io::stdin(), text_file::BYTES_MAX)
     } else {
-        files::open(path).and_then(text_file::read_to_end)
+        files::open(path).and_then(|file| text_file::read_to_end(file, text_file::BYTES_MAX))
     };
     read.map_err(|error| {
         let why = hint::of_reading(&error);

@@ -10,6 +10,9 @@ use super::owner::Token;
 use super::socket_file::SocketFile;
 use crate::share::Address;
 
+/// Connections that wait to be accepted, unless the system allows fewer: strangers must not fill the queue while the station does other work.
+const QUEUE: i32 = 4096;
+
 /// Pause after the system refused a connection, such as for too many open files.
 const REST: Duration = Duration::from_millis(200);
 
@@ -56,6 +59,9 @@ fn open_tcp(socket: SocketAddr) -> Result<Opened, ShareError> {
     let refused = |error| ShareError::Listen(socket.to_string(), error);
     let listener = std::net::TcpListener::bind(socket).map_err(refused)?;
     listener.set_nonblocking(true).map_err(refused)?;
+    socket2::SockRef::from(&listener)
+        .listen(QUEUE)
+        .map_err(refused)?;
     let address = listener.local_addr().map_err(refused)?;
     let token =
         Token::create(address).map_err(|error| ShareError::Token(address.to_string(), error))?;

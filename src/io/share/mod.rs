@@ -27,7 +27,7 @@ use owner::Token;
 pub use owner::{find_station, find_token, usual_address};
 
 /// Maximum number of connections that have not sent the token.
-const STRANGERS_MAX: usize = 64;
+const STRANGERS_MAX: usize = 128;
 
 /// Maximum number of connections.
 pub const CONNECTIONS_MAX: usize = CLIENTS_MAX + 1 + STRANGERS_MAX;
@@ -253,21 +253,12 @@ impl Drop for Share {
 async fn accept(listener: Listener, token: Option<Token>, mut clients: Clients) {
     let token = token.map(Arc::new);
     let mut admitted = JoinSet::new();
-    let mut strangers = VecDeque::<(Instant, AbortHandle)>::new();
+    let mut strangers = VecDeque::<AbortHandle>::new();
     loop {
-        strangers.retain(|(_, stranger)| !stranger.is_finished());
-        let full_until = match strangers.front() {
-            Some((since, _)) if strangers.len() >= STRANGERS_MAX => Some(*since + GRACE),
-            _ => None,
-        };
-        let accepted = async {
-            if let Some(full_until) = full_until {
-                sleep_until(full_until.into()).await;
-            }
-            listener.accept().await
-        };
         let entered = tokio::select! {
-            (mut stream, peer) = accepted => {
+            biased;
+            Some(entered) = admitted.join_next() => entered,
+            (mut stream, peer) = listener.accept() => {
                 // The announcement fits the empty buffer of a new socket, so this never waits; a closed connection is noticed later.
                 let _ = stream.write_all(ANNOUNCEMENT).await;
                 let Some(token) = token.clone() else {
@@ -276,20 +267,20 @@ async fn accept(listener: Listener, token: Option<Token>, mut clients: Clients) 
                     }
                     continue;
                 };
-                // The oldest connection is closed to make room: the owner's programs send the token at once.
+                strangers.retain(|stranger| !stranger.is_finished());
+                // The oldest connection is closed at once to make room. The owner's programs send the token at once; if connections waited for
+                // room, strangers could fill the system's queue, which refuses the owner's then.
                 if strangers.len() >= STRANGERS_MAX
-                    && let Some((_, oldest)) = strangers.pop_front()
+                    && let Some(oldest) = strangers.pop_front()
                 {
                     oldest.abort();
                 }
-                let stranger = admitted.spawn(async move {
+                strangers.push_back(admitted.spawn(async move {
                     let stream = client::admit(stream, &token).await?;
                     Some((stream, peer))
-                });
-                strangers.push_back((Instant::now(), stranger));
+                }));
                 continue;
             }
-            Some(entered) = admitted.join_next() => entered,
         };
         if let Ok(Some((stream, peer))) = entered
             && clients.enter(stream, peer).await.is_none()

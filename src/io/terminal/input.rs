@@ -1,5 +1,6 @@
 //! The input of the terminal: keys, clicks, pastes and sizes as events.
 
+use std::collections::VecDeque;
 use std::io;
 #[cfg(unix)]
 use std::io::{IsTerminal, Read};
@@ -13,9 +14,9 @@ use std::thread;
 #[cfg(unix)]
 use std::time::Instant;
 
-use crossterm::event::Event;
 #[cfg(unix)]
-use crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseEventKind};
+use crossterm::event::MouseEventKind;
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
 #[cfg(unix)]
 use crossterm::terminal;
 #[cfg(unix)]
@@ -28,20 +29,67 @@ use super::escape::Reader;
 #[cfg(unix)]
 const WAITING_MAX: usize = 16 << 10;
 
-/// Keys that a flood of others must not hide, with their bytes: Ctrl-C, and STOP as Ctrl-S and Space.
+/// Number of events that wait for the dashboard, at most. All waiting bytes fit, so that a key is found behind others.
+const EVENTS_MAX: usize = 16 << 10;
+
+/// Number of waiting events from which moves of the mouse are dropped.
 #[cfg(unix)]
+const LATE: usize = 64;
+
+/// Keys that others must not hide, with their bytes: Ctrl-C, and STOP as Ctrl-S and Space.
 const FLOOD_KEYS: [(u8, char, KeyModifiers); 3] = [
     (0x03, 'c', KeyModifiers::CONTROL),
     (0x13, 's', KeyModifiers::CONTROL),
     (b' ', ' ', KeyModifiers::NONE),
 ];
 
-/// Receiver of keys, clicks, pastes and sizes; must be called within the runtime.
+/// Keys, clicks, pastes and sizes.
+pub struct Events {
+    receiver: tokio::sync::mpsc::Receiver<Event>,
+    /// Events that were received while looking for urgent keys.
+    waiting: VecDeque<Event>,
+}
+
+impl Events {
+    /// The next event; `None` when the terminal is closed. Cancel-safe.
+    pub async fn next(&mut self) -> Option<Event> {
+        match self.waiting.pop_front() {
+            Some(event) => Some(event),
+            None => self.receiver.recv().await,
+        }
+    }
+
+    /// The next event, if one waits.
+    pub fn poll(&mut self) -> Option<Event> {
+        let waiting = self.waiting.pop_front();
+        waiting.or_else(|| self.receiver.try_recv().ok())
+    }
+
+    /// Drops what waits before STOP or Ctrl-C, apart from sizes, if one of them waits.
+    pub fn hurry(&mut self) {
+        while let Ok(event) = self.receiver.try_recv() {
+            self.waiting.push_back(event);
+        }
+        if let Some(urgent) = self.waiting.iter().position(is_urgent) {
+            let later = self.waiting.split_off(urgent);
+            self.waiting
+                .retain(|event| matches!(event, Event::Resize(..)));
+            self.waiting.extend(later);
+        }
+    }
+}
+
+fn is_urgent(event: &Event) -> bool {
+    let mut keys = FLOOD_KEYS.into_iter();
+    keys.any(|(_, c, modifiers)| *event == Event::Key(KeyEvent::new(KeyCode::Char(c), modifiers)))
+}
+
+/// Keys, clicks, pastes and sizes; must be called within the runtime.
 ///
 /// # Errors
 /// If the system refuses.
-pub fn events() -> io::Result<tokio::sync::mpsc::Receiver<Event>> {
-    let (sender, receiver) = tokio::sync::mpsc::channel(64);
+pub fn events() -> io::Result<Events> {
+    let (sender, receiver) = tokio::sync::mpsc::channel(EVENTS_MAX);
     #[cfg(unix)]
     {
         let mut resized = signal(SignalKind::window_change())?;
@@ -76,7 +124,10 @@ pub fn events() -> io::Result<tokio::sync::mpsc::Receiver<Event>> {
             }
         }
     });
-    Ok(receiver)
+    Ok(Events {
+        receiver,
+        waiting: VecDeque::new(),
+    })
 }
 
 /// Standard input if it is a terminal, otherwise the terminal of the process.
@@ -177,7 +228,8 @@ fn read_events(
             Err(RecvTimeoutError::Disconnected) => return,
         };
         for event in events {
-            let is_late = sender.capacity() == 0;
+            let is_late =
+                sender.max_capacity() - sender.capacity() >= LATE.min(sender.max_capacity());
             if !(is_late && is_motion(&event)) && sender.blocking_send(event).is_err() {
                 return;
             }
@@ -241,6 +293,34 @@ mod tests {
         }
         chunks.take(now, b"\x1b[115;5:3u");
         assert_eq!(bytes.try_iter().count(), 0, "a release is not STOP");
+    }
+
+    #[test]
+    fn stop_overtakes_the_keys_before_it() {
+        let (sender, receiver) = tokio::sync::mpsc::channel(EVENTS_MAX);
+        let mut events = Events {
+            receiver,
+            waiting: VecDeque::new(),
+        };
+        let key = |c, modifiers| Event::Key(KeyEvent::new(KeyCode::Char(c), modifiers));
+        let plain = |c| key(c, KeyModifiers::NONE);
+        let send = |event| sender.try_send(event).expect("there is room");
+        for stop in [
+            plain(' '),
+            key('s', KeyModifiers::CONTROL),
+            key('c', KeyModifiers::CONTROL),
+        ] {
+            (0..100).for_each(|_| send(plain('N')));
+            send(Event::Resize(80, 24));
+            events.hurry();
+            assert_eq!(events.poll(), Some(plain('N')), "nothing is urgent");
+            for event in [plain('n'), stop.clone(), plain('x')] {
+                send(event);
+            }
+            events.hurry();
+            let left: Vec<Event> = std::iter::from_fn(|| events.poll()).collect();
+            assert_eq!(left, [Event::Resize(80, 24), stop, plain('x')]);
+        }
     }
 
     #[test]
