@@ -85,6 +85,8 @@ pub(super) struct Situation<'a> {
 /// The estimate, the present suggestion, and the times until which none is made.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ground {
+    /// Whether there is never an estimate.
+    is_ended: bool,
     compass: Compass,
     /// The estimate after the newest line A; `None` before one.
     pub(crate) statement: Option<Statement>,
@@ -99,8 +101,19 @@ pub(crate) struct Ground {
 }
 
 impl Ground {
+    /// Forgets the estimate and makes no other one.
+    pub(super) fn end(&mut self) {
+        *self = Self {
+            is_ended: true,
+            ..Self::default()
+        };
+    }
+
     /// Takes a line.
     pub(super) fn take_line(&mut self, now: Moment, line: &Line) {
+        if self.is_ended {
+            return;
+        }
         self.compass.handle_line(now, line);
         if let Body::State(state) = &line.body {
             let pose = self.compass.pose();

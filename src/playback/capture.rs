@@ -178,6 +178,12 @@ impl Cursor for CaptureState {
         &self.facts
     }
 
+    fn for_search(&self) -> Self {
+        let mut copy = self.clone();
+        copy.facts.end_estimate();
+        copy
+    }
+
     fn at(&self) -> Moment {
         self.at
     }
@@ -217,7 +223,9 @@ pub(super) static SHORTCUTS: Shortcuts<CaptureState> = Shortcuts {
     fresh: |state, reader, at| {
         let place = reader.find(at.saturating_sub(HEARD_BEFORE));
         let config = Arc::clone(state.facts.config());
-        CaptureState::from(&state.name, config, place, &**reader)
+        let mut fresh = CaptureState::from(&state.name, config, place, &**reader);
+        fresh.facts.end_estimate();
+        fresh
     },
     about_line: |reader, number| reader.about_line(number),
     may_hold: |reader, landmark, from, until| reader.may_hold(landmark, from, until),

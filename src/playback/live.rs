@@ -121,6 +121,12 @@ impl Cursor for LiveState {
         &self.facts
     }
 
+    fn for_search(&self) -> Self {
+        let mut copy = self.clone();
+        copy.facts.end_estimate();
+        copy
+    }
+
     fn at(&self) -> Moment {
         self.at
     }

@@ -13,8 +13,8 @@ const SPAN_MIN: Moment = Moment::from_mins(1);
 /// Maximum length of a window.
 const SPAN_MAX: Moment = Moment::from_hours(1);
 
-/// Number of steps counted for a skipped window.
-const SKIP_STEPS: usize = 512;
+/// Number of steps counted for a skipped window: its lines are read, but not taken.
+const SKIP_STEPS: usize = 1024;
 
 /// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
