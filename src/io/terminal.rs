@@ -42,9 +42,9 @@ const PICTURES_BAUD_MIN: u32 = 1_000_000;
 #[cfg(unix)]
 const BITS_PER_BYTE: u32 = 10;
 
-/// Maximum screen that is drawn, columns and rows: more than a display of 7680 x 4320 pixels shows in characters of 8 x 16.
-/// A terminal that claims 65535 x 65535 would need 4 G cells.
-const SIZE_MAX: (u16, u16) = (1000, 500);
+/// Maximum screen that is drawn, columns and rows: as many as a display of 7680 x 4320 pixels shows in characters of 12 x 13. It takes 40 MiB;
+/// a terminal that claims 65535 x 65535 would need 4 G cells.
+const SIZE_MAX: (u16, u16) = (640, 320);
 
 /// Whether standard output is a terminal.
 #[must_use]
@@ -312,6 +312,6 @@ mod tests {
     fn a_terminal_of_any_size_needs_bounded_memory() {
         assert_eq!(area(80, 24), Rect::new(0, 0, 80, 24));
         let largest = Buffer::empty(area(u16::MAX, u16::MAX));
-        assert_eq!(largest.content.len(), 500_000);
+        assert_eq!(largest.content.len(), 640 * 320);
     }
 }
