@@ -10,8 +10,11 @@ use super::search::{Found, Search};
 use crate::event::Moment;
 use crate::model::Facts;
 
-/// Maximum number of steps to a moment; if more are needed, an incomplete state is shown meanwhile. The compass takes 20 to 40 us of a step.
+/// Maximum number of steps of a jump before other inputs are handled. The compass takes 20 to 40 us of a step.
 pub const STEPS_MAX: usize = 2048;
+
+/// Maximum number of steps of a seek: 20 ms. If more are needed, an incomplete state is shown meanwhile.
+const SEEK_STEPS_MAX: usize = 512;
 
 /// Maximum number of steps between two keyframes; a moment between more distant ones is searched for as in the unread part.
 const READ_STEPS_MAX: usize = 32_768;
@@ -158,7 +161,7 @@ impl<C: Cursor> Timeline<C> {
     /// Shows the state at a moment, including its events. If many steps are needed, [`Self::work`] continues.
     pub fn seek(&mut self, at: Moment) {
         let mut cursor = self.exact_before(at);
-        if self.cache.run(&mut cursor, &mut self.source, at, STEPS_MAX) {
+        if self.cache.run(&mut cursor, &mut self.source, at, SEEK_STEPS_MAX) {
             self.show(cursor);
             return;
         }
