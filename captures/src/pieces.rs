@@ -20,7 +20,7 @@ const GAP_BYTES_MAX: u64 = 1 << 30;
 const PIECE_BYTES_MAX: usize = 256;
 
 /// Maximum number of entries read for one piece; after that, an empty piece is returned, to keep each step short.
-const QUIET_ENTRIES_MAX: usize = 32;
+const QUIET_ENTRIES_MAX: usize = 64;
 
 /// Maximum accepted length of an event, bytes: twice that of a route of 255 waypoints.
 const EVENT_BYTES_MAX: usize = 8192;

@@ -161,7 +161,10 @@ impl<C: Cursor> Timeline<C> {
     /// Shows the state at a moment, including its events. If many steps are needed, [`Self::work`] continues.
     pub fn seek(&mut self, at: Moment) {
         let mut cursor = self.exact_before(at);
-        if self.cache.run(&mut cursor, &mut self.source, at, SEEK_STEPS_MAX) {
+        if self
+            .cache
+            .run(&mut cursor, &mut self.source, at, SEEK_STEPS_MAX)
+        {
             self.show(cursor);
             return;
         }
