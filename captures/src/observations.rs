@@ -7,10 +7,13 @@ use ::mcap::Attachment;
 use ::mcap::records::{Metadata, Record, op};
 use prost::Message as _;
 
+use super::layout;
 use super::mcap_reader::{Channels, Entries, Entry};
 use super::messages::RawBytes;
 use super::record::parse;
+use super::recover::TABLE as RECOVERY;
 use super::repair::Damage;
+use super::session_writer::ROBOT;
 use super::topics::{StationEvent, Topic};
 
 /// A recorded item that cannot be derived.
@@ -67,8 +70,8 @@ pub(crate) struct Observations<R> {
     has_ended: bool,
     has_bad_end: bool,
     nameless: u64,
-    /// Number of tables and attachments.
-    extras: usize,
+    /// Number of tables and attachments, without and with a name that the writer of a copy writes again.
+    extras: [usize; 2],
 }
 
 /// Maximum number of tables and attachments that are read; the writer of a copy holds an index of all of them. A recorder writes fewer than ten.
@@ -87,7 +90,7 @@ impl<R: Read> Observations<R> {
             has_ended: false,
             has_bad_end: false,
             nameless: 0,
-            extras: 0,
+            extras: [0; 2],
         }
     }
 
@@ -130,21 +133,29 @@ impl<R: Read> Observations<R> {
                     }
                 }),
             };
-            if let Some(Item::Table(_) | Item::Attachment(_)) = item {
-                self.extras += 1;
+            let Some(item) = item else {
+                continue;
+            };
+            let name = match &item {
+                Item::Table(table) => &table.name,
+                Item::Attachment(attachment) => &attachment.name,
+                _ => return Ok(Some(item)),
+            };
+            let is_written_again = [ROBOT, RECOVERY, layout::NAME].contains(&&**name);
+            let count = &mut self.extras[usize::from(is_written_again)];
+            *count += 1;
+            if *count <= EXTRAS_MAX {
+                return Ok(Some(item));
             }
-            match item {
-                Some(Item::Table(_) | Item::Attachment(_)) if self.extras > EXTRAS_MAX + 1 => {}
-                Some(Item::Table(_) | Item::Attachment(_)) if self.extras > EXTRAS_MAX => {
-                    return Ok(Some(Item::Damage(Damage {
-                        offset: self.entries.part_offset(),
-                        bytes: 0,
-                        problem: "there are more than 1,000 tables and attachments; the others are left out".into(),
-                        times_ns: None,
-                    })));
-                }
-                None => {}
-                item => return Ok(item),
+            if *count == EXTRAS_MAX + 1 && !is_written_again {
+                return Ok(Some(Item::Damage(Damage {
+                    offset: self.entries.part_offset(),
+                    bytes: 0,
+                    problem:
+                        "there are more than 1,000 tables and attachments; the others are left out"
+                            .into(),
+                    times_ns: None,
+                })));
             }
         }
         Ok(None)

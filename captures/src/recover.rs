@@ -41,7 +41,7 @@ const CHUNK_BYTES_MIN: u64 = 11 * 1024;
 const _: () = assert!(CHUNK_BYTES_MIN > DESCRIPTORS.len() as u64 + 1024);
 
 /// Name of the metadata table that a recovery with losses adds.
-const TABLE: &str = "recovery";
+pub(super) const TABLE: &str = "recovery";
 
 /// Finishes an unfinished recording, or rebuilds a damaged one from its readable parts; reports saved and lost parts.
 ///

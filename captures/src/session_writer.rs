@@ -23,7 +23,7 @@ pub(super) const LIBRARY: &str =
     concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", fixed topics");
 
 /// Name of the metadata table with the robot's number and firmware.
-const ROBOT: &str = "robot";
+pub(super) const ROBOT: &str = "robot";
 
 /// Writes a finished recording from bytes and station events.
 pub struct SessionWriter<W: Write> {

@@ -42,7 +42,7 @@ pub fn read_to_end(source: impl Read, bytes_max: u64) -> io::Result<String> {
         };
         return Err(io::Error::new(
             ErrorKind::FileTooLarge,
-            format!("it is longer than {most}; choose a text file"),
+            format!("it is longer than {most}; make it shorter, or choose another file"),
         ));
     }
     String::from_utf8(bytes).map_err(|_| ErrorKind::InvalidData.into())

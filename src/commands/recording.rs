@@ -12,6 +12,8 @@ use super::output::check_inputs;
 use super::{Exit, Fault};
 use crate::capture::{Existing, Rotation, Session, name};
 use crate::hint::shell_word;
+#[cfg(unix)]
+use crate::io::signals::is_terminated;
 use crate::runtime::{KeepOptions, Keeper};
 
 /// Metadata for a recording: the baud rate of a port.
@@ -78,7 +80,7 @@ pub(super) async fn finish(keeper: &Keeper) -> Result<u64, Fault> {
     }
 }
 
-/// Waits for Ctrl-C, or for SIGTERM from [`SECOND_AFTER`] on.
+/// Waits for Ctrl-C, or for a second SIGTERM from [`SECOND_AFTER`] on.
 async fn another_signal() {
     let interrupt = async {
         if tokio::signal::ctrl_c().await.is_err() {
@@ -88,6 +90,9 @@ async fn another_signal() {
     #[cfg(unix)]
     let terminate = async {
         use tokio::signal::unix::{SignalKind, signal};
+        if !is_terminated() {
+            std::future::pending::<()>().await;
+        }
         tokio::time::sleep(SECOND_AFTER).await;
         match signal(SignalKind::terminate()) {
             Ok(mut terminate) => drop(terminate.recv().await),

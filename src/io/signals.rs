@@ -1,6 +1,8 @@
 //! Signals of the operating system.
 
 use std::io;
+#[cfg(unix)]
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A signal that the program handles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,13 +53,15 @@ impl Signals {
     /// The next signal.
     pub async fn next(&mut self) -> Signal {
         let [interrupt, terminate, hangup, quit, suspend] = &mut self.streams;
-        tokio::select! {
-            _ = interrupt.recv() => Signal::Leave,
-            _ = terminate.recv() => Signal::Leave,
-            _ = hangup.recv() => Signal::Leave,
-            _ = quit.recv() => Signal::Leave,
-            _ = suspend.recv() => Signal::Suspend,
-        }
+        let (signal, is_terminated) = tokio::select! {
+            _ = interrupt.recv() => (Signal::Leave, false),
+            _ = terminate.recv() => (Signal::Leave, true),
+            _ = hangup.recv() => (Signal::Leave, false),
+            _ = quit.recv() => (Signal::Leave, false),
+            _ = suspend.recv() => (Signal::Suspend, false),
+        };
+        IS_TERMINATED.store(is_terminated, Ordering::Relaxed);
+        signal
     }
 }
 
@@ -99,6 +103,17 @@ pub fn survive_file_limit() {
         // Without a handler, the signal has its default effect.
         let _ = signal_hook::flag::register(signal, std::sync::Arc::default());
     }
+}
+
+/// Whether SIGTERM was the last signal to leave.
+#[cfg(unix)]
+static IS_TERMINATED: AtomicBool = AtomicBool::new(false);
+
+/// Whether SIGTERM was the last signal to leave.
+#[cfg(unix)]
+#[must_use]
+pub fn is_terminated() -> bool {
+    IS_TERMINATED.load(Ordering::Relaxed)
 }
 
 /// Exit code of an interrupted program.

@@ -100,10 +100,15 @@ impl Ui {
             modifiers: key.modifiers - KeyModifiers::ALT,
             ..key
         };
-        if self.config.keys.action(Context::Dashboard, key) == Some(Action::Stop) {
+        if self.is_stop(key) {
             effects.extend(self.act(facts, now, Action::Stop, false));
         }
         Some(effects)
+    }
+
+    /// Whether the key is STOP where no text is typed.
+    pub(crate) fn is_stop(&self, key: KeyEvent) -> bool {
+        self.config.keys.action(Context::Dashboard, key) == Some(Action::Stop)
     }
 
     /// Whether the terminal is too small to show the effect of keys; `false` while its size is unknown.

@@ -13,6 +13,7 @@ pub trait Cursor: Clone + 'static {
     fn facts(&self) -> &Facts;
 
     /// A copy with everything that landmarks follow from, but without an estimate of the pose: it steps ten times as fast.
+    #[must_use]
     fn for_search(&self) -> Self;
 
     /// Time of the last step.

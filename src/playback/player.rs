@@ -46,6 +46,17 @@ pub struct Player<C: Cursor> {
     landmark: Landmark,
     /// A target that may lie in the unread part.
     target: Option<Target>,
+    /// What led to the end of the capture, whose estimate may be corrected.
+    ended_by: Option<EndedBy>,
+}
+
+/// What shows the end of a capture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum EndedBy {
+    /// The operator wants the newest moment.
+    Operator,
+    /// The capture has been played to it.
+    Playing,
 }
 
 impl<C: Cursor> Player<C> {
@@ -78,6 +89,7 @@ impl<C: Cursor> Player<C> {
             note: None,
             landmark: Landmark::Alarm,
             target: None,
+            ended_by: None,
         }
     }
 
@@ -193,11 +205,12 @@ impl<C: Cursor> Player<C> {
     /// Takes the end of reading: the capture has been read completely.
     pub fn set_read_through(&mut self, end: Moment) {
         self.read_until = None;
-        let was_at_end = self.is_at_end();
         self.until = end;
         self.timeline.complete();
-        if was_at_end && self.at < end {
-            self.go(end);
+        match self.ended_by {
+            Some(EndedBy::Operator) if self.at < end => self.go(end),
+            Some(EndedBy::Playing) if self.at < end => self.paused = false,
+            _ => {}
         }
         self.at = self.at.min(end);
         self.look_on();
@@ -223,6 +236,7 @@ impl<C: Cursor> Player<C> {
         if to >= self.until {
             to = self.until;
             self.paused = true;
+            self.ended_by.get_or_insert(EndedBy::Playing);
         }
         self.timeline.run_to(to);
         self.at = to;
@@ -251,6 +265,7 @@ impl<C: Cursor> Player<C> {
         self.set_at = host;
         self.note = None;
         self.target = None;
+        self.ended_by = (control == Control::Newest).then_some(EndedBy::Operator);
         self.timeline.stop_search();
         match control {
             Control::TogglePause => {

@@ -34,10 +34,11 @@ const RECORDING_PERIOD_SILENT: Duration = Duration::from_secs(2);
 /// Interval between updates of the recording's figures while a recording starts or ends.
 const RECORDING_PERIOD_BUSY: Duration = Duration::from_millis(100);
 
-/// Maximum number of terminal events handled before other inputs, and the time after which no more are handled, because a jump through a long session
-/// takes a while.
+/// Maximum number of terminal events handled before other inputs.
 const BATCH: usize = 32;
-const BATCH_TIME: Duration = Duration::from_millis(10);
+
+/// Time of an event of the terminal after which other inputs come first: a jump through a long session takes a while.
+const SLOW: Duration = Duration::from_millis(10);
 
 /// The parts of a dashboard.
 pub struct Dashboard {
@@ -201,17 +202,18 @@ impl Running {
         first: crossterm::event::Event,
         keys: &mut terminal::Events,
     ) -> io::Result<bool> {
-        let began = Instant::now();
-        let mut leave = self.take_key(first)?;
-        for _ in 1..BATCH {
-            if began.elapsed() > BATCH_TIME {
-                keys.hurry();
+        let (mut leave, mut next) = (false, Some(first));
+        for _ in 0..BATCH {
+            let Some(event) = next else {
+                break;
+            };
+            let began = Instant::now();
+            leave |= self.take_key(event.clone())?;
+            if began.elapsed() > SLOW {
+                keys.hurry(&event, |key| self.ui.is_stop(*key));
                 break;
             }
-            match keys.poll() {
-                Some(event) => leave |= self.take_key(event)?,
-                None => break,
-            }
+            next = keys.poll();
         }
         Ok(leave)
     }

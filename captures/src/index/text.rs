@@ -134,15 +134,16 @@ impl SeekableText {
             let part = &mut bytes[..(end - from) as usize];
             let read = read_at(&*self.source, from, part)?;
             let about = self.about(from);
+            // The first bytes may be the end of a line; they are read with the part before.
             let lines = part[..read].split_inclusive(|&byte| byte == b'\n');
-            let mut times = lines.filter_map(|line| self.style.said_until(line, about));
-            if let Some(last) = times.next_back() {
+            let lines = lines.skip(usize::from(from > 0));
+            let times = lines.filter_map(|line| self.style.said_until(line, about));
+            if let Some(last) = times.last() {
                 return Ok(last);
             }
             if from == 0 {
                 break;
             }
-            // The first bytes may be the end of a line.
             end = from + self.style.reach() as u64;
         }
         Ok(self.about(earliest))

@@ -321,7 +321,8 @@ fn length_is_found_before_noise() {
         b"\r\n",
     );
     let length = tape(&stored).length();
-    for noise in [5000, 2 << 20] {
+    // With some lengths, a part that is searched begins within the last timestamp.
+    for noise in (4050..4110).chain([5000, 2 << 20]) {
         let bytes = [&stored[..], &vec![b'x'; noise]].concat();
         assert_eq!(tape(&bytes).length(), length, "{noise}");
     }

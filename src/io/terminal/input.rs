@@ -29,14 +29,15 @@ use super::escape::Reader;
 #[cfg(unix)]
 const WAITING_MAX: usize = 16 << 10;
 
-/// Number of events that wait for the dashboard, at most. All waiting bytes fit, so that a key is found behind others.
+/// Number of events that wait for the dashboard, at most, in the channel and again behind it; STOP and Ctrl-C find room.
 const EVENTS_MAX: usize = 16 << 10;
 
 /// Number of waiting events from which moves of the mouse are dropped.
 #[cfg(unix)]
 const LATE: usize = 64;
 
-/// Keys that others must not hide, with their bytes: Ctrl-C, and STOP as Ctrl-S and Space.
+/// Keys that a flood of others must not hide, with their bytes: Ctrl-C, and STOP as Ctrl-S and Space.
+#[cfg(unix)]
 const FLOOD_KEYS: [(u8, char, KeyModifiers); 3] = [
     (0x03, 'c', KeyModifiers::CONTROL),
     (0x13, 's', KeyModifiers::CONTROL),
@@ -65,23 +66,40 @@ impl Events {
         waiting.or_else(|| self.receiver.try_recv().ok())
     }
 
-    /// Drops what waits before STOP or Ctrl-C, apart from sizes, if one of them waits.
-    pub fn hurry(&mut self) {
+    /// Drops what waits before STOP or Ctrl-C, apart from sizes, if one of them waits and no text can be meant: a character that is STOP, such as
+    /// Space, only overtakes repetitions of the key `slow`, because another key may open a prompt.
+    pub fn hurry(&mut self, slow: &Event, is_stop: impl Fn(&KeyEvent) -> bool) {
+        let is_urgent = |event: &Event| match event {
+            Event::Key(key) => *key == CTRL_C || is_stop(key),
+            _ => false,
+        };
         while let Ok(event) = self.receiver.try_recv() {
-            self.waiting.push_back(event);
+            let has_room = self.waiting.len() < EVENTS_MAX;
+            if has_room || is_urgent(&event) && self.waiting.back() != Some(&event) {
+                self.waiting.push_back(event);
+            }
         }
-        if let Some(urgent) = self.waiting.iter().position(is_urgent) {
+        let is_size = |event: &Event| matches!(event, Event::Resize(..));
+        let repeats = self.waiting.iter();
+        let repeats = repeats.take_while(|event| *event == slow || is_size(event));
+        let repeats = repeats.count();
+        let urgent = self.waiting.iter().enumerate().position(|(at, event)| {
+            is_urgent(event) && (at <= repeats || !matches!(event, Event::Key(key) if is_text(key)))
+        });
+        if let Some(urgent) = urgent {
             let later = self.waiting.split_off(urgent);
-            self.waiting
-                .retain(|event| matches!(event, Event::Resize(..)));
+            self.waiting.retain(is_size);
             self.waiting.extend(later);
         }
     }
 }
 
-fn is_urgent(event: &Event) -> bool {
-    let mut keys = FLOOD_KEYS.into_iter();
-    keys.any(|(_, c, modifiers)| *event == Event::Key(KeyEvent::new(KeyCode::Char(c), modifiers)))
+const CTRL_C: KeyEvent = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+
+/// Whether the key is a character of a text.
+fn is_text(key: &KeyEvent) -> bool {
+    let commands = KeyModifiers::CONTROL | KeyModifiers::ALT;
+    matches!(key.code, KeyCode::Char(_)) && !key.modifiers.intersects(commands)
 }
 
 /// Keys, clicks, pastes and sizes; must be called within the runtime.
@@ -295,32 +313,70 @@ mod tests {
         assert_eq!(bytes.try_iter().count(), 0, "a release is not STOP");
     }
 
-    #[test]
-    fn stop_overtakes_the_keys_before_it() {
+    /// The events that are left of others that wait behind a slow `N`.
+    fn hurried(waiting: &[Event]) -> Vec<Event> {
         let (sender, receiver) = tokio::sync::mpsc::channel(EVENTS_MAX);
         let mut events = Events {
             receiver,
             waiting: VecDeque::new(),
         };
-        let key = |c, modifiers| Event::Key(KeyEvent::new(KeyCode::Char(c), modifiers));
-        let plain = |c| key(c, KeyModifiers::NONE);
-        let send = |event| sender.try_send(event).expect("there is room");
+        for event in waiting {
+            sender.try_send(event.clone()).expect("there is room");
+        }
+        let stops = [plain(' '), ctrl('s'), Event::Key(KeyCode::F(12).into())];
+        events.hurry(&plain('N'), |key| stops.contains(&Event::Key(*key)));
+        std::iter::from_fn(|| events.poll()).collect()
+    }
+
+    fn plain(c: char) -> Event {
+        Event::Key(KeyCode::Char(c).into())
+    }
+
+    fn ctrl(c: char) -> Event {
+        Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL))
+    }
+
+    #[test]
+    fn stop_overtakes_the_keys_before_it() {
+        let held = vec![plain('N'); 100];
+        let size = Event::Resize(80, 24);
+        assert_eq!(hurried(&held), held, "nothing is urgent");
         for stop in [
             plain(' '),
-            key('s', KeyModifiers::CONTROL),
-            key('c', KeyModifiers::CONTROL),
+            ctrl('s'),
+            ctrl('c'),
+            Event::Key(KeyCode::F(12).into()),
         ] {
-            (0..100).for_each(|_| send(plain('N')));
-            send(Event::Resize(80, 24));
-            events.hurry();
-            assert_eq!(events.poll(), Some(plain('N')), "nothing is urgent");
-            for event in [plain('n'), stop.clone(), plain('x')] {
-                send(event);
-            }
-            events.hurry();
-            let left: Vec<Event> = std::iter::from_fn(|| events.poll()).collect();
-            assert_eq!(left, [Event::Resize(80, 24), stop, plain('x')]);
+            let waiting = [&held[..], &[size.clone(), stop.clone(), plain('x')]].concat();
+            assert_eq!(hurried(&waiting), [size.clone(), stop, plain('x')]);
         }
+    }
+
+    #[test]
+    fn a_space_behind_other_keys_may_be_text() {
+        let typed: Vec<Event> = "NN:note kitchen door".chars().map(plain).collect();
+        assert_eq!(hurried(&typed), typed);
+        let stopped = [&typed[..], &[ctrl('s')]].concat();
+        assert_eq!(hurried(&stopped), [ctrl('s')]);
+    }
+
+    #[test]
+    fn a_flood_of_slow_keys_is_bounded_and_hides_no_stop() {
+        let (sender, receiver) = tokio::sync::mpsc::channel(EVENTS_MAX);
+        let mut events = Events {
+            receiver,
+            waiting: VecDeque::new(),
+        };
+        let is_stop = |key: &KeyEvent| Event::Key(*key) == ctrl('s');
+        for _ in 0..3 {
+            while sender.try_send(plain('v')).is_ok() {}
+            events.hurry(&plain('N'), is_stop);
+        }
+        assert_eq!(events.waiting.len(), EVENTS_MAX);
+        sender.try_send(ctrl('s')).expect("there is room");
+        events.hurry(&plain('N'), is_stop);
+        assert_eq!(events.poll(), Some(ctrl('s')));
+        assert_eq!(events.poll(), None);
     }
 
     #[test]

@@ -84,11 +84,20 @@ fn newest_moment_follows_the_length() {
     let estimated = end / 2;
     let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, estimated, None);
     player.handle(Moment::ZERO, Control::Newest);
-    assert_eq!(player.at(), estimated);
+    player.advance(Moment::from_secs(1));
+    assert!(player.is_paused() && player.at() == estimated);
     player.set_read_through(end);
-    assert!(player.is_at_end());
+    assert!(player.is_at_end() && player.is_paused());
     assert_eq!(player.at(), end);
     assert_eq!(player.playback().line, Some(359));
+
+    // A capture that has been played to the estimated end goes on.
+    let (timeline, _) = read_whole(capture("house-clean.txt"));
+    let mut player = Player::of_capture(timeline, Moment::ZERO, 1.0, estimated, None);
+    player.advance(end);
+    assert!(player.is_paused());
+    player.set_read_through(end);
+    assert!(!player.is_paused() && player.at() == estimated);
 }
 
 #[test]
