@@ -195,8 +195,8 @@ impl Running {
         Ok(leave)
     }
 
-    /// Handles an event of the terminal and those that wait behind it. After one that took long, STOP and Ctrl-C come first, and signals are
-    /// looked for.
+    /// Handles an event of the terminal and those that wait behind it. After one that took long, and in a flood, STOP and Ctrl-C come first,
+    /// and signals are looked for.
     fn take_keys(
         &mut self,
         first: crossterm::event::Event,
@@ -210,10 +210,14 @@ impl Running {
             let began = Instant::now();
             leave |= self.take_key(event.clone())?;
             if began.elapsed() > SLOW {
-                keys.hurry(&event, |key| self.ui.is_stop(*key));
-                break;
+                keys.hurry(Some(&event), |key| self.ui.is_stop(*key));
+                return Ok(leave);
             }
             next = keys.poll();
+        }
+        if let Some(event) = next {
+            leave |= self.take_key(event)?;
+            keys.hurry(None, |key| self.ui.is_stop(*key));
         }
         Ok(leave)
     }

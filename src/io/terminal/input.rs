@@ -68,7 +68,7 @@ impl Events {
 
     /// Drops what waits before STOP or Ctrl-C, apart from sizes, if one of them waits and no text can be meant: a character that is STOP, such as
     /// Space, only overtakes repetitions of the key `slow`, because another key may open a prompt.
-    pub fn hurry(&mut self, slow: &Event, is_stop: impl Fn(&KeyEvent) -> bool) {
+    pub fn hurry(&mut self, slow: Option<&Event>, is_stop: impl Fn(&KeyEvent) -> bool) {
         let is_urgent = |event: &Event| match event {
             Event::Key(key) => *key == CTRL_C || is_stop(key),
             _ => false,
@@ -81,7 +81,7 @@ impl Events {
         }
         let is_size = |event: &Event| matches!(event, Event::Resize(..));
         let repeats = self.waiting.iter();
-        let repeats = repeats.take_while(|event| *event == slow || is_size(event));
+        let repeats = repeats.take_while(|event| Some(*event) == slow || is_size(event));
         let repeats = repeats.count();
         let urgent = self.waiting.iter().enumerate().position(|(at, event)| {
             is_urgent(event) && (at <= repeats || !matches!(event, Event::Key(key) if is_text(key)))
@@ -324,7 +324,7 @@ mod tests {
             sender.try_send(event.clone()).expect("there is room");
         }
         let stops = [plain(' '), ctrl('s'), Event::Key(KeyCode::F(12).into())];
-        events.hurry(&plain('N'), |key| stops.contains(&Event::Key(*key)));
+        events.hurry(Some(&plain('N')), |key| stops.contains(&Event::Key(*key)));
         std::iter::from_fn(|| events.poll()).collect()
     }
 
@@ -370,11 +370,11 @@ mod tests {
         let is_stop = |key: &KeyEvent| Event::Key(*key) == ctrl('s');
         for _ in 0..3 {
             while sender.try_send(plain('v')).is_ok() {}
-            events.hurry(&plain('N'), is_stop);
+            events.hurry(Some(&plain('N')), is_stop);
         }
         assert_eq!(events.waiting.len(), EVENTS_MAX);
         sender.try_send(ctrl('s')).expect("there is room");
-        events.hurry(&plain('N'), is_stop);
+        events.hurry(Some(&plain('N')), is_stop);
         assert_eq!(events.poll(), Some(ctrl('s')));
         assert_eq!(events.poll(), None);
     }
