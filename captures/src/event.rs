@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 
 /// Maximum number of figures of each kind in a [`Truth`] that is read; further ones are left out. Every frame draws all of them, and a
-/// recording may come from somebody else.
+/// recording may come from others.
 const FIGURES_MAX: usize = 2000;
 
 fn few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(from: D) -> Result<Vec<T>, D::Error> {

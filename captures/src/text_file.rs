@@ -6,8 +6,7 @@ use std::path::Path;
 
 use super::files;
 
-/// Maximum length of a text in TOML, bytes. Its parser takes up to 230 times as much memory, and a label or a world may come from somebody
-/// else.
+/// Maximum length of a text in TOML, bytes. Its parser takes up to 230 times as much memory, and a label or a world may come from others.
 pub const TOML_BYTES_MAX: u64 = 256 << 10;
 
 /// Maximum length of any other text, bytes.

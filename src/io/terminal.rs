@@ -3,6 +3,7 @@
 mod drawing;
 #[cfg(unix)]
 mod escape;
+mod events;
 mod input;
 
 use std::io::{self, IsTerminal, Write};
@@ -21,7 +22,8 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
 use self::drawing::{Device, Drawing};
-pub use self::input::{Events, events};
+pub use self::events::Events;
+pub use self::input::events;
 use super::mouse;
 
 /// The drawing thread of the terminal in use; a panic ends it.

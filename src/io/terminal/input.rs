@@ -1,6 +1,5 @@
 //! The input of the terminal: keys, clicks, pastes and sizes as events.
 
-use std::collections::VecDeque;
 use std::io;
 #[cfg(unix)]
 use std::io::{IsTerminal, Read};
@@ -14,9 +13,9 @@ use std::thread;
 #[cfg(unix)]
 use std::time::Instant;
 
+use crossterm::event::Event;
 #[cfg(unix)]
-use crossterm::event::MouseEventKind;
-use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers, MouseEventKind};
 #[cfg(unix)]
 use crossterm::terminal;
 #[cfg(unix)]
@@ -24,13 +23,11 @@ use tokio::signal::unix::{SignalKind, signal};
 
 #[cfg(unix)]
 use super::escape::Reader;
+use super::events::{EVENTS_MAX, Events};
 
 /// Maximum number of bytes that wait to become events. Beyond it each read keeps one of each of [`FLOOD_KEYS`] and nothing else.
 #[cfg(unix)]
 const WAITING_MAX: usize = 16 << 10;
-
-/// Number of events that wait for the dashboard, at most, in the channel and again behind it; STOP and Ctrl-C find room.
-const EVENTS_MAX: usize = 16 << 10;
 
 /// Number of waiting events from which moves of the mouse are dropped.
 #[cfg(unix)]
@@ -43,64 +40,6 @@ const FLOOD_KEYS: [(u8, char, KeyModifiers); 3] = [
     (0x13, 's', KeyModifiers::CONTROL),
     (b' ', ' ', KeyModifiers::NONE),
 ];
-
-/// Keys, clicks, pastes and sizes.
-pub struct Events {
-    receiver: tokio::sync::mpsc::Receiver<Event>,
-    /// Events that were received while looking for urgent keys.
-    waiting: VecDeque<Event>,
-}
-
-impl Events {
-    /// The next event; `None` when the terminal is closed. Cancel-safe.
-    pub async fn next(&mut self) -> Option<Event> {
-        match self.waiting.pop_front() {
-            Some(event) => Some(event),
-            None => self.receiver.recv().await,
-        }
-    }
-
-    /// The next event, if one waits.
-    pub fn poll(&mut self) -> Option<Event> {
-        let waiting = self.waiting.pop_front();
-        waiting.or_else(|| self.receiver.try_recv().ok())
-    }
-
-    /// Drops what waits before STOP or Ctrl-C, apart from sizes, if one of them waits and no text can be meant: a character that is STOP, such as
-    /// Space, only overtakes repetitions of the key `slow`, because another key may open a prompt.
-    pub fn hurry(&mut self, slow: Option<&Event>, is_stop: impl Fn(&KeyEvent) -> bool) {
-        let is_urgent = |event: &Event| match event {
-            Event::Key(key) => *key == CTRL_C || is_stop(key),
-            _ => false,
-        };
-        while let Ok(event) = self.receiver.try_recv() {
-            let has_room = self.waiting.len() < EVENTS_MAX;
-            if has_room || is_urgent(&event) && self.waiting.back() != Some(&event) {
-                self.waiting.push_back(event);
-            }
-        }
-        let is_size = |event: &Event| matches!(event, Event::Resize(..));
-        let repeats = self.waiting.iter();
-        let repeats = repeats.take_while(|event| Some(*event) == slow || is_size(event));
-        let repeats = repeats.count();
-        let urgent = self.waiting.iter().enumerate().position(|(at, event)| {
-            is_urgent(event) && (at <= repeats || !matches!(event, Event::Key(key) if is_text(key)))
-        });
-        if let Some(urgent) = urgent {
-            let later = self.waiting.split_off(urgent);
-            self.waiting.retain(is_size);
-            self.waiting.extend(later);
-        }
-    }
-}
-
-const CTRL_C: KeyEvent = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-
-/// Whether the key is a character of a text.
-fn is_text(key: &KeyEvent) -> bool {
-    let commands = KeyModifiers::CONTROL | KeyModifiers::ALT;
-    matches!(key.code, KeyCode::Char(_)) && !key.modifiers.intersects(commands)
-}
 
 /// Keys, clicks, pastes and sizes; must be called within the runtime.
 ///
@@ -142,10 +81,7 @@ pub fn events() -> io::Result<Events> {
             }
         }
     });
-    Ok(Events {
-        receiver,
-        waiting: VecDeque::new(),
-    })
+    Ok(Events::new(receiver))
 }
 
 /// Standard input if it is a terminal, otherwise the terminal of the process.
@@ -311,72 +247,6 @@ mod tests {
         }
         chunks.take(now, b"\x1b[115;5:3u");
         assert_eq!(bytes.try_iter().count(), 0, "a release is not STOP");
-    }
-
-    /// The events that are left of others that wait behind a slow `N`.
-    fn hurried(waiting: &[Event]) -> Vec<Event> {
-        let (sender, receiver) = tokio::sync::mpsc::channel(EVENTS_MAX);
-        let mut events = Events {
-            receiver,
-            waiting: VecDeque::new(),
-        };
-        for event in waiting {
-            sender.try_send(event.clone()).expect("there is room");
-        }
-        let stops = [plain(' '), ctrl('s'), Event::Key(KeyCode::F(12).into())];
-        events.hurry(Some(&plain('N')), |key| stops.contains(&Event::Key(*key)));
-        std::iter::from_fn(|| events.poll()).collect()
-    }
-
-    fn plain(c: char) -> Event {
-        Event::Key(KeyCode::Char(c).into())
-    }
-
-    fn ctrl(c: char) -> Event {
-        Event::Key(KeyEvent::new(KeyCode::Char(c), KeyModifiers::CONTROL))
-    }
-
-    #[test]
-    fn stop_overtakes_the_keys_before_it() {
-        let held = vec![plain('N'); 100];
-        let size = Event::Resize(80, 24);
-        assert_eq!(hurried(&held), held, "nothing is urgent");
-        for stop in [
-            plain(' '),
-            ctrl('s'),
-            ctrl('c'),
-            Event::Key(KeyCode::F(12).into()),
-        ] {
-            let waiting = [&held[..], &[size.clone(), stop.clone(), plain('x')]].concat();
-            assert_eq!(hurried(&waiting), [size.clone(), stop, plain('x')]);
-        }
-    }
-
-    #[test]
-    fn a_space_behind_other_keys_may_be_text() {
-        let typed: Vec<Event> = "NN:note kitchen door".chars().map(plain).collect();
-        assert_eq!(hurried(&typed), typed);
-        let stopped = [&typed[..], &[ctrl('s')]].concat();
-        assert_eq!(hurried(&stopped), [ctrl('s')]);
-    }
-
-    #[test]
-    fn a_flood_of_slow_keys_is_bounded_and_hides_no_stop() {
-        let (sender, receiver) = tokio::sync::mpsc::channel(EVENTS_MAX);
-        let mut events = Events {
-            receiver,
-            waiting: VecDeque::new(),
-        };
-        let is_stop = |key: &KeyEvent| Event::Key(*key) == ctrl('s');
-        for _ in 0..3 {
-            while sender.try_send(plain('v')).is_ok() {}
-            events.hurry(Some(&plain('N')), is_stop);
-        }
-        assert_eq!(events.waiting.len(), EVENTS_MAX);
-        sender.try_send(ctrl('s')).expect("there is room");
-        events.hurry(Some(&plain('N')), is_stop);
-        assert_eq!(events.poll(), Some(ctrl('s')));
-        assert_eq!(events.poll(), None);
     }
 
     #[test]
