@@ -462,7 +462,7 @@ fn commands_bear_random_damage() {
     });
 }
 
-/// Lines with as many fields as are kept, each of which has plots in every keyframe of a replay.
+/// Lines with as many fields as are kept; each field has plots in every keyframe of a replay.
 fn many_fields() -> Vec<u8> {
     let line = |n: usize| {
         let values = (0..64).map(|field| format!("f{field}:{}", (n * 7 + field * 31) % 1000));

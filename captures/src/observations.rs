@@ -11,10 +11,12 @@ use super::layout;
 use super::mcap_reader::{Channels, Entries, Entry};
 use super::messages::RawBytes;
 use super::record::parse;
-use super::recover::TABLE as RECOVERY;
 use super::repair::Damage;
-use super::session_writer::ROBOT;
+use super::session::{RECOVERY, ROBOT};
 use super::topics::{StationEvent, Topic};
+
+/// Maximum number of tables and attachments that are read; the writer of a copy holds an index of all of them. A recorder writes fewer than ten.
+const EXTRAS_MAX: usize = 1000;
 
 /// A recorded item that cannot be derived.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,9 +75,6 @@ pub(crate) struct Observations<R> {
     /// Number of tables and attachments, without and with a name that the writer of a copy writes again.
     extras: [usize; 2],
 }
-
-/// Maximum number of tables and attachments that are read; the writer of a copy holds an index of all of them. A recorder writes fewer than ten.
-const EXTRAS_MAX: usize = 1000;
 
 impl<R: Read> Observations<R> {
     /// Reads an MCAP from its beginning.

@@ -335,8 +335,7 @@ fn decode(topic: Topic, data: &[u8]) -> Option<Ahead> {
     let decoded = match topic {
         Topic::RawRx => RawBytes::decode(data).map(Ahead::Received),
         Topic::RawTx => RawBytes::decode(data).map(Ahead::Sent),
-        Topic::Station => StationEvent::decode(data).map(|event| Ahead::Event(Box::new(event))),
-        _ => return None,
+        _ => StationEvent::decode(data).map(|event| Ahead::Event(Box::new(event))),
     };
     Some(decoded.unwrap_or_else(|error| Ahead::Damaged(format!("{}: {error}", topic.name()))))
 }

@@ -22,6 +22,7 @@ use super::observations::{Item, Observation, Observations};
 use super::record::RECORD_BYTES_MAX;
 use super::repair::{Damage, Problem};
 use super::schema::DESCRIPTORS;
+use super::session::RECOVERY;
 use super::session_writer::{CHUNK_BYTES, SessionWriter};
 use super::source::open_file;
 use super::temporary::Temporary;
@@ -39,9 +40,6 @@ const CHUNK_BYTES_MIN: u64 = 11 * 1024;
 
 // Readers refuse a chunk that contains only a schema and no message.
 const _: () = assert!(CHUNK_BYTES_MIN > DESCRIPTORS.len() as u64 + 1024);
-
-/// Name of the metadata table that a recovery with losses adds.
-pub(super) const TABLE: &str = "recovery";
 
 /// Finishes an unfinished recording, or rebuilds a damaged one from its readable parts; reports saved and lost parts.
 ///
@@ -96,7 +94,7 @@ fn rewrite(
     let (survey, _) = read(path, channels, |item| {
         step();
         match item {
-            Item::Table(table) if table.name == TABLE => Ok(()),
+            Item::Table(table) if table.name == RECOVERY => Ok(()),
             item => writer.handle_item(item).map_err(failed),
         }
     })?;
@@ -277,7 +275,7 @@ impl Survey {
         ];
         let metadata = metadata.map(|(name, value)| (name.to_owned(), value));
         Metadata {
-            name: TABLE.to_owned(),
+            name: RECOVERY.to_owned(),
             metadata: BTreeMap::from(metadata),
         }
     }

@@ -15,6 +15,12 @@ use super::name;
 /// The name of the attached configuration.
 const CONFIGURATION: &str = "groundwave.toml";
 
+/// Name of the metadata table with the robot's number and firmware.
+pub(super) const ROBOT: &str = "robot";
+
+/// Name of the metadata table that a recovery with losses adds.
+pub(super) const RECOVERY: &str = "recovery";
+
 /// Metadata known when a recording begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Session {

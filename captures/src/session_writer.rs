@@ -12,7 +12,7 @@ use groundwave_protocol::telemetry::FirmwareVersion;
 use super::layout;
 use super::observations::{Item, Observation};
 use super::own_lines;
-use super::session::{Session, since_1970_ns};
+use super::session::{ROBOT, Session, since_1970_ns};
 use super::topics::{Deriver, StationEvent, Topic, TopicMessage, register};
 
 /// Default size of a chunk, uncompressed bytes: about ten minutes.
@@ -21,9 +21,6 @@ pub const CHUNK_BYTES: u64 = 1024 * 1024;
 /// Library name in the header of a finished recording.
 pub(super) const LIBRARY: &str =
     concat!("groundwave ", env!("CARGO_PKG_VERSION"), ", fixed topics");
-
-/// Name of the metadata table with the robot's number and firmware.
-pub(super) const ROBOT: &str = "robot";
 
 /// Writes a finished recording from bytes and station events.
 pub struct SessionWriter<W: Write> {

@@ -178,10 +178,9 @@ impl Cursor for CaptureState {
         &self.facts
     }
 
-    fn for_search(&self) -> Self {
-        let mut copy = self.clone();
-        copy.facts.end_estimate();
-        copy
+    fn for_search(mut self) -> Self {
+        self.facts.end_estimate();
+        self
     }
 
     fn at(&self) -> Moment {
@@ -223,9 +222,7 @@ pub(super) static SHORTCUTS: Shortcuts<CaptureState> = Shortcuts {
     fresh: |state, reader, at| {
         let place = reader.find(at.saturating_sub(HEARD_BEFORE));
         let config = Arc::clone(state.facts.config());
-        let mut fresh = CaptureState::from(&state.name, config, place, &**reader);
-        fresh.facts.end_estimate();
-        fresh
+        CaptureState::from(&state.name, config, place, &**reader).for_search()
     },
     about_line: |reader, number| reader.about_line(number),
     may_hold: |reader, landmark, from, until| reader.may_hold(landmark, from, until),

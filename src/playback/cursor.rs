@@ -12,9 +12,9 @@ pub trait Cursor: Clone + 'static {
     /// The facts at the current moment.
     fn facts(&self) -> &Facts;
 
-    /// A copy with everything that landmarks follow from, but without an estimate of the pose: it steps ten times as fast.
+    /// The state with everything that landmarks follow from, but without an estimate of the pose: it steps ten times as fast.
     #[must_use]
-    fn for_search(&self) -> Self;
+    fn for_search(self) -> Self;
 
     /// Time of the last step.
     fn at(&self) -> Moment;

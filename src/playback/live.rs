@@ -121,10 +121,9 @@ impl Cursor for LiveState {
         &self.facts
     }
 
-    fn for_search(&self) -> Self {
-        let mut copy = self.clone();
-        copy.facts.end_estimate();
-        copy
+    fn for_search(mut self) -> Self {
+        self.facts.end_estimate();
+        self
     }
 
     fn at(&self) -> Moment {

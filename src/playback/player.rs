@@ -221,6 +221,14 @@ impl<C: Cursor> Player<C> {
         if self.paused {
             return false;
         }
+        if self
+            .ended_by
+            .take_if(|by| *by == EndedBy::Playing)
+            .is_some()
+        {
+            // The wait at the estimated end is no time of the capture.
+            self.set_at = host;
+        }
         let passed = host.saturating_sub(self.set_at).mul_f64(self.speed);
         let mut to = self.at.saturating_add(passed);
         self.set_at = host;

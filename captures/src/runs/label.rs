@@ -98,7 +98,7 @@ impl Label {
         let path = file_of(capture);
         let text = match text_file::read(&path, text_file::TOML_BYTES_MAX) {
             Ok(text) => text,
-            // The name of a label is longer than that of its capture.
+            // A label's name is longer than its capture's.
             Err(error)
                 if matches!(
                     error.kind(),

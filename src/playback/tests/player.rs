@@ -98,6 +98,10 @@ fn newest_moment_follows_the_length() {
     assert!(player.is_paused());
     player.set_read_through(end);
     assert!(!player.is_paused() && player.at() == estimated);
+    player.advance(end + Moment::from_secs(100));
+    assert_eq!(player.at(), estimated, "the wait is not skipped");
+    player.advance(end + Moment::from_secs(101));
+    assert_eq!(player.at(), estimated + Moment::from_secs(1));
 }
 
 #[test]

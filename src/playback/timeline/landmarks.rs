@@ -85,8 +85,8 @@ impl<C: Cursor> Timeline<C> {
             if end.is_none_or(|(_, end)| count(end) > count(frame)) {
                 let until = end.map(|(at, _)| *at);
                 let mut cursor = match self.nearest(|cursor| cursor.at() <= after) {
-                    Some(near) if near.at() > frame.at() => near.for_search(),
-                    _ => frame.for_search(),
+                    Some(near) if near.at() > frame.at() => near.clone().for_search(),
+                    _ => frame.clone().for_search(),
                 };
                 let mut steps = self.reach(until.is_none(), beyond);
                 let last = until.unwrap_or(Moment::MAX);
@@ -123,7 +123,7 @@ impl<C: Cursor> Timeline<C> {
             }
             let last = end.map_or(before, |(at, _)| before.min(*at));
             let mut steps = self.reach(end.is_none(), beyond);
-            let mut cursor = frame.for_search();
+            let mut cursor = frame.clone().for_search();
             let mut found = None;
             while let Some(at) = cursor.next_at(&mut self.source).filter(|at| *at <= last) {
                 if at >= before {
