@@ -141,7 +141,7 @@ fn a_command_waits_for_a_lost_link_and_is_given_up_unsent() {
                 co.station.handle_timeout(at);
                 assert_eq!(co.station.poll_transmit(at), None, "{}", co.context());
                 while let Some(event) = co.station.poll_event() {
-                    co.events.push((at, event));
+                    co.take_event(at, event);
                 }
             }
             co.fate(id)

@@ -129,6 +129,8 @@ proptest! {
         let rx = counted.remove("/raw/rx").unwrap();
         let mut expected = verdict.messages;
         prop_assert!(rx >= expected.remove("/raw/rx").unwrap());
+        // A piece whose first line changes the markers has one message for both, and does not know that the target before it ended.
+        *counted.entry("/markers".into()).or_default() += at.len() as u64;
         // Each piece repeats the state that its reader needs first.
         for topic in ["/log", "/markers", "/path", "/uplink"] {
             let (pieces, whole) = (counted.remove(topic), expected.remove(topic));

@@ -5,6 +5,7 @@
 #[cfg(unix)]
 pub mod c_robot;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -199,6 +200,8 @@ pub struct CoSimulation<R = Simulation> {
     /// Whether a claim must be true of the robot at the moment of the claim. With delays it need not be, because the
     /// robot may restart before the confirmation arrives.
     pub claims_hold: bool,
+    /// The last status of each command that has ended.
+    fates: BTreeMap<CommandId, CommandStatus>,
     channel: ChannelSpec,
     context: String,
 }
@@ -229,6 +232,7 @@ impl<R: Robot> CoSimulation<R> {
             modes: Vec::new(),
             allowed: None,
             list: None,
+            fates: BTreeMap::new(),
             channel: config.channel.clone(),
             claims_hold: config.channel.delay_ms == 0,
             context: format!(
@@ -279,12 +283,22 @@ impl<R: Robot> CoSimulation<R> {
             self.sent.extend(bytes);
         }
         while let Some(event) = self.station.poll_event() {
-            self.note(&event);
-            self.events.push((now, event));
+            self.take_event(now, event);
         }
     }
 
+    /// Takes an event of the station.
+    pub fn take_event(&mut self, at: Duration, event: Event) {
+        self.note(&event);
+        self.events.push((at, event));
+    }
+
     fn note(&mut self, event: &Event) {
+        if let Event::Command { id, status } = event
+            && status.is_end()
+        {
+            self.fates.insert(*id, *status);
+        }
         match event {
             Event::Line { line, .. } => match &line.body {
                 Body::State(state) if self.modes.last() != Some(&state.mode) => {
@@ -347,9 +361,6 @@ impl<R: Robot> CoSimulation<R> {
 
     /// The last status of a command that has ended.
     pub fn fate(&self, id: CommandId) -> Option<CommandStatus> {
-        self.events.iter().rev().find_map(|(_, event)| match event {
-            Event::Command { id: of, status } if *of == id && status.is_end() => Some(*status),
-            _ => None,
-        })
+        self.fates.get(&id).copied()
     }
 }
