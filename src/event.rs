@@ -16,6 +16,8 @@ pub use groundwave_captures::event::{
     SuggestionCode, SuggestionEvent, SuggestionStatus, Truth,
 };
 
+use groundwave_captures::messages::{EstimateMessage, FloorMessage};
+
 use crate::figures::{Listed, Overlaid};
 use crate::outages::Outage;
 use crate::parameter_file::ParameterFile;
@@ -113,6 +115,10 @@ pub enum Event {
     Alarm(AlarmEvent),
     /// The status of a suggestion changed.
     Suggestion(SuggestionEvent),
+    /// The ground's estimate of the robot's pose, at most once a second.
+    Estimate(EstimateMessage),
+    /// The floor that the robot has seen, at most once a minute.
+    Floor(Box<FloorMessage>),
     /// The true state of a simulated robot's world; it is only shown.
     Truth(Truth),
     /// A line for the log.

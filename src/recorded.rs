@@ -23,6 +23,8 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
         Event::Suspended(duration) => Some(StationEvent::suspended(*duration)),
         Event::Alarm(alarm) => Some(alarm.into()),
         Event::Suggestion(suggestion) => Some(suggestion.into()),
+        Event::Estimate(estimate) => Some(StationEventKind::Estimate(*estimate).into()),
+        Event::Floor(floor) => Some(StationEventKind::Floor((**floor).clone()).into()),
         _ => None,
     }
 }
@@ -33,8 +35,10 @@ pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
     match recorded.kind.as_ref()? {
         StationEventKind::Command(event) => command(event),
         StationEventKind::Link(link) => link.event().map(Event::Link),
-        // The station classifies the bytes again.
-        StationEventKind::Reception(_) => None,
+        // They follow from the bytes again.
+        StationEventKind::Reception(_)
+        | StationEventKind::Estimate(_)
+        | StationEventKind::Floor(_) => None,
         StationEventKind::Alarm(alarm) => alarm.event().map(Event::Alarm),
         StationEventKind::Suggestion(suggestion) => suggestion.event().map(Event::Suggestion),
         StationEventKind::Mark(mark) => Some(Event::Mark(Mark::from(*mark))),

@@ -2,7 +2,8 @@
 #![cfg(unix)]
 
 use std::ffi::OsStr;
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufReader;
 use std::ops::Range;
 use std::os::unix::ffi::OsStrExt as _;
 use std::os::unix::fs::symlink;
@@ -108,6 +109,55 @@ fn floor_is_exported_for_ros() {
         assert_eq!(map.at((0.0, y_in)), 254, "{y_in}");
     }
     assert!(driven_share(&map, CLEAN, 0.0..20.0) > 0.95);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// The same map as a PNG image, which viewers, editors and `map_server` open.
+#[test]
+fn floor_is_exported_as_png() {
+    let folder = scratch("floor-png");
+    let [yaml, image] = ["m.yaml", "p.png"].map(|name| folder.join(name));
+    for target in [&yaml, &image] {
+        expect(
+            0,
+            &[
+                "export",
+                CLEAN,
+                "--to",
+                "map",
+                "-o",
+                &target.display().to_string(),
+            ],
+        );
+    }
+    let map = Map::read(&yaml);
+    let description = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    assert_eq!(
+        description("p.yaml"),
+        description("m.yaml").replace("m.pgm", "p.png")
+    );
+    let decoder = png::Decoder::new(BufReader::new(File::open(&image).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!(
+        (frame.width as usize, frame.height as usize),
+        (map.columns, map.rows)
+    );
+    assert_eq!(pixels, map.pixels);
+    // Neither file of the pair replaces another without --force.
+    let (_, err) = expect(
+        2,
+        &[
+            "export",
+            CLEAN,
+            "--to",
+            "map",
+            "-o",
+            &folder.join("m.png").display().to_string(),
+        ],
+    );
+    assert!(err.contains("m.yaml exists"), "{err}");
     fs::remove_dir_all(folder).unwrap();
 }
 

@@ -24,6 +24,7 @@ mod disks;
 mod documents;
 mod edges;
 mod endurance;
+mod estimates;
 mod examples;
 mod failsafe;
 mod failures;

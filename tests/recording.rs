@@ -39,7 +39,7 @@ fn days_are_recorded_in_parts_that_are_whole_by_themselves() {
             Origin::Line | Origin::History => {
                 !matches!(topic, Topic::Uplink | Topic::Outages | Topic::Values)
             }
-            Origin::Recorded | Origin::Reserved => false,
+            Origin::Recorded | Origin::Event => false,
         };
         for topic in Topic::ALL.into_iter().filter(derived).map(Topic::name) {
             let part = part.display();

@@ -19,6 +19,7 @@ pub mod cut;
 pub mod decode;
 pub mod diagnosis;
 mod error;
+mod estimate;
 pub mod event;
 pub mod files;
 mod gaps;

@@ -8,6 +8,7 @@ mod fill;
 
 use groundwave_protocol::decoder::Received;
 
+pub use super::estimate::{CorrectedMessage, EstimateMessage, FloorKind, FloorMessage};
 pub use super::station_event::{StationEvent, StationEventKind};
 pub use super::uplink_event::UplinkEvent;
 

@@ -1,17 +1,18 @@
 //! Events that are not in the radio's bytes, as a protobuf message.
 
+use crate::estimate::{EstimateMessage, FloorMessage};
 use crate::event::{
     AlarmEvent, AlarmStatus, CommandStatus, Figure, Level, LinkEvent, Mark, Moment, NoticeCode,
     Reception, SuggestionCode, SuggestionEvent, SuggestionStatus,
 };
 use crate::uplink_event::UplinkEvent;
 
-/// An event of the station, recorded on `/station`; `/uplink` and `/log` are derived from it and the bytes. Programs
+/// An event of the station, recorded on `/station`; `/uplink`, `/log`, `/pose_corrected` and `/map` are derived from it and the bytes. Programs
 /// read codes and numbers; texts are for display.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct StationEvent {
     /// The event; `None` for one of a newer version.
-    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5, 6, 7, 8")]
+    #[prost(oneof = "StationEventKind", tags = "1, 2, 3, 4, 5, 6, 7, 8, 9, 10")]
     pub kind: Option<StationEventKind>,
 }
 
@@ -42,6 +43,12 @@ pub enum StationEventKind {
     /// A suggestion has a new status.
     #[prost(message, tag = 8)]
     Suggestion(SuggestionMessage),
+    /// The ground's estimate of the robot's pose.
+    #[prost(message, tag = 9)]
+    Estimate(EstimateMessage),
+    /// The floor that the robot has seen.
+    #[prost(message, tag = 10)]
+    Floor(FloorMessage),
 }
 
 /// A [`SuggestionEvent`].
@@ -345,7 +352,9 @@ impl StationEvent {
             Some(
                 StationEventKind::Mark(_)
                 | StationEventKind::Suspension(_)
-                | StationEventKind::Suggestion(_),
+                | StationEventKind::Suggestion(_)
+                | StationEventKind::Estimate(_)
+                | StationEventKind::Floor(_),
             )
             | None => false,
         }

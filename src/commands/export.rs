@@ -51,8 +51,8 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
         return Err(Fault::new(Exit::Usage, problem));
     }
     let targets = targets(&files, &options.output, |_| Ok(extension.to_owned()))?;
-    let images = if options.to == ExportFormat::Map {
-        floor_map::images(&targets, &files)?
+    let seconds = if options.to == ExportFormat::Map {
+        floor_map::seconds(&targets, &files)?
     } else {
         Vec::new()
     };
@@ -68,7 +68,7 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
                     Ok(picture.svg().into_bytes())
                 }),
                 ExportFormat::Png => picture(path, progress, target, Picture::png),
-                ExportFormat::Map => floor_map::export(path, progress, target, &images[index]),
+                ExportFormat::Map => floor_map::export(path, progress, target, &seconds[index]),
                 ExportFormat::Mcap => recorded::to_mcap(options, path, progress, target),
                 ExportFormat::Raw => recorded::to_raw(path, progress, target),
             }

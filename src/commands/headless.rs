@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use groundwave_captures::messages::EstimateMessage;
 use groundwave_lines::{Content, OwnLine, Value as OwnValue};
 use groundwave_protocol::decoder::Received;
 use serde_json::{Value, json};
@@ -19,7 +20,7 @@ use crate::event::{
 };
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::model::{Config, Facts};
-use crate::runtime::{Driver, Keeper};
+use crate::runtime::{Driver, Keeper, Reports};
 use crate::share::StatusJson;
 use groundwave_captures::words::counted;
 
@@ -47,7 +48,7 @@ pub(super) async fn run(
     waits: bool,
 ) -> Result<(), Fault> {
     let mut signals = Signals::listen().map_err(|error| failed("listen for signals", &error))?;
-    let mut facts = Facts::new(Arc::new(config));
+    let mut observer = Observer::new(config);
     let mut printer = Printer::start().map_err(|error| failed("start a thread", &error))?;
     let mut look = tokio::time::interval(CHECK_EVERY);
     let begin = tokio::time::Instant::now() + STATISTICS_EVERY;
@@ -81,7 +82,7 @@ pub(super) async fn run(
                     let notice = Notice::new(NoticeCode::Recording, level, text);
                     printer.print(driver.now(), &Event::Notice(notice))?;
                 }
-                update_facts(&mut facts, &mut driver, &Event::Recording(recording));
+                observer.take(&mut driver, &Event::Recording(recording));
             }
             () = room(&printer.lines), if waits && !has_room => {}
             () = driver.step(), if has_room || !waits => {}
@@ -92,7 +93,7 @@ pub(super) async fn run(
                 printer.print_statistics(&driver)?;
             }
             printer.print(driver.now(), &event)?;
-            update_facts(&mut facts, &mut driver, &event);
+            observer.take(&mut driver, &event);
             if has_ended {
                 let leave = async {
                     while signals.next().await == Signal::Suspend {
@@ -105,15 +106,27 @@ pub(super) async fn run(
     }
 }
 
-/// Updates the facts with an event, and reports the alarms that begin or end, and the suggestions.
-pub(super) fn update_facts(facts: &mut Facts, driver: &mut Driver, event: &Event) {
-    let now = driver.now();
-    facts.update(now, event);
-    for alarm in facts.alarm_events(now) {
-        driver.tell(Event::Alarm(alarm));
+/// The facts of a session without a screen.
+pub(super) struct Observer {
+    facts: Facts,
+    reports: Reports,
+}
+
+impl Observer {
+    pub(super) fn new(config: Config) -> Self {
+        Self {
+            facts: Facts::new(Arc::new(config)),
+            reports: Reports::default(),
+        }
     }
-    for suggestion in facts.suggestion_events() {
-        driver.tell(Event::Suggestion(suggestion.clone()));
+
+    /// Updates the facts with an event, and passes on what they report.
+    pub(super) fn take(&mut self, driver: &mut Driver, event: &Event) {
+        let now = driver.now();
+        self.facts.update(now, event);
+        for report in self.reports.take(now, event, &self.facts) {
+            driver.tell(report);
+        }
     }
 }
 
@@ -301,6 +314,7 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
             value
         }
         Event::Suggestion(suggestion) => suggestion.to_json(),
+        Event::Estimate(estimate) => estimate_json(estimate),
         Event::Command { id, status } => command_json(*id, status),
         Event::Notice(Notice { code, level, text }) => {
             json!({ "event": "notice", "code": code.code(), "level": level.code(), "text": text })
@@ -327,6 +341,27 @@ fn own_json(line: &OwnLine) -> Value {
     });
     let values: serde_json::Map<_, _> = values.collect();
     json!({ "event": "own", "status": status, "text": line.text, "values": values })
+}
+
+fn estimate_json(estimate: &EstimateMessage) -> Value {
+    let corrected = estimate.corrected.map(|it| {
+        json!({
+            "x_in": it.x_in,
+            "y_in": it.y_in,
+            "theta_deg": it.theta_deg,
+            "theta_half_deg": it.theta_half_deg,
+            "long_in": it.long_in,
+            "short_in": it.short_in,
+            "bearing_deg": it.bearing_deg,
+        })
+    });
+    json!({
+        "event": "estimate",
+        "odometer_x_in": estimate.odometer_x_in,
+        "odometer_y_in": estimate.odometer_y_in,
+        "odometer_theta_deg": estimate.odometer_theta_deg,
+        "corrected": corrected,
+    })
 }
 
 fn command_json(id: CommandId, status: &CommandStatus) -> Value {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use groundwave_protocol::decoder::Counters;
@@ -12,13 +11,12 @@ use super::appearance::appearance;
 use super::cli::Record;
 use super::config::Config;
 use super::connecting::connect;
-use super::headless::update_facts;
+use super::headless::Observer;
 use super::{Exit, Fault, block_on, recording, say, say_progress, sharing, simulated};
 use crate::capture::words::lost_words;
 use crate::event::{Event, LinkEvent};
 use crate::io::link::Link;
 use crate::io::signals::{Signal, Signals, stop_myself};
-use crate::model::Facts;
 use crate::radio::Radio;
 use crate::runtime::{Driver, KeepOptions, Keeper};
 use groundwave_captures::words::counted;
@@ -128,7 +126,7 @@ async fn until_done(
     keeper: &Keeper,
     config: &Config,
 ) -> Result<Counters, Fault> {
-    let mut facts = Facts::new(Arc::new(appearance(config, None)));
+    let mut observer = Observer::new(appearance(config, None));
     let mut signals = Signals::listen()
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
     let shows_progress = !options.quiet && io::stderr().is_terminal();
@@ -146,7 +144,7 @@ async fn until_done(
             _ = report.tick() => {
                 say_notices(keeper, options.quiet);
                 let status = keeper.status();
-                update_facts(&mut facts, &mut driver, &Event::Recording(status.clone()));
+                observer.take(&mut driver, &Event::Recording(status.clone()));
                 if let Some(problem) = status.problem {
                     return Err(Fault::new(Exit::Failed, problem));
                 }
@@ -163,7 +161,7 @@ async fn until_done(
         }
         let mut ended = false;
         while let Some(event) = driver.poll_event() {
-            update_facts(&mut facts, &mut driver, &event);
+            observer.take(&mut driver, &event);
             match event {
                 Event::Link(LinkEvent::Ended) => ended = true,
                 Event::Link(LinkEvent::Lost { reason }) if !options.quiet => {

@@ -3,7 +3,7 @@
 //! Both follow from events alone. The operator accepts a suggestion, or [`automatic`](super::automatic) does. STOP, a mode,
 //! driving by hand and any unfinished command have precedence; meanwhile nothing is suggested.
 
-use groundwave_mapping::{Compass, CorrectedPose, Destination, NoRoute, PlannedRoute};
+use groundwave_mapping::{Compass, CorrectedPose, Destination, FloorMap, NoRoute, PlannedRoute};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::{Layer, Mode};
 use groundwave_protocol::telemetry::{Body, Line, ParameterName, Reading as Measured, StateLine};
@@ -128,6 +128,14 @@ impl Ground {
     /// The reason why there is none.
     pub(super) fn route(&self, to: Destination, most: usize) -> Result<PlannedRoute, NoRoute> {
         self.compass.route(to, most)
+    }
+
+    /// The floor that was seen; `None` while what is seen cannot be placed well.
+    pub(crate) fn floor_map(&self) -> Option<FloorMap> {
+        self.compass
+            .maps_well()
+            .then(|| self.compass.floor_map())
+            .flatten()
     }
 
     /// Takes a restart of the robot: its frame begins at its place.

@@ -4,7 +4,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use tokio::sync::mpsc::Receiver;
 
-use super::Driver;
+use super::{Driver, Reports};
 use crate::event::{Event, Moment};
 use crate::model::{Change, Facts};
 use crate::playback::{CaptureState, Control, Finding, LivePlayer, Playback, Player};
@@ -24,6 +24,7 @@ pub enum Source {
 pub struct LiveSource {
     driver: Driver,
     player: LivePlayer,
+    reports: Reports,
 }
 
 impl LiveSource {
@@ -34,7 +35,11 @@ impl LiveSource {
         let unix = SystemTime::now().duration_since(UNIX_EPOCH).ok();
         let unix = unix.and_then(|unix| unix.checked_sub(now));
         let player = LivePlayer::new(facts, now, unix);
-        Self { driver, player }
+        Self {
+            driver,
+            player,
+            reports: Reports::default(),
+        }
     }
 }
 
@@ -143,11 +148,8 @@ impl Source {
             Self::Live(live) => {
                 let now = live.driver.now();
                 let change = live.player.take(now, event);
-                for alarm in live.player.present().alarm_events(now) {
-                    live.driver.tell(Event::Alarm(alarm));
-                }
-                for suggestion in live.player.present().suggestion_events() {
-                    live.driver.tell(Event::Suggestion(suggestion.clone()));
+                for report in live.reports.take(now, event, live.player.present()) {
+                    live.driver.tell(report);
                 }
                 change
             }

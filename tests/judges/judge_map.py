@@ -9,7 +9,7 @@ from PIL import Image
 description = Path(sys.argv[1])
 about = yaml.safe_load(description.read_text())
 image = Image.open(description.parent / about["image"])
-assert image.format == "PPM" and image.mode == "L", (image.format, image.mode)
+assert image.format in ("PPM", "PNG") and image.mode == "L", (image.format, image.mode)
 assert about["mode"] == "trinary" and about["negate"] == 0, about
 
 

@@ -82,5 +82,8 @@ for name in live killed converted part; do
   [ $name = killed ] || "$groundwave" verify "$name.mcap" --raw "$name.txt" --quiet
 done
 "$groundwave" export "$root/captures/house-clean.txt" --to map -o 'a "map".yaml' --quiet
-"$root/$environment/bin/python" "$root/tests/judges/judge_map.py" 'a "map".yaml'
+"$groundwave" export "$root/captures/house-clean.txt" --to map -o floor.png --quiet
+for map in 'a "map".yaml' floor.yaml; do
+  "$root/$environment/bin/python" "$root/tests/judges/judge_map.py" "$map"
+done
 echo "4 recordings, each judged by mcap, @mcap/core and rerun"

@@ -13,6 +13,7 @@ use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use super::encoder::Encoder;
 use super::geometry::Place;
+use super::ground;
 use super::log_messages::{LogMessages, is_contact};
 use super::path::Path;
 use super::scene::Scene;
@@ -395,6 +396,28 @@ impl Deriver {
                 Some(suggestion) => ("suggestion", Level::Info, suggestion.to_string()),
                 None => return Ok(()),
             },
+            Some(StationEventKind::Estimate(estimate)) => {
+                let Some((pose, transforms)) = ground::corrected(self.now_ns, estimate) else {
+                    let text = "the ground does not know the robot's heading";
+                    self.encoder
+                        .log(self.now_ns, Level::Warning, "ground", text);
+                    return take(self.encoder.message(Topic::Log, self.now_ns, None));
+                };
+                self.encoder.encode(&pose);
+                take(
+                    self.encoder
+                        .message(Topic::PoseCorrected, self.now_ns, None),
+                )?;
+                self.encoder.encode(&transforms);
+                return take(self.encoder.message(Topic::Tf, self.now_ns, None));
+            }
+            Some(StationEventKind::Floor(floor)) => {
+                let Some(grid) = ground::grid(self.now_ns, floor) else {
+                    return Ok(());
+                };
+                self.encoder.encode(&grid);
+                return take(self.encoder.message(Topic::Map, self.now_ns, None));
+            }
             None => return Ok(()),
         };
         self.encoder.log(self.now_ns, level, name, &text);

@@ -5,6 +5,9 @@ use foxglove::messages::{Pose, Quaternion, Timestamp, Vector3};
 /// Frame of the robot's odometry; its origin is the pose at the last odometer reset.
 pub const ODOM: &str = "odom";
 
+/// Frame of the floor, as the ground knows it. It is [`ODOM`] without the odometer's error since the robot's pose was last set.
+pub const MAP: &str = "map";
+
 /// Frame that moves with the robot.
 pub const BASE: &str = "base_link";
 
@@ -25,11 +28,31 @@ pub(super) struct Place {
 impl Place {
     /// Converts the robot's coordinates: +Y ahead, +X right, degrees clockwise from +Y.
     pub(super) fn of_robot(x_tenths_in: i32, y_tenths_in: i32, theta_deg: u16) -> Self {
-        let (x_m, y_m) = odom(f64::from(x_tenths_in) / 10.0, f64::from(y_tenths_in) / 10.0);
+        Self::of_inches(
+            f64::from(x_tenths_in) / 10.0,
+            f64::from(y_tenths_in) / 10.0,
+            f64::from(theta_deg),
+        )
+    }
+
+    /// Converts inches and degrees of the robot's axes.
+    pub(super) fn of_inches(x_in: f64, y_in: f64, theta_deg: f64) -> Self {
+        let (x_m, y_m) = odom(x_in, y_in);
         Self {
             x_m,
             y_m,
-            yaw_rad: -f64::from(theta_deg).to_radians(),
+            yaw_rad: -theta_deg.to_radians(),
+        }
+    }
+
+    /// The origin of the frame in which this place is `there`.
+    pub(super) fn origin_of_frame_with(self, there: Self) -> Self {
+        let yaw_rad = self.yaw_rad - there.yaw_rad;
+        let (sin, cos) = yaw_rad.sin_cos();
+        Self {
+            x_m: self.x_m - (cos * there.x_m - sin * there.y_m),
+            y_m: self.y_m - (sin * there.x_m + cos * there.y_m),
+            yaw_rad,
         }
     }
 

@@ -6,11 +6,12 @@
 //!
 //! Topics with a schema of our own have the robot's units: inches and degrees. All others follow REP 103: metres and
 //! radians, x ahead, y left, counter-clockwise positive. The origin of frame [`ODOM`] is the robot's pose when its
-//! odometer was last reset; frame [`BASE`] moves with the robot.
+//! odometer was last reset; frame [`BASE`] moves with the robot; frame [`MAP`] is the floor as the ground knows it.
 
 mod deriver;
 mod encoder;
 mod geometry;
+mod ground;
 mod log_messages;
 mod path;
 mod scene;
@@ -26,7 +27,7 @@ use foxglove::messages::{
 };
 
 pub use deriver::Deriver;
-pub use geometry::{BASE, ODOM};
+pub use geometry::{BASE, MAP, ODOM};
 pub(super) use log_messages::{LogMessages, is_contact};
 
 pub use super::messages::StationEvent;
@@ -54,7 +55,7 @@ pub enum Topic {
     Telemetry,
     /// Statuses of commands, and changes of the robot's acknowledgement and route.
     Uplink,
-    /// The robot's pose as a transform from [`ODOM`] to [`BASE`].
+    /// The robot's pose as a transform from [`ODOM`] to [`BASE`], and the ground's estimate as one from [`MAP`] to [`ODOM`].
     Tf,
     /// The robot's pose.
     Pose,
@@ -62,23 +63,25 @@ pub enum Topic {
     Path,
     /// Distances measured by the robot's two sonars.
     Sonar,
-    /// Reserved for an occupancy grid; not written yet.
+    /// The floor that the robot has seen, as an occupancy grid in [`MAP`].
     Map,
     /// The robot's body, waypoints and bumps.
     Markers,
     /// Events as text.
     Log,
-    /// Events that are not in the bytes: commands, the link, marks and notices.
+    /// Events that are not in the bytes: commands, the link, marks, the ground's estimate and notices.
     Station,
     /// Times without lines.
     Outages,
     /// Values of each line of the robot's own.
     Values,
+    /// The ground's estimate of the robot's pose, in [`MAP`].
+    PoseCorrected,
 }
 
 impl Topic {
     /// Every topic, in the order of their numbers.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::RawRx,
         Self::RawTx,
         Self::Telemetry,
@@ -93,6 +96,7 @@ impl Topic {
         Self::Station,
         Self::Outages,
         Self::Values,
+        Self::PoseCorrected,
     ];
 
     /// Name of the topic in a recording.
@@ -113,6 +117,7 @@ impl Topic {
             Self::Station => "/station",
             Self::Outages => "/outages",
             Self::Values => "/values",
+            Self::PoseCorrected => "/pose_corrected",
         }
     }
 
@@ -126,6 +131,7 @@ impl Topic {
     const fn schema_id(self) -> u16 {
         match self {
             Self::RawTx => Self::RawRx.channel_id(),
+            Self::PoseCorrected => Self::Pose.channel_id(),
             topic => topic.channel_id(),
         }
     }
@@ -136,13 +142,13 @@ impl Topic {
         match self {
             Self::RawRx | Self::RawTx | Self::Station => Origin::Recorded,
             Self::Telemetry | Self::Tf | Self::Pose | Self::Sonar => Origin::Line,
+            Self::PoseCorrected | Self::Map => Origin::Event,
             Self::Uplink
             | Self::Path
             | Self::Markers
             | Self::Log
             | Self::Outages
             | Self::Values => Origin::History,
-            Self::Map => Origin::Reserved,
         }
     }
 
@@ -164,7 +170,7 @@ impl Topic {
             Self::Telemetry => ours(Telemetry::NAME),
             Self::Uplink => ours(UplinkEvent::NAME),
             Self::Tf => well_known::<FrameTransforms>(),
-            Self::Pose => well_known::<PoseInFrame>(),
+            Self::Pose | Self::PoseCorrected => well_known::<PoseInFrame>(),
             Self::Path => well_known::<PosesInFrame>(),
             Self::Sonar => well_known::<LaserScan>(),
             Self::Map => well_known::<Grid>(),
@@ -182,12 +188,12 @@ impl Topic {
 pub enum Origin {
     /// Recorded, not derived.
     Recorded,
-    /// Each message is derived from one line.
+    /// Each message is derived from one line; those of [`Topic::Tf`] also from one event of the station.
     Line,
+    /// Each message is derived from one event of the station.
+    Event,
     /// Messages are derived from all lines, sent bytes and events so far.
     History,
-    /// The topic has no messages yet.
-    Reserved,
 }
 
 /// Adds topics and their schemas to a file, under fixed numbers.
@@ -274,6 +280,7 @@ mod tests {
                 (12, "/station"),
                 (13, "/outages"),
                 (14, "/values"),
+                (15, "/pose_corrected"),
             ]
         );
     }

@@ -74,7 +74,7 @@ impl Derived {
     pub(super) fn forget_beginning(&mut self) {
         self.is_exact = false;
         for (topic, queue) in &mut self.queues {
-            queue.is_aligned &= topic.origin() == Origin::Line;
+            queue.is_aligned &= topic.origin() != Origin::History;
         }
     }
 
@@ -109,7 +109,7 @@ impl Derived {
         verdict: &mut Verdict,
     ) {
         let event = match topic {
-            Topic::RawRx | Topic::Map => return,
+            Topic::RawRx => return,
             Topic::RawTx => {
                 if let Ok(sent) = RawBytes::decode(data) {
                     let nowhere = |_: TopicMessage<'_>| Ok::<(), Infallible>(());
@@ -160,7 +160,7 @@ impl Derived {
             ));
             queue.is_aligned = false;
         } else if let Some(place) = found {
-            queue.is_aligned = is_exact || topic.origin() == Origin::Line;
+            queue.is_aligned = is_exact || topic.origin() != Origin::History;
             queue.drop_first(place + 1);
             verdict.derived_equal += 1;
             return;
@@ -212,7 +212,7 @@ fn queue(queues: &mut BTreeMap<Topic, Queue>, topic: Topic, is_exact: bool) -> &
         expected: VecDeque::new(),
         bytes: 0,
         dropped: 0,
-        is_aligned: is_exact || topic.origin() == Origin::Line,
+        is_aligned: is_exact || topic.origin() != Origin::History,
     })
 }
 

@@ -135,7 +135,8 @@ impl Compass {
 
     /// Whether the next leg is mapped in the right direction: the heading relative to the house is known as well as for the beginning of
     /// a map. How the house stands in the world turns the whole map.
-    pub(crate) fn maps_well(&self) -> bool {
+    #[must_use]
+    pub fn maps_well(&self) -> bool {
         let Some(tracker) = &self.tracker else {
             return false;
         };

@@ -79,6 +79,7 @@ Examples:
   groundwave export evening.mcap --to svg              writes evening.svg, the path with its events
   groundwave export 'evenings/*.mcap' --to csv --output-dir tables
   groundwave export evening.mcap --to map              writes evening.yaml and evening.pgm, for map_server, RViz and Nav2
+  groundwave export evening.mcap --to map -o floor.png writes floor.png and floor.yaml
   groundwave export evening.mcap --to raw              writes evening.txt, with the received bytes
   groundwave export evening.txt --to mcap              writes evening.mcap, with all topics of a recording
   cat /dev/ttyUSB0 | groundwave export - --to jsonl
@@ -115,7 +116,7 @@ pub enum ExportFormat {
     Svg,
     /// The path with its events, as PNG
     Png,
-    /// The floor that the robot saw, as a map for ROS: YAML and a PGM image
+    /// The floor that the robot saw, as a map for ROS: YAML and an image (PGM, or PNG with `-o NAME.png`)
     Map,
     /// A recording with every topic, made of raw text
     Mcap,

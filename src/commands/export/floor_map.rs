@@ -1,6 +1,5 @@
 //! Exports the floor that was seen as a map for ROS: its `map_server` and others read the YAML file, which names the image.
 
-use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -23,32 +22,40 @@ const OCCUPIED: u8 = 0;
 const UNKNOWN: u8 = 205;
 const FREE: u8 = 254;
 
-/// The image's target for each YAML file.
+/// The target of the second file for each target: an image for a YAML file, a YAML file for a PNG image.
 ///
 /// # Errors
-/// If a target is no YAML file, or an image must not be written.
-pub(super) fn images(targets: &[Target], captures: &[PathBuf]) -> Result<Vec<Target>, Fault> {
+/// If a target is neither, or the second file must not be written.
+pub(super) fn seconds(targets: &[Target], captures: &[PathBuf]) -> Result<Vec<Target>, Fault> {
     let usage = |problem: String| Fault::new(Exit::Usage, problem);
-    let image = |target: &Target| {
-        let Target::File(yaml, force) = target else {
+    let other = |target: &Target| {
+        let Target::File(path, force) = target else {
             let problem = "--to map writes two files; name the first one with -o NAME.yaml";
             return Err(usage(problem.into()));
         };
-        let name = yaml.display();
-        if yaml.to_str().is_none() {
+        let name = path.display();
+        if path.to_str().is_none() {
             return Err(usage(format!(
                 "{name}: the YAML file names its image, so the name must be UTF-8; choose another name"
             )));
         }
-        let extension = yaml.extension().unwrap_or_default();
-        if !extension.eq_ignore_ascii_case("yaml") {
-            return Err(usage(format!(
-                "{name}: --to map writes a YAML file and an image beside it; choose a name such as floor.yaml"
-            )));
+        let extension = path.extension().unwrap_or_default();
+        if is_png(path) {
+            second(path, *force, "yaml", captures)
+        } else if extension.eq_ignore_ascii_case("yaml") {
+            second(path, *force, "pgm", captures)
+        } else {
+            Err(usage(format!(
+                "{name}: --to map writes a YAML file and an image beside it; choose a name such as floor.yaml (with a PGM image) or floor.png"
+            )))
         }
-        second(yaml, *force, "pgm", captures)
     };
-    targets.iter().map(image).collect()
+    targets.iter().map(other).collect()
+}
+
+fn is_png(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    extension.eq_ignore_ascii_case("png")
 }
 
 /// Writes the YAML file and the image.
@@ -56,7 +63,7 @@ pub(super) fn export(
     path: &Path,
     progress: &Progress,
     target: &Target,
-    image: &Target,
+    second: &Target,
 ) -> Result<Made, Fault> {
     let mut capture = input::open_capture(path, progress)?;
     let mut mapper = Mapper::default();
@@ -73,14 +80,24 @@ pub(super) fn export(
             return Err(problem.unwrap_or_else(|| no_map(path, &counters, since, reason)));
         }
     };
-    let name = match image {
-        Target::File(image, _) => image.file_name().unwrap_or_default().to_string_lossy(),
-        Target::Standard => Cow::default(),
+    let is_png = matches!(target, Target::File(path, _) if is_png(path));
+    let (yaml, image, pixels) = if is_png {
+        let png = png(&made.map).map_err(|error| {
+            Fault::new(Exit::Failed, format!("cannot encode the image: {error}"))
+        })?;
+        (second, target, png)
+    } else {
+        (target, second, pgm(&made.map))
     };
-    let yaml = description(&made.map, &name);
-    write_pair([(image, &pgm(&made.map)), (target, yaml.as_bytes())])?;
+    let base = |target: &Target| match target {
+        Target::File(path, _) => path.file_name().unwrap_or_default().display().to_string(),
+        Target::Standard => String::new(),
+    };
+    let text = description(&made.map, &base(image));
+    write_pair([(image, &pixels), (yaml, text.as_bytes())])?;
+    let kind = if is_png { "description" } else { "image" };
     Ok(Made {
-        what: format!("{}; image {name}", content(&made, since)),
+        what: format!("{}; {kind} {}", content(&made, since), base(second)),
         problem,
         mistakes: None,
     })
@@ -103,18 +120,33 @@ fn no_map(path: &Path, counters: &Counters, since: Option<Duration>, reason: NoM
     Fault::new(Exit::Usage, problem)
 }
 
-/// The image: X to the right, Y up.
+/// The image's grey levels, row by row: X to the right, Y up.
+fn pixels(map: &FloorMap) -> Vec<u8> {
+    let rows = map.cells.chunks(map.columns).rev();
+    let pixels = rows.flatten().map(|cell| match cell {
+        FloorCell::Obstacle | FloorCell::Drop => OCCUPIED,
+        FloorCell::Free => FREE,
+        FloorCell::Unknown => UNKNOWN,
+    });
+    pixels.collect()
+}
+
 fn pgm(map: &FloorMap) -> Vec<u8> {
     let rows = map.cells.len() / map.columns;
     let mut pgm = format!("P5\n{} {rows}\n255\n", map.columns).into_bytes();
-    for row in map.cells.chunks(map.columns).rev() {
-        pgm.extend(row.iter().map(|cell| match cell {
-            FloorCell::Obstacle | FloorCell::Drop => OCCUPIED,
-            FloorCell::Free => FREE,
-            FloorCell::Unknown => UNKNOWN,
-        }));
-    }
+    pgm.extend(pixels(map));
     pgm
+}
+
+fn png(map: &FloorMap) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let rows = map.cells.len() / map.columns;
+    let mut encoder = png::Encoder::new(&mut bytes, map.columns as u32, rows as u32);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&pixels(map))?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 /// The YAML file. Its origin is the lower left corner of the image, in metres.

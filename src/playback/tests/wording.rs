@@ -88,7 +88,9 @@ fn reword(topic: &str, data: &[u8], texts: &mut Vec<String>) -> Option<Vec<u8>> 
                 | StationEventKind::Reception(_)
                 | StationEventKind::Mark(_)
                 | StationEventKind::Suspension(_)
-                | StationEventKind::Suggestion(_) => {}
+                | StationEventKind::Suggestion(_)
+                | StationEventKind::Estimate(_)
+                | StationEventKind::Floor(_) => {}
             }
             Some(event.encode_to_vec())
         }

@@ -1,0 +1,93 @@
+//! What the facts of a live session report to its recording and to other programs: alarms, suggestions and the ground's estimate.
+
+use groundwave_captures::messages::{CorrectedMessage, EstimateMessage, FloorKind, FloorMessage};
+use groundwave_mapping::{CELL_IN, FloorCell, FloorMap};
+use groundwave_protocol::telemetry::Body;
+
+use crate::event::{Event, Moment};
+use crate::model::Facts;
+use crate::model::ground::Statement;
+
+/// Least time between two poses.
+const POSE_EVERY: Moment = Moment::from_secs(1);
+
+/// Least time between two floors, and between two equal ones, which a new file of a recording needs.
+const FLOOR_EVERY: Moment = Moment::from_mins(1);
+const SAME_FLOOR_EVERY: Moment = Moment::from_mins(10);
+
+/// The estimates that were reported last.
+#[derive(Debug, Default)]
+pub struct Reports {
+    pose: Option<(Moment, EstimateMessage)>,
+    floor_due: Moment,
+    floor: Option<(Moment, FloorMap)>,
+}
+
+impl Reports {
+    /// The events that follow from an event which the facts have taken.
+    #[must_use]
+    pub fn take(&mut self, now: Moment, event: &Event, facts: &Facts) -> Vec<Event> {
+        let alarms = facts.alarm_events(now).map(Event::Alarm);
+        let suggestions = facts.suggestion_events().iter().cloned();
+        let mut events: Vec<_> = alarms.chain(suggestions.map(Event::Suggestion)).collect();
+        if let Event::Line { line, .. } = event
+            && matches!(line.body, Body::State(_))
+        {
+            events.extend(self.pose(now, facts).map(Event::Estimate));
+            events.extend(self.floor(now, facts).map(Box::new).map(Event::Floor));
+        }
+        events
+    }
+
+    /// The pose; an unknown heading once.
+    fn pose(&mut self, now: Moment, facts: &Facts) -> Option<EstimateMessage> {
+        let state = facts.robot.state?.value;
+        let corrected = match facts.ground.statement? {
+            Statement::HeadingUnknown => None,
+            Statement::Pose(pose) => Some(CorrectedMessage {
+                x_in: pose.x_in,
+                y_in: pose.y_in,
+                theta_deg: pose.theta_deg.value,
+                theta_half_deg: pose.theta_deg.half,
+                long_in: pose.ellipse.long_in,
+                short_in: pose.ellipse.short_in,
+                bearing_deg: pose.ellipse.bearing_deg,
+            }),
+        };
+        let is_due = self.pose.as_ref().is_none_or(|(at, last)| {
+            let is_old = now.saturating_sub(*at) >= POSE_EVERY;
+            is_old && (corrected.is_some() || last.corrected.is_some())
+        });
+        let estimate = EstimateMessage {
+            odometer_x_in: f64::from(state.x_tenths_in) / 10.0,
+            odometer_y_in: f64::from(state.y_tenths_in) / 10.0,
+            odometer_theta_deg: f64::from(state.theta_deg),
+            corrected,
+        };
+        is_due.then(|| self.pose.insert((now, estimate)).1)
+    }
+
+    fn floor(&mut self, now: Moment, facts: &Facts) -> Option<FloorMessage> {
+        if now < self.floor_due {
+            return None;
+        }
+        let map = facts.ground.floor_map()?;
+        self.floor_due = now + FLOOR_EVERY;
+        let is_told = self
+            .floor
+            .as_ref()
+            .is_some_and(|(at, last)| *last == map && now.saturating_sub(*at) < SAME_FLOOR_EVERY);
+        if is_told {
+            return None;
+        }
+        let cells = map.cells.iter().map(|cell| match cell {
+            FloorCell::Unknown => FloorKind::Unknown,
+            FloorCell::Free => FloorKind::Free,
+            FloorCell::Obstacle => FloorKind::Obstacle,
+            FloorCell::Drop => FloorKind::Drop,
+        });
+        let floor = FloorMessage::new(map.corner_in, CELL_IN, map.columns, cells);
+        self.floor = Some((now, map));
+        floor
+    }
+}
