@@ -34,6 +34,7 @@ mod hints;
 mod hostile_captures;
 mod hostile_text;
 mod house;
+mod infrared;
 mod interrupted;
 mod kills;
 mod ledger;

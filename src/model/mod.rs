@@ -48,6 +48,7 @@ mod tour;
 pub(crate) mod trace;
 mod trail;
 mod ui;
+mod unseen;
 mod waits;
 pub(crate) mod why;
 pub(crate) mod words;

@@ -8,6 +8,7 @@ use groundwave_protocol::telemetry::{
 };
 
 use super::history::History;
+use super::unseen::Unseen;
 use crate::event::Moment;
 use crate::request::{CLIFF_GUARD, CRITICAL_BATTERY, Standing};
 
@@ -46,6 +47,7 @@ pub(crate) struct Robot {
     pub(crate) bump: Option<Reading<Bump>>,
     /// The latest detection.
     pub(crate) infrared: Option<Reading<Infrared>>,
+    pub(super) unseen: Unseen,
     /// Battery voltage over the whole session, decivolts.
     pub(crate) volts: History,
     /// Whether the robot reports that it cannot hear.
@@ -103,6 +105,7 @@ impl Robot {
                 if detects(state.infrared) {
                     self.infrared = Some(reading(now, state.infrared));
                 }
+                self.unseen.take(&state);
                 self.state = Some(reading(now, state));
                 self.confirmed_mode = None;
             }
@@ -130,8 +133,9 @@ impl Robot {
     }
 
     /// Takes a restart of the robot: the parameters are the saved ones.
-    pub(super) const fn take_restart(&mut self) {
+    pub(super) fn take_restart(&mut self) {
         self.confirmed_mode = None;
+        self.unseen = Unseen::default();
         self.contacts = 0;
         self.cliff_guard.is_off = self.cliff_guard.stays_off;
         self.critical_battery.is_off = self.critical_battery.stays_off;

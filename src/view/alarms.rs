@@ -14,7 +14,7 @@ use crate::model::robot::{STATE_STALE, STATUS_STALE};
 use crate::model::{Panel, age};
 
 /// Number of columns of a rule's name in the list of limits.
-const NAME_COLUMNS: usize = 17;
+const NAME_COLUMNS: usize = 16;
 
 const INDENT: usize = 2;
 
@@ -106,7 +106,7 @@ impl Screen<'_> {
                 lines.extend(self.raised_lines(&shown, &raised, room));
             } else {
                 let text = format!(
-                    "{} {:<NAME_COLUMNS$}{}",
+                    "{} {:<NAME_COLUMNS$} {}",
                     theme.glyphs.dot,
                     shown.rule.name,
                     self.standing(&shown)

@@ -203,6 +203,7 @@ impl AlarmSetting {
                 match self.code().as_str() {
                     "battery_low" | "battery_critical" => ", below and for_s",
                     "lines_not_intact" => ", above and for_s",
+                    "left_side_blind" | "right_side_blind" => ", above",
                     "robot_silent" | "stalled" | "fallen_or_lifted" | "layers_thrash" => ", for_s",
                     _ => "",
                 }
@@ -262,6 +263,11 @@ impl AlarmSetting {
                 }
                 set(&mut limits.loss_for_s, before.loss_for_s, for_s);
                 (true, false, true)
+            }
+            "left_side_blind" | "right_side_blind" => {
+                let limit = &mut limits.infrared_contacts;
+                set(limit, before.infrared_contacts, above);
+                (true, false, false)
             }
             _ => (false, false, false),
         };

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Link as LinkLetter, Power};
+use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Infrared, Link as LinkLetter, Power};
 use groundwave_protocol::telemetry::StateLine;
 use serde::Deserialize;
 
@@ -14,6 +14,7 @@ use crate::model::keys::Keymap;
 use crate::model::link::{Connection, Link};
 use crate::model::motors::Motors;
 use crate::model::robot::{Robot, is_held, touches};
+use crate::model::unseen::Unseen;
 
 /// Code of the alarm of a lost link.
 pub(crate) const LINK_LOST: &str = "link_lost";
@@ -45,6 +46,8 @@ pub struct Limits {
     pub fallen_s: u16,
     /// Time of thrashing between layers before the alarm, s.
     pub thrash_s: u16,
+    /// Number of contacts on one side without its infrared detector that raises an alarm.
+    pub infrared_contacts: u16,
 }
 
 impl Default for Limits {
@@ -61,6 +64,7 @@ impl Default for Limits {
             stalled_s: 2,
             fallen_s: 2,
             thrash_s: 15,
+            infrared_contacts: 20,
         }
     }
 }
@@ -72,6 +76,9 @@ const MAKE_ROOM: &str =
 /// The hint for a recording on a disk that hangs.
 pub(crate) const DISK_IS_SILENT: &str =
     "the disk does not answer; check it; until then memory keeps the newest lines";
+
+/// The hint for a detector that does not see what the bumper touches.
+const BLIND: &str = "its infrared detector missed what the bumper touched: clean or replace it";
 
 /// Inputs of the rules.
 pub(in crate::model) struct Inputs<'a> {
@@ -174,7 +181,7 @@ pub(super) const SECONDS: &str = "s";
 pub(crate) const PRESSED_S: u16 = 5;
 
 /// The built-in alarms, the worst first.
-const BUILT_IN: [BuiltIn; 11] = [
+const BUILT_IN: [BuiltIn; 13] = [
     BuiltIn {
         code: "battery_critical",
         level: Level::Alarm,
@@ -340,6 +347,28 @@ const BUILT_IN: [BuiltIn; 11] = [
             }
         },
     },
+    BuiltIn {
+        code: "left_side_blind",
+        level: Level::Warning,
+        name: "left side blind",
+        hint: BLIND,
+        unit: "bumps",
+        logged_here: true,
+        source: Source::State,
+        look: |inputs| unseen(inputs, Unseen::left),
+        bounds: |limits| contacts(limits.infrared_contacts),
+    },
+    BuiltIn {
+        code: "right_side_blind",
+        level: Level::Warning,
+        name: "right side blind",
+        hint: BLIND,
+        unit: "bumps",
+        logged_here: true,
+        source: Source::State,
+        look: |inputs| unseen(inputs, Unseen::right),
+        bounds: |limits| contacts(limits.infrared_contacts),
+    },
 ];
 
 fn lasting(s: u16) -> Bounds {
@@ -349,6 +378,13 @@ fn lasting(s: u16) -> Bounds {
         is_high_bad: true,
         is_inclusive: true,
         persists: Moment::from_secs(s.into()),
+    }
+}
+
+fn contacts(limit: u16) -> Bounds {
+    Bounds {
+        raise: f64::from(limit.max(1)),
+        ..lasting(0)
     }
 }
 
@@ -377,6 +413,15 @@ fn state_is(inputs: &Inputs<'_>, bad: fn(&StateLine) -> bool) -> Sight {
         Some(state) if bad(&state.value) => Sight::Yes,
         Some(_) => Sight::No,
         None => Sight::Unknown,
+    }
+}
+
+fn unseen(inputs: &Inputs<'_>, contacts: fn(Unseen) -> u16) -> Sight {
+    match inputs.robot.state {
+        Some(state) if state.value.infrared != Infrared::NotFitted => {
+            Sight::Is(contacts(inputs.robot.unseen).into())
+        }
+        _ => Sight::Unknown,
     }
 }
 

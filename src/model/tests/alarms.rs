@@ -340,7 +340,7 @@ fn built_in_alarms_are_changed_or_switched_off_by_name() {
     let low = rules.iter().find(|rule| rule.code == "battery_low");
     let low = low.expect("it is there");
     assert_eq!((low.level, &*low.hint), (Level::Warning, "have a look"));
-    assert_eq!(rules.len(), 10);
+    assert_eq!(rules.len(), 12);
 }
 
 #[test]
