@@ -18,7 +18,7 @@ use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::status_codes::{LayerMask, Mode};
-use groundwave_protocol::telemetry::Body;
+use groundwave_protocol::telemetry::{Body, Line};
 use groundwave_protocol::{LINE_BYTES, Waypoint};
 use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 
@@ -38,6 +38,25 @@ pub fn seeds(few: u64) -> Range<u64> {
 /// Whether `cargo xtask nightly` runs the tests; it tests all cases of which other runs test a sample.
 pub fn is_nightly() -> bool {
     std::env::var_os("GROUNDWAVE_SEEDS").is_some()
+}
+
+/// Lets a simulated robot do what it does by itself for a time; passes on each intact line.
+pub fn lines(
+    config: &SimulationConfig,
+    duration: Duration,
+    mut take: impl FnMut(Duration, Line, [u8; LINE_BYTES]),
+) {
+    let (mut simulation, mut decoder) = (Simulation::new(config), Decoder::default());
+    for ms in 0..duration.as_millis() as u64 {
+        simulation.step();
+        while let Some(byte) = simulation.poll_downlink() {
+            for received in decoder.lines(&[byte]) {
+                if let Received::Line(line, raw) = received {
+                    take(Duration::from_millis(ms), line, raw);
+                }
+            }
+        }
+    }
 }
 
 /// Runs `run` for each seed on all cores; returns the results in order.
