@@ -1,5 +1,6 @@
 //! The ground's estimate in recordings and live views, for the real robot program in a simulated house.
 
+use std::fs;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,13 +9,20 @@ use groundwave::event::Event;
 use groundwave::model::{Config, Facts};
 use groundwave::recorded::to_recorded;
 use groundwave::runtime::Reports;
+use groundwave_captures::cut::{Window, cut_mcap};
 use groundwave_captures::messages::{EstimateMessage, FloorKind, FloorMessage};
+use groundwave_captures::session::since_1970_ns;
+use groundwave_captures::session_writer::SessionWriter;
 use groundwave_captures::topics::{Deriver, Topic, TopicMessage};
-use groundwave_protocol::telemetry::Body;
+use groundwave_captures::verify::verify_mcap;
+use groundwave_captures::when::When;
+use groundwave_protocol::telemetry::{Body, Line};
 use prost::Message;
 use sr04_sim::{SimulationConfig, World};
 
 use crate::common::lines;
+use crate::programs::{expect, scratch};
+use crate::recordings::session;
 
 const M_PER_IN: f64 = 0.0254;
 
@@ -29,8 +37,8 @@ struct Session {
 }
 
 impl Session {
-    /// A robot prowls for some minutes with bit errors, with or without echoes.
-    fn new(seed: u64, minutes: u64, has_echoes: bool) -> Self {
+    /// A robot prowls for some minutes with bit errors; `change` changes its lines.
+    fn new(seed: u64, minutes: u64, change: fn(Duration, &mut Line)) -> Self {
         let mut session = Self::default();
         let mut facts = Facts::new(Arc::new(Config::default()));
         let (mut reports, mut deriver) = (Reports::default(), Deriver::of_decoded_lines());
@@ -40,12 +48,7 @@ impl Session {
             &config,
             Duration::from_mins(minutes),
             |now, mut line, raw| {
-                if let Body::State(state) = &mut line.body
-                    && !has_echoes
-                {
-                    state.sonar_left_in = None;
-                    state.sonar_right_in = None;
-                }
+                change(now, &mut line);
                 let event = Event::Line {
                     line: Box::new(line),
                     raw,
@@ -70,7 +73,7 @@ impl Session {
         let keep = |message: TopicMessage<'_>| {
             match message.topic {
                 Topic::PoseCorrected => self.poses.push(decoded(&message)),
-                Topic::Tf => self.transforms.push(decoded(&message)),
+                Topic::TfMap => self.transforms.push(decoded(&message)),
                 Topic::Map => self.grids.push(decoded(&message)),
                 Topic::Station => {}
                 // An unknown heading.
@@ -99,7 +102,7 @@ fn are_apart<T>(reports: &[(Duration, T)], least: Duration) -> bool {
 
 #[test]
 fn pose_and_floor_of_the_ground_are_reported_and_derived() {
-    let session = Session::new(1, 15, true);
+    let session = Session::new(1, 15, |_, _| {});
     assert!(are_apart(&session.estimates, Duration::from_secs(1)));
     assert!(are_apart(&session.floors, Duration::from_mins(1)));
     let count = session.estimates.len();
@@ -149,9 +152,93 @@ fn pose_and_floor_of_the_ground_are_reported_and_derived() {
 /// Without echoes, the heading becomes unknown after some driving.
 #[test]
 fn unknown_heading_is_reported_once() {
-    let session = Session::new(1, 15, false);
+    let session = Session::new(1, 15, |_, line| {
+        if let Body::State(state) = &mut line.body {
+            state.sonar_left_in = None;
+            state.sonar_right_in = None;
+        }
+    });
     let unknown = session.estimates.iter().map(|it| it.1.corrected.is_none());
     let unknown: Vec<bool> = unknown.collect();
     assert!(unknown.contains(&true), "the heading is lost");
     assert!(!unknown.windows(2).any(|two| two[0] && two[1]));
+}
+
+/// After a restart, the floor before is in another frame; until the walls are known again, a viewer is to show none.
+#[test]
+fn restart_of_the_robot_takes_the_floor_back() {
+    const RESTART: Duration = Duration::from_mins(6);
+    let session = Session::new(1, 10, |now, line| {
+        if now >= RESTART {
+            line.ack.boot = (line.ack.boot + 1) % 8;
+        }
+    });
+    let (before, after): (Vec<_>, Vec<_>) =
+        session.floors.iter().partition(|(at, _)| *at < RESTART);
+    assert!(before.len() > 2, "{} floors before", before.len());
+    let (at, taken_back) = after[0];
+    assert!(*at < RESTART + Duration::from_secs(3), "{at:?}");
+    assert_eq!(taken_back.cells(), Some(vec![FloorKind::Unknown]));
+    assert!(after.len() > 1 && after[1].1.cells().unwrap().len() > 100);
+}
+
+/// The bytes and reports of a session come back from a recording, and the floor of a hall does not stop a reader.
+#[test]
+fn recording_with_estimates_is_verified_cut_and_read() {
+    let kinds = [FloorKind::Free, FloorKind::Obstacle].into_iter().cycle();
+    let hall = FloorMessage::new((0.0, 0.0), 3.0, 100, kinds.take(16_000)).unwrap();
+    let mut writer = SessionWriter::new(Vec::new(), &session()).unwrap();
+    let start_ns = since_1970_ns(session().start);
+    let mut facts = Facts::new(Arc::new(Config::default()));
+    let mut reports = Reports::default();
+    let config = SimulationConfig::new(World::built_in("house").unwrap(), 1);
+    let mut counts = [0; 2];
+    lines(&config, Duration::from_mins(6), |now, line, raw| {
+        let at_ns = start_ns + now.as_nanos() as u64;
+        writer.handle_rx(at_ns, &raw).unwrap();
+        let event = Event::Line {
+            line: Box::new(line),
+            raw,
+        };
+        facts.update(now, &event);
+        for report in reports.take(now, &event, &facts) {
+            counts[0] += u64::from(matches!(report, Event::Estimate(_)));
+            counts[1] += u64::from(matches!(report, Event::Floor(_)));
+            let recorded = to_recorded(&report).unwrap();
+            writer.handle_event(at_ns, &recorded).unwrap();
+            if let Event::Floor(_) = report {
+                let recorded = to_recorded(&Event::Floor(Box::new(hall.clone()))).unwrap();
+                writer.handle_event(at_ns, &recorded).unwrap();
+            }
+        }
+    });
+    let mcap = writer.finish().unwrap();
+    let [poses, floors] = counts;
+    assert!(poses > 100 && floors > 2, "{counts:?}");
+
+    let verdict = verify_mcap(&mcap[..], None).unwrap();
+    assert!(verdict.is_good(), "{:?}", verdict.faults);
+    assert_eq!(verdict.derived_unchecked, 0);
+    let count = |topic: Topic| verdict.messages.get(topic.name()).copied();
+    for topic in [Topic::PoseCorrected, Topic::TfMap] {
+        assert_eq!(count(topic), Some(poses), "{topic:?}");
+    }
+    assert_eq!(count(Topic::Map), Some(2 * floors));
+
+    let mut piece = Vec::new();
+    let half = Window {
+        from: Some(When::Since(Duration::from_mins(3))),
+        to: None,
+    };
+    assert_eq!(cut_mcap(&mcap[..], half, &mut piece).unwrap().problem, None);
+    let verdict = verify_mcap(&piece[..], None).unwrap();
+    assert!(verdict.is_good(), "{:?}", verdict.faults);
+
+    let folder = scratch("estimates");
+    let path = folder.join("run.mcap");
+    fs::write(&path, &mcap).unwrap();
+    let path = path.display().to_string();
+    let (table, _) = expect(0, &["export", &path, "--to", "csv", "-o", "-"]);
+    assert!(table.lines().count() > 1000);
+    fs::remove_dir_all(folder).unwrap();
 }

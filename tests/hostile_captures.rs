@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use groundwave::capture::messages::{RawBytes, StationEvent};
+use groundwave::capture::messages::{FloorMessage, RawBytes, StationEvent, StationEventKind};
 use groundwave::capture::topics::Topic;
 use groundwave::event::{LinkEvent, Moment};
 use mcap::MAGIC;
@@ -323,6 +323,7 @@ fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
             "records without a body",
             recording(&vec![record(op::SCHEMA, &[]); 20_000 * factor]),
         ),
+        ("floors of as many cells as are read", floors(500 * factor)),
         ("no line", vec![b'x'; 2 * mib]),
         ("only line feeds", vec![b'\n'; mib]),
         (
@@ -334,6 +335,20 @@ fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
             [stamped(&lines), vec![b'x'; 2 * mib]].concat(),
         ),
     ]
+}
+
+/// A recording of floors with few runs and many cells.
+fn floors(count: usize) -> Vec<u8> {
+    let floor = FloorMessage {
+        cell_in: 3.0,
+        columns: 1,
+        runs: vec![4 * 128 + 1; 2048],
+        ..FloorMessage::default()
+    };
+    assert!(floor.cells().is_some());
+    let event = StationEvent::from(StationEventKind::Floor(floor)).encode_to_vec();
+    let messages = (0..count).map(|at| message(Topic::Station, at as u64, &event));
+    recording(&messages.collect::<Vec<_>>())
 }
 
 /// A record at the end of a file whose first string claims a length of 4 GB.

@@ -228,7 +228,7 @@ fn messages_are_as_derived_encoders_write_them() {
             Topic::Uplink => again::<UplinkEvent>,
             Topic::Station => again::<StationEvent>,
             Topic::Outages => again::<OutageMessage>,
-            Topic::Tf => again::<FrameTransforms>,
+            Topic::Tf | Topic::TfMap => again::<FrameTransforms>,
             Topic::Pose | Topic::PoseCorrected => again::<PoseInFrame>,
             Topic::Path => again::<PosesInFrame>,
             Topic::Sonar => again::<LaserScan>,

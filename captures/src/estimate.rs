@@ -1,13 +1,20 @@
 //! The ground's estimate of the robot's pose and of the floor, as protobuf messages.
 //!
-//! The station makes the estimate ([`/station`](crate::topics::Topic::Station)); `/pose_corrected`, `/tf` and `/map` are derived from it.
+//! The station makes the estimate ([`/station`](crate::topics::Topic::Station)); `/pose_corrected`, `/tf_map` and `/map` are derived from it.
 
-/// Maximum number of cells of a floor: a square of 256 ft.
-const CELLS_MAX: usize = 1 << 20;
+use prost::Message as _;
 
-/// Maximum number of cells for each run of equal ones. A robot sees no larger floors with so few edges, and a damaged message of a few
-/// bytes makes no large map.
-const CELLS_A_RUN_MAX: usize = 1024;
+use crate::event::EVENT_BYTES_MAX;
+
+/// Maximum number of cells of a floor: a square of 128 ft.
+const CELLS_MAX: usize = 1 << 18;
+
+/// Maximum number of cells for each run of equal ones; a hostile message of a few bytes makes no large map. Floors that robots saw
+/// had 9 to 38.
+const CELLS_A_RUN_MAX: usize = 128;
+
+/// Maximum length of a floor, bytes; an event has some bytes more.
+const FLOOR_BYTES_MAX: usize = EVENT_BYTES_MAX - 64;
 
 /// The ground's estimate of the robot's pose: inches, and degrees clockwise from +Y.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
@@ -87,7 +94,7 @@ pub enum FloorKind {
 }
 
 impl FloorMessage {
-    /// A floor of cells with this side, row by row; `None` if it is too large.
+    /// A floor of cells with this side, row by row; `None` if it is too large for a recording.
     #[must_use]
     pub fn new(
         corner_in: (f64, f64),
@@ -109,7 +116,8 @@ impl FloorMessage {
             columns: u32::try_from(columns).ok()?,
             runs,
         };
-        floor.cells().is_some().then_some(floor)
+        let is_readable = floor.cells().is_some() && floor.encoded_len() <= FLOOR_BYTES_MAX;
+        is_readable.then_some(floor)
     }
 
     /// The cells, row by row; `None` if they make no rectangle, or one that is too large.
@@ -139,7 +147,21 @@ impl FloorMessage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::station_event::{StationEvent, StationEventKind};
     use proptest::prelude::*;
+
+    /// A run of a cell takes a byte, and the other fields 15; a reader takes no longer event.
+    #[test]
+    fn floor_is_short_enough_to_be_read() {
+        let floor = |runs: usize| {
+            let kinds = [FloorKind::Free, FloorKind::Obstacle].into_iter().cycle();
+            FloorMessage::new((0.0, 0.0), 3.0, 1, kinds.take(runs))
+        };
+        let runs = FLOOR_BYTES_MAX - 15;
+        let most = StationEvent::from(StationEventKind::Floor(floor(runs).unwrap()));
+        assert!((EVENT_BYTES_MAX - 64..=EVENT_BYTES_MAX).contains(&most.encoded_len()));
+        assert_eq!(floor(FLOOR_BYTES_MAX), None);
+    }
 
     fn kind() -> impl Strategy<Value = FloorKind> {
         prop::sample::select(vec![
@@ -175,7 +197,7 @@ mod tests {
             floor(1, &[]),
             floor(1, &[3]),
             floor(3, &[16]),
-            floor(1, &[4 * 1025]),
+            floor(1, &[4 * 129]),
             floor(1, &[u32::MAX; 4096]),
         ] {
             assert_eq!(damaged.cells(), None, "{damaged:?}");

@@ -6,6 +6,7 @@ use std::io::{self, Read};
 use ::mcap::records::{Record, op};
 use prost::Message as _;
 
+use super::event::EVENT_BYTES_MAX;
 use super::mcap_reader::{Channels, Entries, Entry};
 use super::messages::{RawBytes, StationEvent};
 use super::record::parse;
@@ -21,9 +22,6 @@ const PIECE_BYTES_MAX: usize = 256;
 
 /// Maximum number of entries read for one piece; after that, an empty piece is returned, to keep each step short.
 const QUIET_ENTRIES_MAX: usize = 64;
-
-/// Maximum accepted length of an event, bytes: twice that of a route of 255 waypoints.
-const EVENT_BYTES_MAX: usize = 8192;
 
 /// Maximum accepted length of a message of received or sent bytes. A recorder writes one for each read, which has a few KiB; replays hold several
 /// copies of a message.

@@ -138,6 +138,11 @@ impl Ground {
             .flatten()
     }
 
+    /// Since when the estimate's frame is the same: the robot's pose was set, or it was restarted.
+    pub(crate) const fn since(&self) -> Option<Moment> {
+        self.compass.since()
+    }
+
     /// Takes a restart of the robot: its frame begins at its place.
     pub(super) fn take_restart(&mut self) {
         self.compass = Compass::default();

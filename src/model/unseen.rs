@@ -1,6 +1,6 @@
 //! Contacts that the infrared detectors did not see.
 
-use groundwave_protocol::status_codes::{Bump, Infrared};
+use groundwave_protocol::status_codes::{Bump, Infrared, Layer, LayerState};
 use groundwave_protocol::telemetry::StateLine;
 
 /// For the left and the right side, the number of contacts there since its infrared detector last triggered.
@@ -14,8 +14,10 @@ pub(crate) struct Unseen {
 
 impl Unseen {
     pub(super) fn take(&mut self, state: &StateLine) {
-        // Both switches at once, or the centre one, tell no side.
+        let is_off = state.layers.get(Layer::Infrared) == LayerState::Off;
+        // Both switches at once, or the centre one, tell no side. The detectors of a layer that is off see nothing.
         let touched = match state.bump {
+            _ if is_off => [false, false],
             Bump::Left | Bump::LeftCenter => [true, false],
             Bump::Right | Bump::RightCenter => [false, true],
             _ => [false, false],
@@ -50,11 +52,14 @@ impl Unseen {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use groundwave_protocol::telemetry::LayerStates;
 
     #[test]
     fn contacts_count_once_and_only_on_their_side() {
         use {Bump as B, Infrared as I};
         let mut unseen = Unseen::default();
+        let mut layers = LayerStates::OFF;
+        layers.set(Layer::Infrared, LayerState::Quiet);
         for (bump, infrared, left, right) in [
             (B::None, I::None, 0, 0),
             (B::Left, I::None, 1, 0),
@@ -77,10 +82,19 @@ mod tests {
             unseen.take(&StateLine {
                 bump,
                 infrared,
+                layers,
                 ..StateLine::BLANK
             });
             let what = format!("{bump:?} {infrared:?}");
             assert_eq!((unseen.left(), unseen.right()), (left, right), "{what}");
         }
+        // The layer is off.
+        for bump in [B::None, B::Left] {
+            unseen.take(&StateLine {
+                bump,
+                ..StateLine::BLANK
+            });
+        }
+        assert_eq!(unseen.left(), 0);
     }
 }

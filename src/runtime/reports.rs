@@ -2,7 +2,7 @@
 
 use groundwave_captures::messages::{CorrectedMessage, EstimateMessage, FloorKind, FloorMessage};
 use groundwave_mapping::{CELL_IN, FloorCell, FloorMap};
-use groundwave_protocol::telemetry::Body;
+use groundwave_protocol::telemetry::{Body, Reading as Measured};
 
 use crate::event::{Event, Moment};
 use crate::model::Facts;
@@ -15,12 +15,19 @@ const POSE_EVERY: Moment = Moment::from_secs(1);
 const FLOOR_EVERY: Moment = Moment::from_mins(1);
 const SAME_FLOOR_EVERY: Moment = Moment::from_mins(10);
 
+/// Least time between two reports of an unknown heading.
+const UNKNOWN_EVERY: Moment = Moment::from_mins(1);
+
 /// The estimates that were reported last.
 #[derive(Debug, Default)]
 pub struct Reports {
-    pose: Option<(Moment, EstimateMessage)>,
+    pose_due: Moment,
+    unknown_due: Moment,
+    is_unknown: bool,
     floor_due: Moment,
     floor: Option<(Moment, FloorMap)>,
+    /// Since when the frame of the floor is the same.
+    since: Option<Moment>,
 }
 
 impl Reports {
@@ -41,6 +48,9 @@ impl Reports {
 
     /// The pose; an unknown heading once.
     fn pose(&mut self, now: Moment, facts: &Facts) -> Option<EstimateMessage> {
+        if !facts.robot.measures(Measured::Sonars) {
+            return None;
+        }
         let state = facts.robot.state?.value;
         let corrected = match facts.ground.statement? {
             Statement::HeadingUnknown => None,
@@ -54,20 +64,37 @@ impl Reports {
                 bearing_deg: pose.ellipse.bearing_deg,
             }),
         };
-        let is_due = self.pose.as_ref().is_none_or(|(at, last)| {
-            let is_old = now.saturating_sub(*at) >= POSE_EVERY;
-            is_old && (corrected.is_some() || last.corrected.is_some())
-        });
-        let estimate = EstimateMessage {
+        let is_unknown = corrected.is_none();
+        let is_due = if is_unknown {
+            !self.is_unknown && now >= self.unknown_due
+        } else {
+            now >= self.pose_due
+        };
+        if !is_due {
+            return None;
+        }
+        self.pose_due = now + POSE_EVERY;
+        self.is_unknown = is_unknown;
+        if is_unknown {
+            self.unknown_due = now + UNKNOWN_EVERY;
+        }
+        Some(EstimateMessage {
             odometer_x_in: f64::from(state.x_tenths_in) / 10.0,
             odometer_y_in: f64::from(state.y_tenths_in) / 10.0,
             odometer_theta_deg: f64::from(state.theta_deg),
             corrected,
-        };
-        is_due.then(|| self.pose.insert((now, estimate)).1)
+        })
     }
 
     fn floor(&mut self, now: Moment, facts: &Facts) -> Option<FloorMessage> {
+        let since = facts.ground.since();
+        if std::mem::replace(&mut self.since, since) != since {
+            self.floor_due = now;
+            // The floor before is in another frame.
+            if self.floor.take().is_some() {
+                return FloorMessage::new((0.0, 0.0), CELL_IN, 1, [FloorKind::Unknown]);
+            }
+        }
         if now < self.floor_due {
             return None;
         }

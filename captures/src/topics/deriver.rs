@@ -409,7 +409,7 @@ impl Deriver {
                         .message(Topic::PoseCorrected, self.now_ns, None),
                 )?;
                 self.encoder.encode(&transforms);
-                return take(self.encoder.message(Topic::Tf, self.now_ns, None));
+                return take(self.encoder.message(Topic::TfMap, self.now_ns, None));
             }
             Some(StationEventKind::Floor(floor)) => {
                 let Some(grid) = ground::grid(self.now_ns, floor) else {

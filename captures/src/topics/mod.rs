@@ -55,7 +55,7 @@ pub enum Topic {
     Telemetry,
     /// Statuses of commands, and changes of the robot's acknowledgement and route.
     Uplink,
-    /// The robot's pose as a transform from [`ODOM`] to [`BASE`], and the ground's estimate as one from [`MAP`] to [`ODOM`].
+    /// The robot's pose as a transform from [`ODOM`] to [`BASE`].
     Tf,
     /// The robot's pose.
     Pose,
@@ -77,11 +77,13 @@ pub enum Topic {
     Values,
     /// The ground's estimate of the robot's pose, in [`MAP`].
     PoseCorrected,
+    /// The odometer's error as a transform from [`MAP`] to [`ODOM`].
+    TfMap,
 }
 
 impl Topic {
     /// Every topic, in the order of their numbers.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::RawRx,
         Self::RawTx,
         Self::Telemetry,
@@ -97,6 +99,7 @@ impl Topic {
         Self::Outages,
         Self::Values,
         Self::PoseCorrected,
+        Self::TfMap,
     ];
 
     /// Name of the topic in a recording.
@@ -118,6 +121,7 @@ impl Topic {
             Self::Outages => "/outages",
             Self::Values => "/values",
             Self::PoseCorrected => "/pose_corrected",
+            Self::TfMap => "/tf_map",
         }
     }
 
@@ -132,6 +136,7 @@ impl Topic {
         match self {
             Self::RawTx => Self::RawRx.channel_id(),
             Self::PoseCorrected => Self::Pose.channel_id(),
+            Self::TfMap => Self::Tf.channel_id(),
             topic => topic.channel_id(),
         }
     }
@@ -142,7 +147,7 @@ impl Topic {
         match self {
             Self::RawRx | Self::RawTx | Self::Station => Origin::Recorded,
             Self::Telemetry | Self::Tf | Self::Pose | Self::Sonar => Origin::Line,
-            Self::PoseCorrected | Self::Map => Origin::Event,
+            Self::PoseCorrected | Self::TfMap | Self::Map => Origin::Event,
             Self::Uplink
             | Self::Path
             | Self::Markers
@@ -169,7 +174,7 @@ impl Topic {
             Self::RawRx | Self::RawTx => ours(RawBytes::NAME),
             Self::Telemetry => ours(Telemetry::NAME),
             Self::Uplink => ours(UplinkEvent::NAME),
-            Self::Tf => well_known::<FrameTransforms>(),
+            Self::Tf | Self::TfMap => well_known::<FrameTransforms>(),
             Self::Pose | Self::PoseCorrected => well_known::<PoseInFrame>(),
             Self::Path => well_known::<PosesInFrame>(),
             Self::Sonar => well_known::<LaserScan>(),
@@ -188,7 +193,7 @@ impl Topic {
 pub enum Origin {
     /// Recorded, not derived.
     Recorded,
-    /// Each message is derived from one line; those of [`Topic::Tf`] also from one event of the station.
+    /// Each message is derived from one line.
     Line,
     /// Each message is derived from one event of the station.
     Event,
@@ -281,6 +286,7 @@ mod tests {
                 (13, "/outages"),
                 (14, "/values"),
                 (15, "/pose_corrected"),
+                (16, "/tf_map"),
             ]
         );
     }

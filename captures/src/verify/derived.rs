@@ -156,7 +156,8 @@ impl Derived {
         if queue.is_aligned {
             let (name, number) = (topic.name(), header.sequence);
             verdict.fault(format!(
-                "{name}: message {number} is not what {RAW_RX} decodes to"
+                "{name}: message {number} is not what {} decodes to",
+                source(topic)
             ));
             queue.is_aligned = false;
         } else if let Some(place) = found {
@@ -183,7 +184,8 @@ impl Derived {
             if queue.is_aligned && count > 0 && has(*topic) {
                 let name = topic.name();
                 let messages = counted(count as u64, "message");
-                verdict.fault(format!("{name} lacks {messages} derived from {RAW_RX}"));
+                let from = source(*topic);
+                verdict.fault(format!("{name} lacks {messages} derived from {from}"));
             }
         }
     }
@@ -204,6 +206,14 @@ impl Queue {
     fn drop_first(&mut self, count: usize) {
         let dropped = self.expected.drain(..count);
         self.bytes -= dropped.map(|it| it.data.len()).sum::<usize>();
+    }
+}
+
+/// The topic of which a topic's messages are derived.
+const fn source(topic: Topic) -> &'static str {
+    match topic.origin() {
+        Origin::Event => Topic::Station.name(),
+        Origin::Line | Origin::History | Origin::Recorded => RAW_RX,
     }
 }
 

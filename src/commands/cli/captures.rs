@@ -81,7 +81,7 @@ Examples:
   groundwave export evening.mcap --to map              writes evening.yaml and evening.pgm, for map_server, RViz and Nav2
   groundwave export evening.mcap --to map -o floor.png writes floor.png and floor.yaml
   groundwave export evening.mcap --to raw              writes evening.txt, with the received bytes
-  groundwave export evening.txt --to mcap              writes evening.mcap, with all topics of a recording
+  groundwave export evening.txt --to mcap              writes evening.mcap, with the topics of a recording
   cat /dev/ttyUSB0 | groundwave export - --to jsonl
   ssh robot cat evening.txt | groundwave export - --to mcap -o evening.mcap
 
@@ -118,7 +118,7 @@ pub enum ExportFormat {
     Png,
     /// The floor that the robot saw, as a map for ROS: YAML and an image (PGM, or PNG with `-o NAME.png`)
     Map,
-    /// A recording with every topic, made of raw text
+    /// A recording made of raw text, with every topic but the ground's estimate
     Mcap,
     /// The received bytes, as raw text
     Raw,

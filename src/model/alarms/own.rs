@@ -264,9 +264,14 @@ impl AlarmSetting {
                 set(&mut limits.loss_for_s, before.loss_for_s, for_s);
                 (true, false, true)
             }
-            "left_side_blind" | "right_side_blind" => {
-                let limit = &mut limits.infrared_contacts;
-                set(limit, before.infrared_contacts, above);
+            "left_side_blind" => {
+                let limit = &mut limits.left_unseen_bumps;
+                set(limit, before.left_unseen_bumps, above);
+                (true, false, false)
+            }
+            "right_side_blind" => {
+                let limit = &mut limits.right_unseen_bumps;
+                set(limit, before.right_unseen_bumps, above);
                 (true, false, false)
             }
             _ => (false, false, false),

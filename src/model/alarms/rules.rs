@@ -46,8 +46,10 @@ pub struct Limits {
     pub fallen_s: u16,
     /// Time of thrashing between layers before the alarm, s.
     pub thrash_s: u16,
-    /// Number of contacts on one side without its infrared detector that raises an alarm.
-    pub infrared_contacts: u16,
+    /// Number of contacts on the left side without its infrared detector that raises an alarm.
+    pub left_unseen_bumps: u16,
+    /// Likewise on the right side.
+    pub right_unseen_bumps: u16,
 }
 
 impl Default for Limits {
@@ -64,7 +66,8 @@ impl Default for Limits {
             stalled_s: 2,
             fallen_s: 2,
             thrash_s: 15,
-            infrared_contacts: 20,
+            left_unseen_bumps: 20,
+            right_unseen_bumps: 20,
         }
     }
 }
@@ -356,7 +359,7 @@ const BUILT_IN: [BuiltIn; 13] = [
         logged_here: true,
         source: Source::State,
         look: |inputs| unseen(inputs, Unseen::left),
-        bounds: |limits| contacts(limits.infrared_contacts),
+        bounds: |limits| contacts(limits.left_unseen_bumps),
     },
     BuiltIn {
         code: "right_side_blind",
@@ -367,7 +370,7 @@ const BUILT_IN: [BuiltIn; 13] = [
         logged_here: true,
         source: Source::State,
         look: |inputs| unseen(inputs, Unseen::right),
-        bounds: |limits| contacts(limits.infrared_contacts),
+        bounds: |limits| contacts(limits.right_unseen_bumps),
     },
 ];
 
