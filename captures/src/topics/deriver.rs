@@ -1,39 +1,31 @@
 //! Derives the messages of every topic from bytes, times and events.
 
+mod events;
+mod lines;
+
 use std::collections::VecDeque;
 
 use foxglove::messages::log::Level;
 use groundwave_lines::{Content, OwnLine, Recognizer};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::status_codes::Drive;
-use groundwave_protocol::telemetry::{
-    ACK_LINE_BYTES, Ack, Body, FirmwareVersion, StateLine, StatusLine,
-};
+use groundwave_protocol::telemetry::{ACK_LINE_BYTES, FirmwareVersion};
 use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use super::encoder::Encoder;
-use super::geometry::Place;
-use super::ground;
-use super::log_messages::{LogMessages, is_contact};
+use super::log_messages::LogMessages;
 use super::path::Path;
 use super::scene::Scene;
 use super::{Topic, TopicMessage};
 use crate::chunk::set_time;
-use crate::event::{
-    AlarmStatus, CommandStatus, Level as NoticeLevel, LinkEvent, Mark, Moment, Reception,
-};
-use crate::messages::{StationEvent, StationEventKind, UplinkEvent};
+use crate::event::Moment;
 use crate::outages::{Outage, Outages};
 use crate::own_lines::{DescribedFields, Values, intact};
 use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
-use crate::words::outcome_words;
+use events::Command;
 
 /// Maximum time for which the first of joined short lines waits for the others, nanoseconds: the transmission time of a line.
 const JOINED_NS_MAX: u64 = LINE_BYTES as u64 * 1_000_000_000 / BYTES_PER_S as u64;
-
-/// Maximum number of open commands whose text is kept; the oldest are dropped.
-const COMMANDS_MAX: usize = 64;
 
 /// Derives every topic of a recording from received bytes, sent bytes and events, in their order.
 ///
@@ -89,14 +81,6 @@ enum Lines {
     OfBytes,
     /// The caller passes the lines to [`Deriver::handle_received`].
     Decoded,
-}
-
-/// A command that has not ended.
-#[derive(Debug)]
-struct Command {
-    id: u32,
-    words: String,
-    waypoints_in: Option<Vec<(i32, i32)>>,
 }
 
 impl Deriver {
@@ -324,106 +308,6 @@ impl Deriver {
         take(self.encoder.message(Topic::RawTx, self.now_ns, None))
     }
 
-    /// Takes an event of the station.
-    ///
-    /// # Errors
-    /// The errors of `take`.
-    pub fn handle_event<E>(
-        &mut self,
-        at_ns: u64,
-        event: &StationEvent,
-        mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        self.now_ns = self.now_ns.max(at_ns);
-        self.encoder.encode(event);
-        take(self.encoder.message(Topic::Station, self.now_ns, None))?;
-        if event.is_loss_of_link() {
-            self.own.interrupt();
-        }
-        if self.lines == Lines::OfBytes {
-            self.outages
-                .handle_event(Moment::from_nanos(self.now_ns), event);
-            self.give_outages(&mut take)?;
-        }
-        let (name, level, text) = match &event.kind {
-            Some(StationEventKind::Command(event)) => return self.handle_uplink(event, &mut take),
-            Some(StationEventKind::Link(link)) => match link.event() {
-                Some(LinkEvent::Opened { name, .. }) => {
-                    self.own.reopen();
-                    ("link", Level::Info, format!("{name} is open"))
-                }
-                Some(LinkEvent::Lost { reason }) => {
-                    ("link", Level::Warning, format!("link lost: {reason}"))
-                }
-                Some(LinkEvent::Ended) => ("link", Level::Info, "the link has ended".to_owned()),
-                None => return Ok(()),
-            },
-            Some(StationEventKind::Reception(code)) => {
-                let Some(reception) = Reception::from_code(code) else {
-                    return Ok(());
-                };
-                let (level, text) = reception_words(reception);
-                ("link", level, text.to_owned())
-            }
-            Some(StationEventKind::Mark(mark)) => {
-                ("mark", Level::Info, Mark::from(*mark).to_string())
-            }
-            Some(StationEventKind::Notice(notice)) => {
-                let level = match notice.level() {
-                    NoticeLevel::Info => Level::Info,
-                    NoticeLevel::Warning => Level::Warning,
-                    NoticeLevel::Alarm => Level::Error,
-                };
-                ("station", level, notice.text.clone())
-            }
-            Some(StationEventKind::Suspension(it)) => {
-                let duration_s = Moment::from_nanos(it.duration_ns).as_secs_f64();
-                let text = format!("the station was suspended for {duration_s:.1} s");
-                ("station", Level::Warning, text)
-            }
-            Some(StationEventKind::Alarm(alarm)) => match alarm.event() {
-                Some(alarm) => {
-                    let level = match (alarm.status, alarm.level) {
-                        (AlarmStatus::Begun, NoticeLevel::Alarm) => Level::Error,
-                        (AlarmStatus::Begun, NoticeLevel::Warning) => Level::Warning,
-                        _ => Level::Info,
-                    };
-                    ("alarm", level, alarm.to_string())
-                }
-                None => return Ok(()),
-            },
-            Some(StationEventKind::Suggestion(suggestion)) => match suggestion.event() {
-                Some(suggestion) => ("suggestion", Level::Info, suggestion.to_string()),
-                None => return Ok(()),
-            },
-            Some(StationEventKind::Estimate(estimate)) => {
-                let Some((pose, transforms)) = ground::corrected(self.now_ns, estimate) else {
-                    let text = "the ground does not know the robot's heading";
-                    self.encoder
-                        .log(self.now_ns, Level::Warning, "ground", text);
-                    return take(self.encoder.message(Topic::Log, self.now_ns, None));
-                };
-                self.encoder.encode(&pose);
-                take(
-                    self.encoder
-                        .message(Topic::PoseCorrected, self.now_ns, None),
-                )?;
-                self.encoder.encode(&transforms);
-                return take(self.encoder.message(Topic::TfMap, self.now_ns, None));
-            }
-            Some(StationEventKind::Floor(floor)) => {
-                let Some(grid) = ground::grid(self.now_ns, floor) else {
-                    return Ok(());
-                };
-                self.encoder.encode(&grid);
-                return take(self.encoder.message(Topic::Map, self.now_ns, None));
-            }
-            None => return Ok(()),
-        };
-        self.encoder.log(self.now_ns, level, name, &text);
-        take(self.encoder.message(Topic::Log, self.now_ns, None))
-    }
-
     /// Writes the bytes of an unfinished line.
     ///
     /// # Errors
@@ -510,183 +394,5 @@ impl Deriver {
             take(self.encoder.message(Topic::Outages, self.now_ns, None))?;
         }
         Ok(())
-    }
-
-    fn handle_line<E>(
-        &mut self,
-        received: &Received,
-        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let now_ns = self.now_ns;
-        let robot_ns = self.clock.handle_line(now_ns, received);
-        self.encoder.telemetry(received);
-        take(self.encoder.message(Topic::Telemetry, now_ns, robot_ns))?;
-        self.handle_ack(*received.ack(), take)?;
-        let Received::Line(line, _) = received else {
-            return Ok(());
-        };
-        match &line.body {
-            Body::State(state) => self.handle_state(state, robot_ns, take)?,
-            Body::Status(status) => self.handle_status(status, robot_ns, take)?,
-            Body::Counters(counters) => {
-                let robot = Some((counters.robot_id, counters.version));
-                self.is_new_robot |= self.robot != robot;
-                self.robot = robot;
-            }
-            Body::Text(_) | Body::Parameter(_) | Body::Song(_) | Body::Abilities(_) => {}
-            Body::Field(_) | Body::Values(_) => {
-                if let Some(Content::Values(samples)) =
-                    self.described.take(&line.body).map(|line| line.content)
-                {
-                    self.encoder.encode(&Values::from(&samples[..]));
-                    take(self.encoder.message(Topic::Values, now_ns, robot_ns))?;
-                }
-            }
-        }
-        let encoder = &mut self.encoder;
-        self.log_messages.handle_line(line, |level, text| {
-            encoder.log(now_ns, level, "robot", text);
-            take(encoder.message(Topic::Log, now_ns, None))
-        })
-    }
-
-    /// Writes the robot's acknowledgement if it has changed.
-    fn handle_ack<E>(
-        &mut self,
-        ack: Ack,
-        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let said = (ack.boot, ack.session, ack.sequence, ack.outcome as u8);
-        if self.ack.replace(said) == Some(said) {
-            return Ok(());
-        }
-        self.encoder.encode(&UplinkEvent {
-            code: Some(ack.outcome.code().to_owned()),
-            boot: Some(ack.boot.into()),
-            session: Some(ack.session.into()),
-            sequence: Some(ack.sequence.into()),
-            ..UplinkEvent::new(UplinkEvent::ACKNOWLEDGEMENT)
-        });
-        take(self.encoder.message(Topic::Uplink, self.now_ns, None))
-    }
-
-    fn handle_state<E>(
-        &mut self,
-        state: &StateLine,
-        robot_ns: Option<u64>,
-        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let now_ns = self.now_ns;
-        let place = Place::of_robot(state.x_tenths_in, state.y_tenths_in, state.theta_deg);
-        if state.drive == Drive::OdometerReset {
-            self.path.forget();
-            self.scene.forget();
-        }
-        self.encoder.transforms(now_ns, place);
-        take(self.encoder.message(Topic::Tf, now_ns, robot_ns))?;
-        self.encoder.pose(now_ns, place);
-        take(self.encoder.message(Topic::Pose, now_ns, robot_ns))?;
-        self.encoder.scan(now_ns, state);
-        take(self.encoder.message(Topic::Sonar, now_ns, robot_ns))?;
-        if self.path.handle_place(now_ns, place) {
-            self.encoder.encode(&self.path.message(now_ns));
-            take(self.encoder.message(Topic::Path, now_ns, robot_ns))?;
-        }
-        let is_bumped = is_contact(state.bump);
-        if is_bumped && !self.was_bumped {
-            self.scene.handle_bump(place);
-        }
-        self.was_bumped = is_bumped;
-        self.give_scene(robot_ns, take)
-    }
-
-    fn handle_status<E>(
-        &mut self,
-        status: &StatusLine,
-        robot_ns: Option<u64>,
-        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        self.scene.set_target(status.target_in);
-        if self.list_digest.replace(status.digest) != Some(status.digest) {
-            self.encoder.encode(&UplinkEvent {
-                list_digest: Some(status.digest),
-                total: Some(status.list.count.into()),
-                ..UplinkEvent::new(UplinkEvent::LIST)
-            });
-            take(self.encoder.message(Topic::Uplink, self.now_ns, None))?;
-        }
-        self.give_scene(robot_ns, take)
-    }
-
-    fn give_scene<E>(
-        &mut self,
-        robot_ns: Option<u64>,
-        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        if !self.scene.poll(self.now_ns) {
-            return Ok(());
-        }
-        self.encoder.encode(&self.scene.message(self.now_ns));
-        take(self.encoder.message(Topic::Markers, self.now_ns, robot_ns))
-    }
-
-    fn handle_uplink<E>(
-        &mut self,
-        event: &UplinkEvent,
-        take: &mut impl FnMut(TopicMessage<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        self.encoder.encode(event);
-        take(self.encoder.message(Topic::Uplink, self.now_ns, None))?;
-        let (Some(id), Some(status)) = (event.command_id, event.command_status()) else {
-            return Ok(());
-        };
-        if status == CommandStatus::Queued {
-            if self.commands.len() == COMMANDS_MAX {
-                self.commands.pop_front();
-            }
-            let points = event.waypoints_x_in.iter().zip(&event.waypoints_y_in);
-            self.commands.push_back(Command {
-                id,
-                words: event.command.clone().unwrap_or_default(),
-                waypoints_in: event.total.map(|_| points.map(|(&x, &y)| (x, y)).collect()),
-            });
-            return Ok(());
-        }
-        if !status.is_end() {
-            return Ok(());
-        }
-        let ended = self.commands.iter().position(|command| command.id == id);
-        let Some(command) = ended.and_then(|at| self.commands.remove(at)) else {
-            return Ok(());
-        };
-        let (level, end) = match status {
-            CommandStatus::Refused(outcome) => (
-                Level::Warning,
-                format!("refused: {}", outcome_words(outcome)),
-            ),
-            CommandStatus::Failed(failure) => (Level::Warning, failure.to_string()),
-            CommandStatus::Echoed => (Level::Info, "echoed".to_owned()),
-            _ => (Level::Info, "confirmed".to_owned()),
-        };
-        let text = format!("{}: {end}", command.words);
-        self.encoder.log(self.now_ns, level, "command", &text);
-        take(self.encoder.message(Topic::Log, self.now_ns, None))?;
-        if let CommandStatus::Confirmed { .. } = status
-            && let Some(waypoints_in) = command.waypoints_in
-        {
-            self.scene.set_waypoints(waypoints_in.into_iter());
-            self.give_scene(None, take)?;
-        }
-        Ok(())
-    }
-}
-
-const fn reception_words(reception: Reception) -> (Level, &'static str) {
-    match reception {
-        Reception::Lines => (Level::Info, "intact lines arrive"),
-        Reception::Nothing => (Level::Warning, "no bytes arrive"),
-        Reception::Noise => (Level::Warning, "only noise arrives"),
-        Reception::Damaged => (Level::Warning, "no line arrives intact"),
-        Reception::WrongRate(_) => (Level::Warning, "the radio has another baud rate"),
     }
 }
