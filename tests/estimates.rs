@@ -1,8 +1,8 @@
 //! The ground's estimate in recordings and live views, for the real robot program in a simulated house.
 
-use std::fs;
 use std::sync::Arc;
 use std::time::Duration;
+use std::{fs, iter};
 
 use foxglove::messages::{FrameTransforms, Grid, PoseInFrame};
 use groundwave::event::Event;
@@ -16,6 +16,7 @@ use groundwave_captures::session_writer::SessionWriter;
 use groundwave_captures::topics::{Deriver, Topic, TopicMessage};
 use groundwave_captures::verify::verify_mcap;
 use groundwave_captures::when::When;
+use groundwave_protocol::LINE_BYTES;
 use groundwave_protocol::telemetry::{Body, Line};
 use prost::Message;
 use sr04_sim::{SimulationConfig, World};
@@ -36,29 +37,44 @@ struct Session {
     grids: Vec<Grid>,
 }
 
+/// A robot prowls for some minutes. `change` changes its lines; `take` gets each line and the reports that follow from it.
+fn prowl(
+    config: &SimulationConfig,
+    minutes: u64,
+    change: fn(Duration, &mut Line),
+    mut take: impl FnMut(Duration, [u8; LINE_BYTES], Vec<Event>),
+) {
+    let mut facts = Facts::new(Arc::new(Config::default()));
+    let mut reports = Reports::default();
+    lines(
+        config,
+        Duration::from_mins(minutes),
+        |now, mut line, raw| {
+            change(now, &mut line);
+            let line = Box::new(line);
+            let event = Event::Line { line, raw };
+            facts.update(now, &event);
+            take(now, raw, reports.take(now, &event, &facts));
+        },
+    );
+}
+
+fn house(seed: u64) -> SimulationConfig {
+    SimulationConfig::new(World::built_in("house").unwrap(), seed)
+}
+
 impl Session {
-    /// A robot prowls for some minutes with bit errors; `change` changes its lines.
+    /// A session with bit errors; `change` changes its lines.
     fn new(seed: u64, minutes: u64, change: fn(Duration, &mut Line)) -> Self {
         let mut session = Self::default();
-        let mut facts = Facts::new(Arc::new(Config::default()));
-        let (mut reports, mut deriver) = (Reports::default(), Deriver::of_decoded_lines());
-        let mut config = SimulationConfig::new(World::built_in("house").unwrap(), seed);
+        let mut deriver = Deriver::of_decoded_lines();
+        let mut config = house(seed);
         config.channel.ber = 1e-4;
-        lines(
-            &config,
-            Duration::from_mins(minutes),
-            |now, mut line, raw| {
-                change(now, &mut line);
-                let event = Event::Line {
-                    line: Box::new(line),
-                    raw,
-                };
-                facts.update(now, &event);
-                for report in reports.take(now, &event, &facts) {
-                    session.take(now, &report, &mut deriver);
-                }
-            },
-        );
+        prowl(&config, minutes, change, |now, _, reports| {
+            for report in reports {
+                session.take(now, &report, &mut deriver);
+            }
+        });
         session
     }
 
@@ -186,32 +202,29 @@ fn restart_of_the_robot_takes_the_floor_back() {
 #[test]
 fn recording_with_estimates_is_verified_cut_and_read() {
     let kinds = [FloorKind::Free, FloorKind::Obstacle].into_iter().cycle();
-    let hall = FloorMessage::new((0.0, 0.0), 3.0, 100, kinds.take(16_000)).unwrap();
+    let hall = FloorMessage::new((0.0, 0.0), 3.0, 100, kinds.take(16_000));
+    let hall = Box::new(hall.unwrap());
     let mut writer = SessionWriter::new(Vec::new(), &session()).unwrap();
     let start_ns = since_1970_ns(session().start);
-    let mut facts = Facts::new(Arc::new(Config::default()));
-    let mut reports = Reports::default();
-    let config = SimulationConfig::new(World::built_in("house").unwrap(), 1);
     let mut counts = [0; 2];
-    lines(&config, Duration::from_mins(6), |now, line, raw| {
-        let at_ns = start_ns + now.as_nanos() as u64;
-        writer.handle_rx(at_ns, &raw).unwrap();
-        let event = Event::Line {
-            line: Box::new(line),
-            raw,
-        };
-        facts.update(now, &event);
-        for report in reports.take(now, &event, &facts) {
-            counts[0] += u64::from(matches!(report, Event::Estimate(_)));
-            counts[1] += u64::from(matches!(report, Event::Floor(_)));
-            let recorded = to_recorded(&report).unwrap();
-            writer.handle_event(at_ns, &recorded).unwrap();
-            if let Event::Floor(_) = report {
-                let recorded = to_recorded(&Event::Floor(Box::new(hall.clone()))).unwrap();
-                writer.handle_event(at_ns, &recorded).unwrap();
+    prowl(
+        &house(1),
+        6,
+        |_, _| {},
+        |now, raw, reports| {
+            let at_ns = start_ns + now.as_nanos() as u64;
+            writer.handle_rx(at_ns, &raw).unwrap();
+            for report in reports {
+                counts[0] += u64::from(matches!(report, Event::Estimate(_)));
+                counts[1] += u64::from(matches!(report, Event::Floor(_)));
+                let hall = matches!(report, Event::Floor(_)).then(|| Event::Floor(hall.clone()));
+                for event in iter::once(report).chain(hall) {
+                    let recorded = to_recorded(&event).unwrap();
+                    writer.handle_event(at_ns, &recorded).unwrap();
+                }
             }
-        }
-    });
+        },
+    );
     let mcap = writer.finish().unwrap();
     let [poses, floors] = counts;
     assert!(poses > 100 && floors > 2, "{counts:?}");

@@ -4,7 +4,7 @@
 
 use prost::Message as _;
 
-use crate::event::EVENT_BYTES_MAX;
+use crate::station_event::EVENT_BYTES_MAX;
 
 /// Maximum number of cells of a floor: a square of 128 ft.
 const CELLS_MAX: usize = 1 << 18;

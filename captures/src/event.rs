@@ -350,9 +350,6 @@ impl Notice {
     }
 }
 
-/// Maximum accepted length of a recorded event, bytes: eight times that of a route of 255 waypoints, and twice that of the floor of a hall.
-pub(crate) const EVENT_BYTES_MAX: usize = 32_768;
-
 /// Time since the station started.
 pub type Moment = Duration;
 /// Number of a command in this session, from 1.

@@ -6,12 +6,12 @@ use std::io::{self, Read};
 use ::mcap::records::{Record, op};
 use prost::Message as _;
 
-use super::event::EVENT_BYTES_MAX;
 use super::mcap_reader::{Channels, Entries, Entry};
 use super::messages::{RawBytes, StationEvent};
 use super::record::parse;
 use super::repair::Position;
 use super::session::Session;
+use super::station_event::EVENT_BYTES_MAX;
 use super::topics::{RAW_RX, Topic};
 
 /// Maximum plausible gap in the received bytes: 50 days of a 2400-baud radio.

@@ -7,8 +7,11 @@ use crate::event::{
 };
 use crate::uplink_event::UplinkEvent;
 
-/// An event of the station, recorded on `/station`; `/uplink`, `/log`, `/pose_corrected` and `/map` are derived from it and the bytes. Programs
-/// read codes and numbers; texts are for display.
+/// Maximum accepted length of a recorded event, bytes. A route of 255 waypoints has 4 kB, the floor of a large hall 16 kB.
+pub(crate) const EVENT_BYTES_MAX: usize = 32_768;
+
+/// An event of the station, recorded on `/station`; `/uplink`, `/log`, `/pose_corrected`, `/tf_map` and `/map` are derived from it and the bytes.
+/// Programs read codes and numbers; texts are for display.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct StationEvent {
     /// The event; `None` for one of a newer version.

@@ -47,6 +47,7 @@ pub(crate) struct Robot {
     pub(crate) bump: Option<Reading<Bump>>,
     /// The latest detection.
     pub(crate) infrared: Option<Reading<Infrared>>,
+    /// Contacts that the infrared detectors did not see.
     pub(super) unseen: Unseen,
     /// Battery voltage over the whole session, decivolts.
     pub(crate) volts: History,

@@ -46,7 +46,7 @@ impl Reports {
         events
     }
 
-    /// The pose; an unknown heading once.
+    /// The pose once a second, or an unknown heading once, and at most once a minute.
     fn pose(&mut self, now: Moment, facts: &Facts) -> Option<EstimateMessage> {
         if !facts.robot.measures(Measured::Sonars) {
             return None;

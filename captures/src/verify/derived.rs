@@ -209,7 +209,7 @@ impl Queue {
     }
 }
 
-/// The topic of which a topic's messages are derived.
+/// The topic from which the messages of this one are derived.
 const fn source(topic: Topic) -> &'static str {
     match topic.origin() {
         Origin::Event => Topic::Station.name(),
