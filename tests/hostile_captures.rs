@@ -518,7 +518,7 @@ fn a_replay_without_lines_obeys_keys_and_signals() {
         let arguments = limited(&["replay", path.to_str().unwrap()]);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         let mut replay = OnTerminal::start("sh", &arguments, 120, 40);
-        replay.wait_for("the replay", |text| text.contains("replay of"));
+        replay.wait_for("the replay", |text| text.contains("REPLAY"));
         // To the end, which is shown when it has been played to; a line back, and a line on.
         replay.type_keys("G");
         replay.wait_for("the end", |text| text.contains("session ended"));

@@ -1,7 +1,12 @@
 //! Layer 4: stereo sonar. Turns toward the side with the longer range.
+//!
+//! At a corner of a narrow passage the longest range is often that of the way back, so the robot looks to both sides before
+//! it turns round.
 
 use super::behaviour::Behaviour;
+use crate::angle::Angle;
 use crate::arbiter::Request;
+use crate::board::{COUNTS_PER_IN, Sides};
 use crate::drive::Motion;
 use crate::parameters::Parameter;
 use crate::sensors::{Ranges, Senses};
@@ -23,26 +28,87 @@ const TURN_LEAST_CPS: i32 = cps(3) as i32;
 /// Maximum rotation: 92 degrees per second.
 const TURN_MOST_CPS: i32 = cps(16) as i32;
 
-/// The layer has no state: its request follows from the latest echoes.
+/// Turn after which the robot has looked to a side: 96 degrees, so that a sonar has faced a way at a right angle.
+const LOOK_TURN: i16 = 0x4400;
+
+/// Distance driven after which the robot has left a corner, in counts of both wheels: 20 inches.
+const LEAVE_COUNTS: i16 = 20 * COUNTS_PER_IN as i16 * 2;
+
+/// The search for the way on in a confined space.
 #[derive(Clone, Debug, Default)]
-pub struct Sonar;
+struct Search {
+    /// Heading at the start: the way on is not behind it.
+    ahead: Angle,
+    /// Angle turned since the start, positive to the right.
+    turned: i16,
+    /// Sides to which the robot has looked.
+    looked: Sides,
+    /// Distance since the start, counts of both wheels.
+    path_counts: i16,
+}
+
+impl Search {
+    /// A search that starts at the robot's heading.
+    fn from(senses: &Senses) -> Self {
+        Self {
+            ahead: senses.pose.heading,
+            ..Self::default()
+        }
+    }
+
+    /// Takes the motion of the past tick. A new search starts where the robot has left the corner.
+    fn advance(&mut self, senses: &Senses) {
+        self.path_counts = self.path_counts.saturating_add(senses.path_counts);
+        if self.path_counts > LEAVE_COUNTS {
+            *self = Self::from(senses);
+        }
+        self.turned = senses.pose.heading.minus(self.ahead);
+        self.looked.left |= self.turned < -LOOK_TURN;
+        self.looked.right |= self.turned > LOOK_TURN;
+    }
+
+    /// Whether the robot has looked to one side alone, so that the way on may be at the other.
+    const fn is_half_done(&self) -> bool {
+        self.looked.left != self.looked.right
+    }
+
+    /// Whether the robot faces the way by which it came.
+    fn faces_back(&self) -> bool {
+        self.turned.unsigned_abs() > LOOK_TURN.unsigned_abs()
+    }
+}
+
+/// State of the sonar layer.
+#[derive(Clone, Debug, Default)]
+pub struct Sonar {
+    /// The search, in a confined space.
+    search: Option<Search>,
+}
 
 impl Behaviour for Sonar {
     fn decide(&mut self, senses: &Senses) -> Request {
+        if senses.is_confined {
+            let search = self.search.get_or_insert_with(|| Search::from(senses));
+            search.advance(senses);
+        } else {
+            self.search = None;
+        }
+        let half_done = self.search.as_ref().filter(|search| search.is_half_done());
+        let faces_back = half_done.is_some_and(Search::faces_back);
         // Between near walls the missing echoes of both sides are smooth walls met obliquely.
         let is_deaf = senses.is_confined && senses.sonar == Ranges::default();
         let unheard_in = if is_deaf { 0 } else { FAR_IN };
         let view = |range_in: Option<u16>| i32::from(range_in.unwrap_or(unheard_in).min(FAR_IN));
         let (left_in, right_in) = (view(senses.sonar.left_in), view(senses.sonar.right_in));
         let (shorter_in, longer_in) = (left_in.min(right_in), left_in.max(right_in));
-        if shorter_in >= i32::from(senses.horizon_in) {
+        if shorter_in >= i32::from(senses.horizon_in) && !faces_back {
             return Request::QUIET;
         }
         let mut close_in = i32::from(senses.parameters.get(Parameter::SonarClose));
-        if senses.is_confined {
+        if senses.is_confined && half_done.is_none() {
             close_in /= CONFINED;
         }
-        let is_close = longer_in < close_in;
+        let is_close = longer_in < close_in || faces_back;
         // Sonar ranges scatter by some percent.
         let deadzone_pct = i32::from(senses.parameters.get(Parameter::SonarDeadzone));
         let differs = (longer_in - shorter_in) * 100 > deadzone_pct * (longer_in + shorter_in);
@@ -51,12 +117,12 @@ impl Behaviour for Sonar {
         }
         let sharp =
             (SHARPNESS_CPS_IN / shorter_in.max(1)).clamp(TURN_LEAST_CPS, TURN_MOST_CPS) as i16;
-        let rotation_cps = if !differs {
-            senses.in_turning_direction(sharp)
-        } else if right_in > left_in {
-            sharp
-        } else {
-            -sharp
+        let rotation_cps = match half_done.filter(|_| is_close) {
+            Some(search) if search.looked.left => sharp,
+            Some(_) => -sharp,
+            None if !differs => senses.in_turning_direction(sharp),
+            None if right_in > left_in => sharp,
+            None => -sharp,
         };
         let velocity_cps = if is_close { 0 } else { senses.top_cps() };
         Request::raise(Motion {
@@ -65,15 +131,18 @@ impl Behaviour for Sonar {
         })
     }
 
-    fn rest(&mut self) {}
+    fn rest(&mut self) {
+        *self = Self::default();
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec::Vec;
 
     fn decide(left_in: u16, right_in: u16) -> Request {
-        Sonar.decide(&Senses {
+        Sonar::default().decide(&Senses {
             sonar: Ranges {
                 left_in: Some(left_in),
                 right_in: Some(right_in),
@@ -119,7 +188,7 @@ mod tests {
     #[test]
     fn obstacles_are_close_only_at_a_third_of_the_range_in_a_confined_space() {
         let decide = |range_in| {
-            Sonar.decide(&Senses {
+            Sonar::default().decide(&Senses {
                 sonar: Ranges {
                     left_in: Some(range_in),
                     right_in: Some(range_in),
@@ -143,19 +212,19 @@ mod tests {
         };
         senses.sonar.left_in = Some(59);
         senses.sonar.right_in = Some(59);
-        assert_eq!(Sonar.decide(&senses).motion.velocity_cps, 0);
+        assert_eq!(Sonar::default().decide(&senses).motion.velocity_cps, 0);
         senses.sonar.right_in = Some(170);
-        assert_eq!(Sonar.decide(&senses), Request::QUIET);
+        assert_eq!(Sonar::default().decide(&senses), Request::QUIET);
         senses.sonar.right_in = Some(180);
-        assert!(Sonar.decide(&senses).flag);
+        assert!(Sonar::default().decide(&senses).flag);
     }
 
     #[test]
     fn missing_echo_is_a_long_range() {
         let mut senses = Senses::idle();
-        assert_eq!(Sonar.decide(&senses), Request::QUIET);
+        assert_eq!(Sonar::default().decide(&senses), Request::QUIET);
         senses.sonar.left_in = Some(50);
-        assert!(Sonar.decide(&senses).motion.rotation_cps > 0);
+        assert!(Sonar::default().decide(&senses).motion.rotation_cps > 0);
     }
 
     #[test]
@@ -164,9 +233,9 @@ mod tests {
             is_confined: true,
             ..Senses::idle()
         };
-        assert_eq!(Sonar.decide(&senses).motion.velocity_cps, 0);
+        assert_eq!(Sonar::default().decide(&senses).motion.velocity_cps, 0);
         senses.sonar.left_in = Some(50);
-        assert!(Sonar.decide(&senses).motion.rotation_cps > 0);
+        assert!(Sonar::default().decide(&senses).motion.rotation_cps > 0);
     }
 
     #[test]
@@ -174,8 +243,108 @@ mod tests {
         let mut senses = Senses::idle();
         senses.sonar.left_in = Some(50);
         senses.horizon_in = 50;
-        assert_eq!(Sonar.decide(&senses), Request::QUIET);
+        assert_eq!(Sonar::default().decide(&senses), Request::QUIET);
         senses.horizon_in = 51;
-        assert!(Sonar.decide(&senses).flag);
+        assert!(Sonar::default().decide(&senses).flag);
+    }
+
+    /// Headings to which the layer turns a robot on the spot, in a confined space with the same view on both sides.
+    fn headings_deg(view_in: impl Fn(u16) -> u16) -> Vec<u16> {
+        let mut sonar = Sonar::default();
+        let mut heading_deg = 0;
+        let mut headings_deg = Vec::new();
+        for _ in 0..800 {
+            headings_deg.push(heading_deg);
+            let view_in = view_in(heading_deg);
+            let senses = facing(heading_deg, view_in);
+            let request = sonar.decide(&senses);
+            if !request.flag || request.motion.velocity_cps != 0 {
+                break;
+            }
+            heading_deg = (heading_deg
+                + if request.motion.rotation_cps > 0 {
+                    1
+                } else {
+                    359
+                })
+                % 360;
+        }
+        headings_deg
+    }
+
+    fn facing(heading_deg: u16, view_in: u16) -> Senses<'static> {
+        let mut odometer = crate::odometry::Odometer::default();
+        odometer.set(
+            groundwave_protocol::Waypoint { x_in: 0, y_in: 0 },
+            Angle::from_degrees(heading_deg),
+        );
+        Senses {
+            pose: odometer.pose(),
+            sonar: Ranges {
+                left_in: Some(view_in),
+                right_in: Some(view_in),
+            },
+            is_confined: true,
+            ..Senses::idle()
+        }
+    }
+
+    #[test]
+    fn corner_is_searched_to_both_sides_before_the_way_back() {
+        // The way on is to the left, and idle senses turn to the right first.
+        let left = headings_deg(|heading_deg| match heading_deg {
+            265..=275 => 90,
+            160..=200 => 150,
+            _ => 9,
+        });
+        assert_eq!(
+            left.iter().filter(|&&deg| (90..=180).contains(&deg)).max(),
+            Some(&96),
+            "{left:?}"
+        );
+        assert_eq!(left.last(), Some(&275));
+        // A dead end: to the right, to the left, and back.
+        let dead_end = headings_deg(|heading_deg| {
+            if (160..=200).contains(&heading_deg) {
+                150
+            } else {
+                9
+            }
+        });
+        assert!(
+            dead_end.contains(&96) && dead_end.contains(&264),
+            "{dead_end:?}"
+        );
+        assert!(
+            (160..=200).contains(dead_end.last().expect("a heading")),
+            "{dead_end:?}"
+        );
+    }
+
+    #[test]
+    fn robot_that_faces_back_turns_to_the_side_it_has_not_looked_to() {
+        let mut sonar = Sonar::default();
+        sonar.decide(&facing(0, 9));
+        // A contact has turned it to the left by half a turn.
+        let request = sonar.decide(&facing(200, 150));
+        assert_eq!(request.motion.velocity_cps, 0);
+        assert!(request.motion.rotation_cps > 0);
+        // 20 inches further it has left the corner.
+        let mut senses = facing(200, 150);
+        senses.path_counts = LEAVE_COUNTS + 1;
+        assert_eq!(sonar.decide(&senses), Request::QUIET);
+        assert_eq!(sonar.decide(&facing(200, 150)), Request::QUIET);
+    }
+
+    #[test]
+    fn search_ends_on_open_floor() {
+        let mut sonar = Sonar::default();
+        sonar.decide(&facing(0, 9));
+        let open = Senses {
+            is_confined: false,
+            ..facing(200, 150)
+        };
+        assert_eq!(sonar.decide(&open), Request::QUIET);
+        assert_eq!(sonar.decide(&facing(200, 150)), Request::QUIET);
     }
 }
