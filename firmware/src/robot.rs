@@ -405,6 +405,7 @@ impl Robot {
     fn set_pose(&mut self, position: Waypoint, heading: Angle) {
         self.odometer.set(position, heading);
         self.layers.bumpers.forget_places();
+        self.layers.sonar.forget_heading();
         self.odometer_resets = self.odometer_resets.wrapping_add(1);
         self.events.odometer_reset();
         self.schedule.queue_status();

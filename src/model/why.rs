@@ -1,5 +1,7 @@
 //! The reason why a holder controls the motors, as text, from the robot's reports.
 
+use std::cmp::Ordering;
+
 use groundwave_protocol::status_codes::{
     Arm, Bump, Cliff, Drive, Infrared, Layer, LayerState, Mode,
 };
@@ -151,10 +153,13 @@ fn sonar(state: &StateLine) -> String {
         (left, right) => {
             // A side without an echo is the clearest.
             let clear = |range: Option<u16>| range.unwrap_or(u16::MAX);
-            let side = match clear(left).cmp(&clear(right)) {
-                std::cmp::Ordering::Greater => "left is clearer",
-                std::cmp::Ordering::Less => "right is clearer",
-                std::cmp::Ordering::Equal => "both sides alike",
+            let side = match (clear(left).cmp(&clear(right)), state.rotation_in_s) {
+                // At a corner the robot turns to the side that it has not looked to, whatever it sees.
+                (Ordering::Greater, 1..) => "looks for a way on the right",
+                (Ordering::Less, ..0) => "looks for a way on the left",
+                (Ordering::Greater, _) => "left is clearer",
+                (Ordering::Less, _) => "right is clearer",
+                (Ordering::Equal, _) => "both sides alike",
             };
             format!("{side} ({} left, {} right)", range(left), range(right))
         }
@@ -277,5 +282,49 @@ const fn nobody(mode: Mode) -> &'static str {
         Mode::Reactive => "at rest: nothing pulls",
         Mode::Passive => "hides and waits for motion",
         _ => "at rest",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groundwave_protocol::decoder::{Decoder, Received};
+    use groundwave_protocol::telemetry::Body;
+
+    /// The reason never names the side from which the robot turns away.
+    #[test]
+    fn sonar_names_the_side_to_which_it_turns() {
+        let mut turns = 0;
+        for name in [
+            "house-clean.txt",
+            "house-noisy.txt",
+            "living-room-bursts.txt",
+        ] {
+            let bytes = std::fs::read(groundwave_captures::samples().join(name)).unwrap();
+            for received in Decoder::default().lines(&bytes) {
+                let Received::Line(line, _) = received else {
+                    continue;
+                };
+                let Body::State(state) = line.body else {
+                    continue;
+                };
+                if Holder::of(&state) != Holder::Layer(Layer::Sonar) || state.rotation_in_s == 0 {
+                    continue;
+                }
+                let why = sonar(&state);
+                let names = |side: &str| {
+                    why.starts_with(&format!("{side} is"))
+                        || why.contains(&format!("on the {side}"))
+                };
+                let (to, from) = if state.rotation_in_s > 0 {
+                    ("right", "left")
+                } else {
+                    ("left", "right")
+                };
+                assert!(!names(from), "{why}: turns {to}");
+                turns += u32::from(names(to));
+            }
+        }
+        assert!(turns > 50, "{turns}");
     }
 }

@@ -85,6 +85,13 @@ pub struct Sonar {
     search: Option<Search>,
 }
 
+impl Sonar {
+    /// Drops the search, because the odometer has been set.
+    pub fn forget_heading(&mut self) {
+        self.search = None;
+    }
+}
+
 impl Behaviour for Sonar {
     fn decide(&mut self, senses: &Senses) -> Request {
         if senses.is_confined {
@@ -118,11 +125,9 @@ impl Behaviour for Sonar {
         let sharp =
             (SHARPNESS_CPS_IN / shorter_in.max(1)).clamp(TURN_LEAST_CPS, TURN_MOST_CPS) as i16;
         let rotation_cps = match half_done.filter(|_| is_close) {
-            Some(search) if search.looked.left => sharp,
-            Some(_) => -sharp,
             None if !differs => senses.in_turning_direction(sharp),
-            None if right_in > left_in => sharp,
-            None => -sharp,
+            search if search.map_or(right_in > left_in, |search| search.looked.left) => sharp,
+            _ => -sharp,
         };
         let velocity_cps = if is_close { 0 } else { senses.top_cps() };
         Request::raise(Motion {
@@ -345,6 +350,14 @@ mod tests {
             ..facing(200, 150)
         };
         assert_eq!(sonar.decide(&open), Request::QUIET);
+        assert_eq!(sonar.decide(&facing(200, 150)), Request::QUIET);
+    }
+
+    #[test]
+    fn search_starts_again_when_the_odometer_is_set() {
+        let mut sonar = Sonar::default();
+        sonar.decide(&facing(0, 9));
+        sonar.forget_heading();
         assert_eq!(sonar.decide(&facing(200, 150)), Request::QUIET);
     }
 }

@@ -28,7 +28,7 @@ impl World {
     }
 
     /// A house like [`World::generated`], but without the spaces that a tidy house keeps: furniture and clutter stand
-    /// against each other and in front of doorways, and a stairwell without a banister is open in one room.
+    /// against each other and 18 in before doorways, and a stairwell without a banister is open in one room.
     #[must_use]
     pub fn crowded(seed: u64) -> Self {
         let name = format!("crowded:{seed}");
