@@ -1,7 +1,7 @@
 //! Layer 4: stereo sonar. Turns toward the side with the longer range.
 //!
-//! At a corner of a narrow passage the longest range is often that of the way back, so the robot looks to both sides before
-//! it turns round.
+//! At a corner of a narrow passage the longest view is often the way back, so the robot looks to both sides before it turns
+//! round.
 
 use super::behaviour::Behaviour;
 use crate::angle::Angle;
