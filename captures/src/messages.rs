@@ -38,9 +38,9 @@ pub struct OutageMessage {
     /// Minimum number of lines lost in the outage.
     #[prost(uint64, tag = 4)]
     pub lines_lost: u64,
-    /// Maximum number of lines lost in the outage.
-    #[prost(uint64, tag = 5)]
-    pub lines_lost_max: u64,
+    /// Maximum number of lines lost in the outage; `None` if no clock shows it.
+    #[prost(uint64, optional, tag = 5)]
+    pub lines_lost_max: Option<u64>,
 }
 
 impl From<&Received> for Telemetry {

@@ -57,7 +57,7 @@ impl Outage {
             begin_ns: since_1970_ns(self.begin),
             end_ns: self.end.map(since_1970_ns),
             lines_lost: self.lost.min,
-            lines_lost_max: self.lost.max,
+            lines_lost_max: self.lost.known_max(),
         }
     }
 }
@@ -70,7 +70,7 @@ impl fmt::Display for Outage {
             return write!(f, "{cause} from {begin_s:.1} s on");
         }
         if self.cause == OutageCause::Gap {
-            // The capture has no times: the pause is not in it.
+            // The pause is not in the capture's times.
             write!(f, "{cause} at {begin_s:.1} s")?;
         } else {
             let lasted_s = self.duration().as_secs_f64();
@@ -93,7 +93,7 @@ impl Serialize for Outage {
         map.serialize_entry("begin_s", &self.begin.as_secs_f64())?;
         map.serialize_entry("end_s", &self.end.map(|end| end.as_secs_f64()))?;
         map.serialize_entry("lines_lost", &self.lost.min)?;
-        map.serialize_entry("lines_lost_max", &self.lost.max)?;
+        map.serialize_entry("lines_lost_max", &self.lost.known_max())?;
         map.end()
     }
 }
@@ -144,7 +144,8 @@ struct Seen {
     at: Moment,
     shown_lost: u64,
     hidden: Lost,
-    unsettled: u64,
+    unsettled: Lost,
+    unclocked_gaps: u64,
     restarts: u64,
     noise_bytes: u64,
 }
@@ -198,6 +199,7 @@ impl Outages {
             shown_lost: counters.lost().min.saturating_sub(counters.hidden.min),
             hidden: counters.hidden,
             unsettled: counters.unsettled,
+            unclocked_gaps: counters.unclocked_gaps,
             restarts: counters.restarts,
             noise_bytes: counters.noise_bytes,
         };
@@ -219,11 +221,8 @@ impl Outages {
                 }
             }
         } else if has_restarted {
-            self.add_hidden(Lost {
-                min: 0,
-                max: latest.unsettled,
-            });
-            hidden.max = hidden.max.saturating_sub(latest.unsettled);
+            self.add_hidden(latest.unsettled);
+            hidden = hidden.since(latest.unsettled);
             self.settle();
         }
         let (unplugged_at, suspended_at) = (self.unplugged_at.take(), self.suspended_at.take());
@@ -233,12 +232,19 @@ impl Outages {
         let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
         let is_interrupted = unplugged_at.or(suspended_at).is_some();
         let lost = seen.shown_lost.saturating_sub(latest.shown_lost);
-        if pause >= OUTAGE_AFTER || is_interrupted || has_restarted && !is_told {
+        let is_unclocked = seen.unclocked_gaps > latest.unclocked_gaps;
+        let shown = Lost {
+            min: lost,
+            max: lost,
+            is_open: is_unclocked,
+        };
+        if pause >= OUTAGE_AFTER || is_interrupted || is_unclocked || has_restarted && !is_told {
             let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
             let (cause, begin) = match (suspended_at, unplugged_at) {
                 (Some(at), _) => (OutageCause::Suspended, at),
                 (None, Some(at)) => (OutageCause::Unplugged, at),
                 (None, None) if has_restarted => (OutageCause::Rebooted, latest.at),
+                (None, None) if pause < OUTAGE_AFTER => (OutageCause::Gap, latest.at),
                 (None, None) if has_noise => (OutageCause::Damaged, latest.at),
                 (None, None) => (OutageCause::Silent, latest.at),
             };
@@ -247,10 +253,7 @@ impl Outages {
                 // Times of a damaged capture may go back.
                 begin: begin.min(now).max(latest.at),
                 end: Some(now.max(latest.at)),
-                lost: Lost {
-                    min: lost,
-                    max: lost,
-                },
+                lost: shown,
             };
             self.waiting.push(outage);
             if has_restarted && is_interrupted {
@@ -268,14 +271,18 @@ impl Outages {
                 cause: OutageCause::Gap,
                 begin: latest.at,
                 end: Some(now),
-                lost: Lost {
-                    min: lost,
-                    max: lost,
-                },
+                lost: shown,
             };
             self.likeliest = Some((likelihood, gap));
         }
         self.add_hidden(hidden);
+        if received.uptime_s().is_some() {
+            // The clock in line C has shown the hundreds, unless it is the first one.
+            let is_open = seen.hidden.since(latest.hidden).is_open;
+            for gap in &mut self.waiting {
+                gap.lost.is_open &= is_open;
+            }
+        }
         if received.uptime_s().is_some() || self.waiting.len() >= WAITING_MAX {
             self.settle();
             self.report(now);
@@ -283,12 +290,13 @@ impl Outages {
     }
 
     fn longest_waiting(&mut self) -> Option<&mut Outage> {
-        self.waiting.iter_mut().max_by_key(|it| it.duration())
+        let waiting = self.waiting.iter_mut();
+        waiting.max_by_key(|it| Likelihood::of(it.duration(), it.lost.min))
     }
 
     /// Adds lost lines that only the robot's clock shows, to the longest outage since the previous line C.
     fn add_hidden(&mut self, hidden: Lost) {
-        if hidden.max == 0 {
+        if hidden.max == 0 && !hidden.is_open {
             return;
         }
         if let Some(outage) = self.longest_waiting() {
@@ -301,8 +309,7 @@ impl Outages {
 
     /// Reports the outages that have ended, although the robot's clock has not yet shown how many lines were lost.
     fn give_up_settling(&mut self) {
-        let max = self.latest.map_or(0, |latest| latest.unsettled);
-        self.add_hidden(Lost { min: 0, max });
+        self.add_hidden(self.latest.map_or_else(Lost::default, |it| it.unsettled));
         self.settle();
         self.found.extend(self.settled.drain(..));
     }

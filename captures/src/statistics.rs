@@ -23,7 +23,7 @@ use serde::ser::{SerializeMap, Serializer};
 
 use crate::event::{CommandId, Moment};
 use crate::words::counted;
-use crate::words::{interval_pct, lost_words};
+use crate::words::{interval_pct, lost_words, plural};
 use airtime::Airtime;
 pub use airtime::share_pct;
 pub use uplink::Uplink;
@@ -68,11 +68,12 @@ pub struct Statistics {
 pub struct Loss {
     /// Minimum number of lost lines.
     pub lines_lost: u64,
-    /// Maximum number of lost lines. The hundreds are known at the robot's next line C, and may stay uncertain after a long outage.
-    pub lines_lost_max: u64,
+    /// Maximum number of lost lines. The hundreds are known at the robot's next line C, and may stay uncertain after a long outage;
+    /// `None` if no clock shows them.
+    pub lines_lost_max: Option<u64>,
     /// `lines_lost` in per cent of the lines sent.
     pub loss_pct: f64,
-    /// `lines_lost_max` in per cent of the lines sent.
+    /// `lines_lost_max` in per cent of the lines sent; 100 if it is unknown.
     pub loss_max_pct: f64,
 }
 
@@ -84,19 +85,25 @@ impl Loss {
         let arrived = counters.intact() + counters.damaged_in_gaps;
         Self {
             lines_lost: lost.min,
-            lines_lost_max: lost.max,
+            lines_lost_max: lost.known_max(),
             loss_pct: per_cent(lost.min, arrived + lost.min),
-            loss_max_pct: per_cent(lost.max, arrived + lost.max),
+            loss_max_pct: (lost.known_max()).map_or(100.0, |max| per_cent(max, arrived + max)),
         }
     }
 
-    /// The number of lost lines as text: `165`, or `165 to 265`.
+    /// The number of lost lines as text: `165`, `165 to 265`, or `at least 65`.
     #[must_use]
     pub fn lines(&self) -> String {
         lost_words(decoder::Lost {
             min: self.lines_lost,
-            max: self.lines_lost_max,
+            max: self.lines_lost_max.unwrap_or(self.lines_lost),
+            is_open: self.lines_lost_max.is_none(),
         })
+    }
+
+    /// The ending of "line" after that number.
+    pub(crate) fn plural(&self) -> &'static str {
+        plural(self.lines_lost_max.unwrap_or(self.lines_lost))
     }
 
     /// The share of lost lines for a table: `7.5%`, or `62-73%`.

@@ -33,10 +33,12 @@ pub const fn plural(number: u64) -> &'static str {
     if number == 1 { "" } else { "s" }
 }
 
-/// A number of lost lines as text: `165`, or `165 to 265`.
+/// A number of lost lines as text: `165`, `165 to 265`, or `at least 65`.
 #[must_use]
-pub fn lost_words(Lost { min, max }: Lost) -> String {
-    if min == max {
+pub fn lost_words(Lost { min, max, is_open }: Lost) -> String {
+    if is_open {
+        format!("at least {min}")
+    } else if min == max {
         min.to_string()
     } else {
         format!("{min} to {max}")

@@ -43,9 +43,11 @@ pub struct Counters {
     /// Lost lines that the sequence does not show: mostly whole hundreds, from the uptime in lines C, and lines between a
     /// boot and the first line received after it.
     pub hidden: Lost,
-    /// Number of further lines that may be lost, by the ground's clock: whole hundreds in silences since the latest line C. The next line C
+    /// Further lines that may be lost, by the ground's clock: whole hundreds in silences since the latest line C. The next line C
     /// shows the number.
-    pub unsettled: u64,
+    pub unsettled: Lost,
+    /// Number of gaps that take 2 s longer to send than the ground's clock shows: their pause is not in it, as in text without timestamps.
+    pub unclocked_gaps: u64,
     /// Damaged lines. A line feed in noise does not count as one.
     pub damaged: Damaged,
     /// Number of damaged lines included in `lines_lost`.
@@ -72,16 +74,17 @@ impl Counters {
     #[must_use]
     pub const fn lost(&self) -> Lost {
         let shown = self.lines_lost.saturating_sub(self.damaged_in_gaps);
-        self.hidden.and(Lost {
+        self.hidden.and(self.unsettled).and(Lost {
             min: shown,
-            max: shown + self.unsettled,
+            max: shown,
+            is_open: false,
         })
     }
 
     /// Makes `unsettled` a permanent interval, because no line C will narrow it.
     const fn give_up_settling(&mut self) {
-        self.hidden.max += self.unsettled;
-        self.unsettled = 0;
+        self.hidden = self.hidden.and(self.unsettled);
+        self.unsettled = NONE;
     }
 }
 
@@ -349,7 +352,7 @@ impl Decoder {
         if has_restarted {
             // The boot counter in the acknowledgements may be equal.
             if !is_boot {
-                self.counters.unsettled = 0;
+                self.counters.unsettled = NONE;
                 self.reckoning.forget();
                 if let Some((boot, damaged)) = self.after_longest
                     && self.longest_step > 0
@@ -366,7 +369,7 @@ impl Decoder {
         }
         if let Some(uptime_s) = received.uptime_s() {
             if self.reckoning.has_begun() {
-                self.counters.unsettled = 0;
+                self.counters.unsettled = NONE;
             } else {
                 self.counters.give_up_settling();
             }
@@ -383,7 +386,11 @@ impl Decoder {
     fn begin_life(&mut self, boot: AtCounters, damaged: u64) {
         let max = boot.lines_before();
         let min = max.saturating_sub(damaged);
-        self.counters.hidden = self.counters.hidden.and(Lost { min, max });
+        self.counters.hidden = self.counters.hidden.and(Lost {
+            min,
+            max,
+            is_open: false,
+        });
         self.reckoning.begin(boot);
     }
 
@@ -403,9 +410,8 @@ impl Decoder {
             if is_boot {
                 // The sequence restarts after a reboot, so there is no gap.
                 self.counters.give_up_settling();
-                if sequence > 0 {
-                    self.counters.unsettled = hundreds_beyond(u64::from(sequence), most);
-                }
+                let most = if sequence == 0 { 0 } else { most };
+                self.add_unsettled(u64::from(sequence), most, length);
                 let boot = self.reckoning.boot(sequence, &self.counters, length);
                 self.begin_life(boot, self.damaged);
             } else {
@@ -423,11 +429,11 @@ impl Decoder {
         if behind > LATE_LINES_MAX || behind > 0 && !newest.is_late_possible {
             self.reckoning.advance(ahead);
             let lost = u64::from(ahead - 1);
-            self.counters.unsettled += hundreds_beyond(lost, most);
-            self.counters.lines_lost += lost;
             newest.sequence = sequence;
             newest.is_late_possible = true;
             newest.arrived = newest.arrived.unbounded_shl(u32::from(ahead)) | 1;
+            self.add_unsettled(lost, most, length);
+            self.counters.lines_lost += lost;
             let damaged = self.count_damaged_in_gap(lost);
             if lost > self.longest_step {
                 self.longest_step = lost;
@@ -437,9 +443,10 @@ impl Decoder {
             return false;
         }
         if behind == 0 && most >= FULL_ROUND {
-            self.counters.unsettled += FULL_ROUND + hundreds_beyond(FULL_ROUND, most);
+            self.counters.unsettled.max += FULL_ROUND + hundreds_beyond(FULL_ROUND, most);
         }
         self.reckoning.set_behind(behind);
+        self.reckoning.spend(0, length);
         if newest.arrived & 1 << behind == 0 {
             // The line was counted as lost, but was only late.
             newest.arrived |= 1 << behind;
@@ -447,6 +454,18 @@ impl Decoder {
             self.longest_step = self.longest_step.saturating_sub(1);
         }
         false
+    }
+
+    /// Adds the hundreds that may be lost besides the `lost` lines that the sequence shows before a line of `length` bytes, if the robot
+    /// can have sent at most `most` lines in the silence.
+    fn add_unsettled(&mut self, lost: u64, most: u64, length: usize) {
+        let is_open = self.reckoning.spend(lost, length);
+        self.counters.unclocked_gaps += u64::from(is_open);
+        self.counters.unsettled = self.counters.unsettled.and(Lost {
+            min: 0,
+            max: hundreds_beyond(lost, most),
+            is_open,
+        });
     }
 
     /// Counts the damaged lines among the `lost` lines of a gap, including those with a damaged line feed: the noise is as
@@ -478,6 +497,13 @@ impl Decoder {
         arrived
     }
 }
+
+/// No lost lines.
+const NONE: Lost = Lost {
+    min: 0,
+    max: 0,
+    is_open: false,
+};
 
 /// Minimum number of lines lost between two lines with the same sequence.
 const FULL_ROUND: u64 = SEQUENCE_MODULUS as u64 - 1;

@@ -107,6 +107,7 @@ fn exactly(lines: u64) -> Lost {
     Lost {
         min: lines,
         max: lines,
+        is_open: false,
     }
 }
 
@@ -124,6 +125,35 @@ fn an_outage_of_a_hundred_lines_and_more_is_counted_in_full() {
     for missed in [0, 1, 65, 93, 94, 97, 99, 100, 101, 165, 200, 734] {
         let counters = after_a_gap(&mut Robot::new(7), missed);
         assert_eq!(counters.lost(), exactly(missed), "{missed}");
+    }
+}
+
+#[test]
+fn a_long_gap_without_times_is_open_until_the_robots_clock_shows_its_lines() {
+    for missed in [9, 65, 93, 165, 734] {
+        let mut robot = Robot::new(7);
+        let mut decoder = Decoder::default();
+        hear(&mut decoder, &robot.lines(121));
+        robot.lines(missed);
+        let mut said = Vec::new();
+        for _ in 0..40 {
+            hear(&mut decoder, &robot.next());
+            said.push(decoder.counters().lost());
+        }
+        assert_eq!(said[0].known_max(), None, "{missed}");
+        assert_eq!(said[0].min, missed % 100, "{missed}");
+        assert_eq!(said[39], exactly(missed));
+        // A clock with the pause shows the number at once.
+        let mut robot = Robot::new(7);
+        let mut decoder = Decoder::default();
+        for n in 0..122 {
+            if n == 121 {
+                robot.lines(missed);
+            }
+            decoder.set_time(robot.clock * 1000 / 240);
+            hear(&mut decoder, &robot.next());
+        }
+        assert_eq!(decoder.counters().lost().known_max(), Some(missed));
     }
 }
 
@@ -298,6 +328,7 @@ fn a_silence_may_hide_hundreds_until_the_robots_clock_shows_them() {
         let then = Lost {
             min: if missed % 100 == 99 { 0 } else { missed % 100 },
             max: missed,
+            is_open: false,
         };
         assert_eq!((said[120], said[121]), (exactly(0), then), "{missed}");
         assert_eq!(said[199], exactly(missed));

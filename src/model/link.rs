@@ -322,7 +322,7 @@ impl Link {
     }
 
     /// Shares of lines lost and damaged over the window, 0 to 1; `None` without lines. If the number of lost lines is an
-    /// interval, its upper end counts.
+    /// interval, its upper end counts; if it is open, the lines that are certain.
     pub(crate) fn shares(&self, now: Moment) -> Option<Shares> {
         // Lines of the robot's own are not damaged Groundwave lines.
         if self.has_only_own_lines() {

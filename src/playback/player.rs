@@ -1,14 +1,15 @@
 //! Plays a timeline under the operator's controls; the host's time is a parameter.
 
-use super::control::{
-    Control, Landmark, MARK_REACH, MARKS_MAX, Playback, Position, SPEED_MAX, SPEED_MIN, clock_words,
-};
+mod marks;
+
+use super::control::{Control, Landmark, Playback, Position, SPEED_MAX, SPEED_MIN, clock_words};
 use super::cursor::Cursor;
 use super::search::Found;
 use super::target::Target;
 use super::timeline::{STEPS_MAX, Timeline};
 use crate::event::{Level, Moment};
 use crate::model::Facts;
+use marks::Marks;
 
 /// Minimum time between two updates of the screen.
 const FASTEST: Moment = Moment::from_millis(40);
@@ -32,15 +33,7 @@ pub struct Player<C: Cursor> {
     unix: Option<Moment>,
     /// Time up to which the timeline has been read; `None` if read completely.
     read_until: Option<Moment>,
-    markers: Vec<Moment>,
-    /// The markers from the capture.
-    recorded: Vec<Moment>,
-    /// Marks that the operator removed; those of the capture may be read later.
-    removed: Vec<Moment>,
-    /// Marks with a text.
-    noted: Vec<(Moment, String)>,
-    /// Time of the mark last set (`true`) or removed (`false`).
-    marked: Option<(Moment, bool)>,
+    marks: Marks,
     repeat: Option<(Moment, Option<Moment>)>,
     note: Option<(Level, String)>,
     landmark: Landmark,
@@ -62,7 +55,7 @@ enum EndedBy {
 impl<C: Cursor> Player<C> {
     /// Plays a capture from its beginning.
     #[must_use]
-    pub const fn of_capture(
+    pub fn of_capture(
         timeline: Timeline<C>,
         host: Moment,
         speed: f64,
@@ -80,11 +73,7 @@ impl<C: Cursor> Player<C> {
             until: length,
             unix,
             read_until: Some(Moment::ZERO),
-            markers: Vec::new(),
-            recorded: Vec::new(),
-            removed: Vec::new(),
-            noted: Vec::new(),
-            marked: None,
+            marks: Marks::default(),
             repeat: None,
             note: None,
             landmark: Landmark::Alarm,
@@ -150,50 +139,28 @@ impl<C: Cursor> Player<C> {
     /// Sets the time span that can be shown.
     pub fn set_span(&mut self, from: Moment, until: Moment) {
         (self.from, self.until) = (from, until);
-        self.markers.retain(|marker| *marker >= from);
+        self.marks.begin_at(from);
     }
 
     /// Sets the marks of the recording; the operator's marks are kept.
     pub fn set_recorded_marks(&mut self, marks: Vec<Moment>) {
-        let before = std::mem::replace(&mut self.recorded, marks);
-        let recorded = &self.recorded;
-        self.markers
-            .retain(|marker| !before.contains(marker) || recorded.contains(marker));
-        let known = || self.markers.iter().chain(&self.removed);
-        let is_new = |mark: &&Moment| {
-            let is_apart = |known: &Moment| known.abs_diff(**mark) >= MARK_REACH;
-            !before.contains(mark) && known().all(is_apart)
-        };
-        let fresh: Vec<Moment> = recorded.iter().filter(is_new).copied().collect();
-        self.markers.extend(fresh);
-        self.markers.sort_unstable();
-        self.markers.dedup();
+        self.marks.set_recorded(marks);
     }
 
     /// Adds the text of a mark, and the mark if there is none yet.
     pub fn add_noted_mark(&mut self, at: Moment, text: String) {
-        if self
-            .markers
-            .iter()
-            .all(|marker| marker.abs_diff(at) >= MARK_REACH)
-            && self.markers.len() < MARKS_MAX
-        {
-            let place = self.markers.partition_point(|marker| *marker < at);
-            self.markers.insert(place, at);
-        }
-        self.noted.push((at, text));
+        self.marks.add_text(at, text);
     }
 
     /// Whether the capture itself has a mark at a moment.
     #[must_use]
     pub fn is_recorded_mark(&self, at: Moment) -> bool {
-        let mut recorded = self.recorded.iter();
-        recorded.any(|mark| mark.abs_diff(at) < MARK_REACH)
+        self.marks.is_recorded(at)
     }
 
     /// The mark set (`true`) or removed (`false`) since the last call.
     pub const fn take_marked(&mut self) -> Option<(Moment, bool)> {
-        self.marked.take()
+        self.marks.take_changed()
     }
 
     /// Takes the progress of reading: the capture has been read up to a moment. Continues a search.
@@ -291,7 +258,7 @@ impl<C: Cursor> Player<C> {
                 self.landmark = to.unwrap_or(self.landmark);
                 self.jump(forward);
             }
-            Control::Mark(at) => self.mark(at),
+            Control::Mark(at) => self.note = Some(self.marks.toggle(at)),
             Control::Loop => self.set_loop(),
             // A speed that is not finite is ignored; any other control also ends the search.
             Control::Speed(_) | Control::StopSearch => {}
@@ -425,15 +392,8 @@ impl<C: Cursor> Player<C> {
                     ..
                 } = target
                 {
-                    let here = |(noted, _): &&(Moment, String)| noted.abs_diff(at) < MARK_REACH;
-                    let texts: Vec<&str> = self
-                        .noted
-                        .iter()
-                        .filter(here)
-                        .map(|(_, text)| &**text)
-                        .collect();
-                    self.note = (!texts.is_empty())
-                        .then(|| (Level::Info, format!("mark: {}", texts.join("; "))));
+                    let text = self.marks.text_at(at);
+                    self.note = (!text.is_empty()).then(|| (Level::Info, format!("mark: {text}")));
                 }
             }
             Found::Nowhere => self.warn(target.not_found()),
@@ -479,13 +439,9 @@ impl<C: Cursor> Player<C> {
             } => (landmark, from, forward),
         };
         match (landmark, forward) {
-            (Landmark::Marker, true) => {
-                let next = self.markers.iter().find(|marker| **marker > from);
-                next.map_or(Found::Nowhere, |at| Found::At(*at))
-            }
-            (Landmark::Marker, false) => {
-                let last = self.markers.iter().rev().find(|marker| **marker < from);
-                last.map_or(Found::Nowhere, |at| Found::At(*at))
+            (Landmark::Marker, _) => {
+                let mark = self.marks.beside(from, forward);
+                mark.map_or(Found::Nowhere, Found::At)
             }
             (landmark, true) => self.timeline.find_next(landmark, from, beyond),
             (landmark, false) => self.timeline.find_last(landmark, from, beyond),
@@ -503,45 +459,6 @@ impl<C: Cursor> Player<C> {
             }
             _ => format!("looking for {target}: read up to {read} of {until}; <close> gives up"),
         })
-    }
-
-    fn mark(&mut self, at: Moment) {
-        let near = |marker: &Moment| marker.abs_diff(at) < MARK_REACH;
-        let marked = clock_words(at);
-        if let Some(place) = self.markers.iter().position(near) {
-            self.marked = Some((self.markers.remove(place), false));
-            self.removed.push(at);
-            let texts: Vec<String> = self
-                .noted
-                .extract_if(.., |(noted, _)| near(noted))
-                .map(|(_, text)| text)
-                .collect();
-            let texts = texts.join("; ");
-            self.tell(match (self.is_recorded_mark(at), &*texts) {
-                (true, "") => format!(
-                    "mark at {marked} hidden: the recording keeps it, a new replay shows it"
-                ),
-                (true, texts) => {
-                    format!("text removed: {texts}; the recording keeps its mark at {marked}")
-                }
-                (false, "") => format!("mark at {marked} removed"),
-                (false, texts) => format!("mark at {marked} removed: {texts}"),
-            });
-        } else if self.markers.len() == MARKS_MAX {
-            self.warn(format!(
-                "there are {MARKS_MAX} marks already; <mark> and Enter on a mark removes it"
-            ));
-        } else {
-            let place = self.markers.partition_point(|marker| *marker < at);
-            self.markers.insert(place, at);
-            self.removed.retain(|removed| !near(removed));
-            self.marked = Some((at, true));
-            let (next, last) = ("<ask-jump-forward>", "<ask-jump-back>");
-            let mark = "<jump/jump-to-marker>";
-            self.tell(format!(
-                "marked {marked}; {next} {mark} and {last} {mark} go to marks"
-            ));
-        }
     }
 
     fn set_loop(&mut self) {
@@ -592,7 +509,7 @@ impl<C: Cursor> Player<C> {
             line: self.timeline.line(),
             read_until: self.read_until,
             is_partial: self.timeline.is_partial(),
-            markers: self.markers.clone(),
+            markers: self.marks.shown().to_vec(),
             repeat: self.repeat,
             is_looking: self.target.is_some(),
             note: note.map(|(level, text)| (level, self.facts().config().keys.with_keys(&text))),

@@ -45,7 +45,7 @@ impl<'a> EventRecord<'a> {
         "begin_s",
         // End of an outage; empty if it lasts at the end of the capture.
         "end_s",
-        // Lines lost in an outage, at least and at most.
+        // Lines lost in an outage, at least and at most; the second is empty if no clock shows it.
         "lines_lost",
         "lines_lost_max",
         // `warning` or `alarm`.
@@ -147,7 +147,10 @@ impl<'a> EventRecord<'a> {
             ("begin_s", milliseconds(outage.begin).into()),
             ("end_s", outage.end.map(milliseconds).into()),
             ("lines_lost", Cell::Integer(outage.lost.min)),
-            ("lines_lost_max", Cell::Integer(outage.lost.max)),
+            (
+                "lines_lost_max",
+                outage.lost.known_max().map(Cell::Integer).into(),
+            ),
         ])
     }
 

@@ -43,6 +43,7 @@ pub(super) struct Survey {
     odometer: Odometer,
     battery_dv: Option<(u16, u16)>,
     counters: Option<CountersLine>,
+    robot_clock_s: Option<u64>,
     ticks: [u64; HOLDERS],
     bumps: Bumps,
     since_line_feed: u64,
@@ -147,13 +148,15 @@ impl Survey {
         });
         self.bumps.take_counters(counters);
         if let Some(last) = &self.counters
-            && last.boots == counters.boots
+            && (last.robot_id, last.boots) == (counters.robot_id, counters.boots)
             && let Some(passed_s) = counters.uptime_s.checked_sub(last.uptime_s)
-            && passed_s < TICKS_ROUND_S
         {
-            let won = counters.ticks_won.iter().zip(&last.ticks_won);
-            for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
-                *total += u64::from(now.wrapping_sub(*then) % 4096);
+            *self.robot_clock_s.get_or_insert_default() += u64::from(passed_s);
+            if passed_s < TICKS_ROUND_S {
+                let won = counters.ticks_won.iter().zip(&last.ticks_won);
+                for (total, (now, then)) in self.ticks.iter_mut().zip(won) {
+                    *total += u64::from(now.wrapping_sub(*then) % 4096);
+                }
             }
         }
         self.counters = Some(*counters);
@@ -205,6 +208,7 @@ impl Survey {
             form: capture.form(),
             stored: capture.stored(),
             duration_s: capture.end().as_secs_f64(),
+            robot_clock_s: self.robot_clock_s,
             bytes: seen.bytes,
             noise_bytes: seen.noise_bytes,
             unfinished_bytes,

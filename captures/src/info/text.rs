@@ -7,7 +7,11 @@ use super::{Info, LineCounts};
 use crate::diagnosis;
 use crate::event::Moment;
 use crate::outages::Outage;
-use crate::words::{clock_words, counted, plural};
+use crate::words::{clock_words, counted};
+
+/// Minimum factor and additional seconds by which the robot's clock shows more time than a capture lasts, if the capture has no pauses.
+const PAUSES_FACTOR: f64 = 1.05;
+const PAUSES_S: f64 = 3.0;
 
 /// Maximum number of outages that the text lists; JSON contains all.
 const OUTAGES_SHOWN: usize = 10;
@@ -113,7 +117,7 @@ impl Info {
             output,
             "loss       {} line{}, {}, {}",
             self.loss.lines(),
-            plural(self.loss.lines_lost_max),
+            self.loss.plural(),
             self.loss.share(),
             counted(self.gaps, "gap")
         )?;
@@ -180,7 +184,17 @@ impl Info {
     /// If writing the output fails.
     pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
         self.write_origin(output)?;
-        writeln!(output, "duration   {}", duration_words(self.duration_s))?;
+        write!(output, "duration   {}", duration_words(self.duration_s))?;
+        match self.robot_clock_s.map(|s| s as f64) {
+            Some(clock_s) if clock_s > self.duration_s * PAUSES_FACTOR + PAUSES_S => {
+                writeln!(
+                    output,
+                    " without the pauses, {} by the robot's clock",
+                    duration_words(clock_s)
+                )?;
+            }
+            _ => writeln!(output)?,
+        }
         self.write_received(output)?;
         self.write_own(output)?;
         self.write_outages(output)?;

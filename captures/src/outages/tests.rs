@@ -6,6 +6,7 @@ use groundwave_protocol::telemetry::{
 };
 
 use super::*;
+use crate::chunk::set_time;
 
 /// A robot that sends three lines per second; every twelfth is a line C.
 struct Robot {
@@ -118,8 +119,8 @@ fn session(fates: &[(u64, Fate)]) -> Vec<Outage> {
 /// The outages that ended: cause, seconds from and to, lines lost.
 fn ended(fates: &[(u64, Fate)]) -> Vec<(OutageCause, u64, u64, u64)> {
     let found = session(fates).into_iter().filter_map(|outage| {
-        let Lost { min, max } = outage.lost;
-        assert_eq!(min, max, "{outage}");
+        let min = outage.lost.min;
+        assert_eq!(outage.lost.known_max(), Some(min), "{outage}");
         Some((
             outage.cause,
             outage.begin.as_secs(),
@@ -246,17 +247,18 @@ fn a_reboot_is_a_separate_outage_on_a_cable() {
     assert_eq!(causes, [Unplugged, Rebooted]);
 }
 
-/// The outages in a capture without times, in which some lines are lost.
-fn without_times(lost: std::ops::Range<u64>) -> Vec<Outage> {
+/// The outages in a capture without times, in which some lines are lost, and the lines C that have no clock.
+fn without_times(lost: std::ops::Range<u64>, has_clock: impl Fn(u64) -> bool) -> Vec<Outage> {
     let (mut robot, mut decoder, mut list) =
         (Robot::new(), Decoder::default(), OutageList::default());
     let mut now = Moment::ZERO;
     for n in 0..600_u64 {
         let line = robot.line(n * 1000 / 3);
-        if lost.contains(&n) {
+        if lost.contains(&n) || line[0] == b'C' && !has_clock(n) {
             continue;
         }
         now += Moment::from_millis(333);
+        set_time(&mut decoder, now);
         let mut bytes = &line[..];
         while let Some(received) = decoder.next_own_line(&mut bytes) {
             list.handle_line(now, &received, decoder.counters());
@@ -267,7 +269,7 @@ fn without_times(lost: std::ops::Range<u64>) -> Vec<Outage> {
 
 #[test]
 fn a_gap_that_only_the_robots_clock_shows_is_found() {
-    let [outage] = without_times(200..400)[..] else {
+    let [outage] = without_times(200..400, |_| true)[..] else {
         panic!("one");
     };
     assert_eq!(
@@ -279,7 +281,7 @@ fn a_gap_that_only_the_robots_clock_shows_is_found() {
 #[test]
 fn a_gap_without_times_is_where_the_sequence_shows_it_and_has_all_its_lines() {
     for first in 200..212 {
-        let [outage] = without_times(first..first + 165)[..] else {
+        let [outage] = without_times(first..first + 165, |_| true)[..] else {
             panic!("one");
         };
         let begin = Moment::from_millis(333 * first);
@@ -287,4 +289,23 @@ fn a_gap_without_times_is_where_the_sequence_shows_it_and_has_all_its_lines() {
         let words = format!("gap at {:.1} s: 165 lines lost", begin.as_secs_f64());
         assert_eq!(outage.to_string(), words);
     }
+}
+
+#[test]
+fn lines_lost_in_a_gap_without_times_and_without_a_line_c_after_it_are_a_minimum() {
+    for (lost, least) in [(165, 65), (265, 65), (80, 80), (9, 9)] {
+        let [outage] = without_times(200..200 + lost, |n| n < 200)[..] else {
+            panic!("one");
+        };
+        // The lines C are missing, too.
+        assert!(outage.lost.min >= least, "{outage}");
+        assert_eq!(outage.lost.known_max(), None, "{outage}");
+        assert!(outage.to_string().ends_with(" lines lost"), "{outage}");
+        assert!(outage.to_string().contains(": at least "), "{outage}");
+    }
+}
+
+#[test]
+fn single_lines_lost_without_times_are_no_outage() {
+    assert_eq!(without_times(200..203, |n| n < 200), []);
 }

@@ -10,7 +10,7 @@ mod stamps;
 use std::borrow::Cow;
 
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
-use groundwave_protocol::telemetry::ACK_LINE_BYTES;
+use groundwave_protocol::telemetry::{ACK_LINE_BYTES, Body, CountersLine, Line};
 use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 
 use crate::event::Moment;
@@ -69,7 +69,7 @@ impl Rate {
             bytes: 0,
             seconds: 0,
         };
-        let mut latest: Option<(u32, Counters)> = None;
+        let mut latest: Option<(CountersLine, Counters)> = None;
         let (mut runs, mut is_in_run) = (0, false);
         while !head.is_empty() {
             let (piece, rest) = head.split_at(style.piece_bytes(head));
@@ -77,17 +77,25 @@ impl Rate {
             let radio = style.radio(piece);
             let mut bytes = &radio[..];
             while let Some(received) = decoder.next_own_line(&mut bytes) {
-                let Some(uptime_s) = received.uptime_s() else {
+                let Received::Line(
+                    Line {
+                        body: Body::Counters(line),
+                        ..
+                    },
+                    _,
+                ) = received
+                else {
                     continue;
                 };
                 let now = *decoder.counters();
                 let was_in_run = std::mem::take(&mut is_in_run);
-                if let Some((then_s, then)) = latest.replace((uptime_s, now))
+                if let Some((before, then)) = latest.replace((line, now))
+                    && before.robot_id == line.robot_id
                     && now.hidden == then.hidden
                     && now.noise_bytes == then.noise_bytes
                     && now.restarts == then.restarts
                     && let Some(lost) = now.lines_lost.checked_sub(then.lines_lost)
-                    && let Some(passed_s) = uptime_s.checked_sub(then_s)
+                    && let Some(passed_s) = line.uptime_s.checked_sub(before.uptime_s)
                 {
                     rate.bytes += now.bytes - then.bytes + lost * LINE_BYTES as u64;
                     rate.seconds += u64::from(passed_s);

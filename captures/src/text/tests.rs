@@ -226,8 +226,7 @@ fn text_without_times_plays_as_fast_as_the_robot_spoke() {
             .lines(&plain)
             .filter_map(|received| match received {
                 Received::Line(mut line, _) => {
-                    if let groundwave_protocol::telemetry::Body::Counters(counters) = &mut line.body
-                    {
+                    if let Body::Counters(counters) = &mut line.body {
                         counters.uptime_s = counters.uptime_s * 10 / tenths;
                     }
                     Some(line.encode())

@@ -31,19 +31,19 @@ const TURN_MOST_CPS: i32 = cps(16) as i32;
 /// Turn after which the robot has looked to a side: 96 degrees, so that a sonar has faced a way at a right angle.
 const LOOK_TURN: i16 = 0x4400;
 
-/// Distance driven after which the robot has left a corner, in counts of both wheels: 20 inches.
-const LEAVE_COUNTS: i16 = 20 * COUNTS_PER_IN as i16 * 2;
+/// Path, ahead and backward, after which the robot has left a corner, in counts of both wheels: 32 inches.
+const LEAVE_COUNTS: i16 = 32 * COUNTS_PER_IN as i16 * 2;
 
 /// The search for the way on in a confined space.
 #[derive(Clone, Debug, Default)]
 struct Search {
     /// Heading at the start: the way on is not behind it.
     ahead: Angle,
-    /// Angle turned since the start, positive to the right.
+    /// Heading relative to that, positive to the right.
     turned: i16,
     /// Sides to which the robot has looked.
     looked: Sides,
-    /// Distance since the start, counts of both wheels.
+    /// Path since the start, ahead and backward, counts of both wheels.
     path_counts: i16,
 }
 
@@ -58,13 +58,20 @@ impl Search {
 
     /// Takes the motion of the past tick. A new search starts where the robot has left the corner.
     fn advance(&mut self, senses: &Senses) {
-        self.path_counts = self.path_counts.saturating_add(senses.path_counts);
+        self.path_counts = self
+            .path_counts
+            .saturating_add(senses.path_counts.saturating_abs());
         if self.path_counts > LEAVE_COUNTS {
             *self = Self::from(senses);
         }
+        let faced_back = self.faces_back();
         self.turned = senses.pose.heading.minus(self.ahead);
-        self.looked.left |= self.turned < -LOOK_TURN;
-        self.looked.right |= self.turned > LOOK_TURN;
+        // Between two looks the robot may turn past its own back, with a contact.
+        if self.faces_back() != faced_back {
+            let is_left = self.turned < 0;
+            self.looked.left |= is_left;
+            self.looked.right |= !is_left;
+        }
     }
 
     /// Whether the robot has looked to one side alone, so that the way on may be at the other.
@@ -334,11 +341,37 @@ mod tests {
         let request = sonar.decide(&facing(200, 150));
         assert_eq!(request.motion.velocity_cps, 0);
         assert!(request.motion.rotation_cps > 0);
-        // 20 inches further it has left the corner.
+        // 32 inches further it has left the corner.
         let mut senses = facing(200, 150);
         senses.path_counts = LEAVE_COUNTS + 1;
         assert_eq!(sonar.decide(&senses), Request::QUIET);
         assert_eq!(sonar.decide(&facing(200, 150)), Request::QUIET);
+    }
+
+    #[test]
+    fn turn_past_the_back_is_a_look_to_one_side() {
+        let mut sonar = Sonar::default();
+        for heading_deg in [0, 60, 120, 200] {
+            sonar.decide(&facing(heading_deg, 9));
+        }
+        let looked = sonar.search.as_ref().expect("a search").looked;
+        assert_eq!((looked.left, looked.right), (false, true));
+        // On to the left side, by the way of the back.
+        sonar.decide(&facing(270, 9));
+        let looked = sonar.search.as_ref().expect("a search").looked;
+        assert_eq!((looked.left, looked.right), (true, true));
+    }
+
+    #[test]
+    fn backing_off_does_not_lengthen_a_search() {
+        let mut sonar = Sonar::default();
+        let mut senses = facing(0, 9);
+        sonar.decide(&senses);
+        senses.path_counts = -LEAVE_COUNTS / 2;
+        sonar.decide(&senses);
+        senses.path_counts = LEAVE_COUNTS / 2 + 2;
+        sonar.decide(&senses);
+        assert_eq!(sonar.search.as_ref().expect("a search").path_counts, 0);
     }
 
     #[test]

@@ -16,6 +16,12 @@ const CLEAN_S: u64 = 30;
 /// Minimum ground time between two lines that counts as a silence, in which lines may have been lost, ms.
 const SILENCE_MS: u64 = 2000;
 
+/// Minimum ground time without loss after which its rate is used for the duration of a gap, ms.
+const HEARD_MS: u64 = 1000;
+
+/// Maximum ground time for which lines may come later, all at once, ms.
+const UNSPENT_MS: u64 = 60_000;
+
 /// Number of bytes per line in the densest mix of lines: one long and three short lines.
 const DENSEST_BYTES: u64 = (LINE_BYTES as u64 + 3 * ACK_LINE_BYTES as u64) / 4;
 
@@ -26,15 +32,25 @@ pub struct Lost {
     pub min: u64,
     /// Number of lines that may be lost, including the certain ones.
     pub max: u64,
+    /// Whether whole hundreds more may be lost, any number of them: no clock shows how long the robot was not heard, as in text
+    /// without timestamps.
+    pub is_open: bool,
 }
 
 impl Lost {
+    /// Maximum number of lines that may be lost; `None` if it is open.
+    #[must_use]
+    pub const fn known_max(self) -> Option<u64> {
+        if self.is_open { None } else { Some(self.max) }
+    }
+
     /// The lines lost since an earlier count.
     #[must_use]
     pub const fn since(self, before: Self) -> Self {
         Self {
             min: self.min.saturating_sub(before.min),
             max: self.max.saturating_sub(before.max),
+            is_open: self.is_open && !before.is_open,
         }
     }
 
@@ -44,6 +60,7 @@ impl Lost {
         Self {
             min: self.min.saturating_add(other.min),
             max: self.max.saturating_add(other.max),
+            is_open: self.is_open || other.is_open,
         }
     }
 }
@@ -73,6 +90,8 @@ pub(super) struct Reckoning {
     /// Ground time of the next bytes, and of the latest line, ms.
     now_ms: Option<u64>,
     line_ms: Option<u64>,
+    /// Ground time that sending the lines has not taken up: the latest pause, and earlier ones after which lines came at once; ms.
+    unspent_ms: u64,
     /// Number of bytes and ground time (ms) without loss and silence.
     heard_bytes: u64,
     heard_ms: u64,
@@ -112,6 +131,7 @@ impl Reckoning {
     pub(super) fn take_pause(&mut self, is_next: bool, length: usize) -> Option<u64> {
         let before = core::mem::replace(&mut self.line_ms, self.now_ms)?;
         let pause_ms = self.now_ms?.saturating_sub(before);
+        self.unspent_ms = (self.unspent_ms + pause_ms.min(UNSPENT_MS)).min(UNSPENT_MS);
         if pause_ms < SILENCE_MS {
             if is_next {
                 self.heard_bytes += length as u64;
@@ -121,6 +141,32 @@ impl Reckoning {
         }
         let (_, most) = self.expected(pause_ms / 1000, 0, self.has_short);
         u64::try_from(most).ok()
+    }
+
+    /// Takes a line of `length` bytes after `lost` lost lines. Returns whether the ground's clock shows too little time for sending the
+    /// lost lines, so that it does not contain the pause.
+    pub(super) const fn spend(&mut self, lost: u64, length: usize) -> bool {
+        let (bytes, ms) = if self.clean_s >= MEASURED_S {
+            (self.clean_bytes, self.clean_s * 1000)
+        } else if self.heard_ms >= HEARD_MS {
+            (self.heard_bytes, self.heard_ms)
+        } else if self.now_ms.is_none() {
+            (BYTES_PER_S as u64, 1000)
+        } else {
+            return false;
+        };
+        let line = if self.has_short {
+            DENSEST_BYTES
+        } else {
+            LINE_BYTES as u64
+        };
+        if bytes == 0 {
+            return false;
+        }
+        let is_missing = lost * line * ms / bytes > self.unspent_ms + SILENCE_MS;
+        let spent_ms = (lost * line + length as u64) * ms / bytes;
+        self.unspent_ms = self.unspent_ms.saturating_sub(spent_ms);
+        is_missing
     }
 
     /// The state at the first line received after a boot. The boot set the sequence to 0, so earlier lines are lost.
@@ -215,8 +261,8 @@ impl Reckoning {
             let hidden = unseen / MODULUS * MODULUS;
             let max = if before_first == 0 { 0 } else { hidden.max(0) };
             return Lost {
-                min: 0,
                 max: max as u64,
+                ..Lost::default()
             };
         }
         let hundreds = |lines: i64| (lines - missing).max(0) / MODULUS;
@@ -250,6 +296,7 @@ impl Reckoning {
         Lost {
             min: hidden(min),
             max: hidden(max),
+            is_open: false,
         }
     }
 

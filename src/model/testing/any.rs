@@ -257,6 +257,7 @@ fn any_key() -> impl Strategy<Value = KeyEvent> {
 
 /// An event, or another moment on the screen.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly all are events")]
 pub(crate) enum Happening {
     Event(Event),
     Moment(Option<Box<Playback>>),

@@ -15,7 +15,7 @@ fn statistics() -> Statistics {
         lines: 940,
         loss: Loss {
             lines_lost: 60,
-            lines_lost_max: 60,
+            lines_lost_max: Some(60),
             loss_pct: 6.0,
             loss_max_pct: 6.0,
         },

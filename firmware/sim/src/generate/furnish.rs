@@ -11,7 +11,7 @@ impl House {
         if self.is_crowded { 0 } else { GAP }
     }
 
-    /// Places an open stairwell in a room, with floor all around it.
+    /// Places an open stairwell in a room, with floor all around it. Furniture may stand at its edge.
     pub(super) fn stairwell(&mut self) {
         for _ in 0..40 {
             let number = pick(&mut self.rng, self.rooms.len());
@@ -25,15 +25,15 @@ impl House {
                 east: west + wide,
                 south: north + tall,
             };
-            if self.is_free(drop.grown(GAP)) {
+            if self.is_free(drop) {
                 self.fill(drop, '~');
-                self.reserve(drop.grown(GAP));
+                self.reserve(drop);
                 return;
             }
         }
     }
 
-    /// Places the robot's start in the middle of the first room and keeps three feet free around it.
+    /// Places the robot's start in the middle of the first room and keeps 18 in free around it; in a crowded house only room to stand.
     pub(super) fn start(&mut self) {
         let room = self.rooms[0];
         let row = usize::midpoint(room.north, room.south);
@@ -46,7 +46,7 @@ impl House {
             south: row + 1,
         };
         self.fill(cell, nose);
-        self.reserve(cell.grown(3));
+        self.reserve(cell.grown(if self.is_crowded { 1 } else { GAP }));
     }
 
     /// Places a dock at the outer wall of a room and keeps its beam free.
@@ -125,10 +125,10 @@ impl House {
 
     /// Adds furniture along the walls where there is room, clutter and a lamp.
     pub(super) fn furnish(&mut self, room: Cells) {
-        for _ in 0..10 + pick(&mut self.rng, 10) {
+        for _ in self.fewer..10 + pick(&mut self.rng, 10) {
             self.piece(room);
         }
-        for _ in 0..6 + pick(&mut self.rng, 10) {
+        for _ in self.fewer..6 + pick(&mut self.rng, 10) {
             self.clutter(room);
         }
         if self.rng.chance(0.3) {
@@ -198,7 +198,7 @@ impl House {
         ];
         let (kind, half, rest) = KINDS[pick(&mut self.rng, KINDS.len())];
         let turned_deg = pick(&mut self.rng, 180);
-        let margin = half + 2;
+        let margin = if self.is_crowded { half } else { half + 2 };
         let column = room.west + margin + pick(&mut self.rng, room.east - room.west - 2 * margin);
         let row = room.north + margin + pick(&mut self.rng, room.south - room.north - 2 * margin);
         let cell = Cells {

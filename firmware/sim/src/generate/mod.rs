@@ -8,12 +8,12 @@ use crate::rng::{Rng, Stream};
 use crate::world::World;
 
 const CELL_IN: usize = 6;
-/// Number of cells kept free on either side of a doorway.
+/// Number of cells kept free on either side of a doorway, except in a crowded house.
 const APPROACH: usize = 6;
-/// Number of cells kept free on either side of a doorway of a crowded house: half as much.
-const APPROACH_CROWDED: usize = 3;
 /// Minimum share of a crowded house's floor that the robot can reach.
 const REACH_LEAST: f64 = 0.9;
+/// Number of attempts at a crowded house after which each room gets a piece less.
+const ATTEMPTS_EACH: usize = 8;
 /// Maximum number of houses drawn until one has no warnings; the first nearly always has none.
 const ATTEMPTS: u64 = 100;
 
@@ -28,11 +28,16 @@ impl World {
     }
 
     /// A house like [`World::generated`], but without the spaces that a tidy house keeps: furniture and clutter stand
-    /// against each other and 18 in before doorways, and a stairwell without a banister is open in one room.
+    /// against each other and before doorways, and a stairwell without a banister is open in one room.
     #[must_use]
     pub fn crowded(seed: u64) -> Self {
-        let name = format!("crowded:{seed}");
-        Self::parse(&name, &text(seed, &name, true)).unwrap_or_default()
+        Self::parse(&format!("crowded:{seed}"), &Self::crowded_text(seed)).unwrap_or_default()
+    }
+
+    /// The house of [`World::crowded`] as the text of a world file.
+    #[must_use]
+    pub fn crowded_text(seed: u64) -> String {
+        text(seed, &format!("crowded:{seed}"), true)
     }
 
     /// The house of [`World::generated`] as the text of a world file.
@@ -97,6 +102,9 @@ struct House {
     rooms: Vec<Cells>,
     entries: String,
     is_crowded: bool,
+    /// Number of pieces, and of clutter, by which each room has less than drawn: where everything may stand in the way, most houses are
+    /// closed off, so the later attempts at a crowded house have less furniture.
+    fewer: usize,
 }
 
 impl House {
@@ -117,6 +125,11 @@ impl House {
             rooms: Vec::new(),
             entries: String::new(),
             is_crowded,
+            fewer: if is_crowded {
+                attempt as usize / ATTEMPTS_EACH
+            } else {
+                0
+            },
         };
         let mut north = 1;
         for height in &heights {
@@ -198,14 +211,10 @@ impl House {
         }
     }
 
-    /// Adds a doorway of 24 to 36 inches between neighbouring rooms and keeps its approaches free.
+    /// Adds a doorway of 24 to 36 inches between neighbouring rooms and, in a tidy house, keeps its approaches free.
     fn door(&mut self, one: Cells, other: Cells) {
         let width = 4 + pick(&mut self.rng, 3);
-        let depth = if self.is_crowded {
-            APPROACH_CROWDED
-        } else {
-            APPROACH
-        };
+        let depth = if self.is_crowded { 0 } else { APPROACH };
         let (gap, approach) = if one.south == other.south {
             let north = one.north + 2 + pick(&mut self.rng, one.south - one.north - width - 3);
             let gap = Cells {
