@@ -96,7 +96,10 @@ fn floor_is_exported_for_ros() {
     let yaml = folder.join("a \"house\".yaml");
     let name = yaml.display().to_string();
     let (_, err) = expect(0, &["export", CLEAN, "--to", "map", "-o", &name]);
-    assert!(err.contains("map of 17 x 34 ft; image a "), "{err}");
+    assert!(
+        err.contains("map of 12 x 19 ft, up to 01:50, because"),
+        "{err}"
+    );
     let map = Map::read(&yaml);
     let (occupied, free, unknown) = (map.count(0), map.count(254), map.count(205));
     assert_eq!(occupied + free + unknown, map.pixels.len());
