@@ -153,6 +153,7 @@ impl Reckoning {
         } else if self.now_ms.is_none() {
             (BYTES_PER_S as u64, 1000)
         } else {
+            self.unspent_ms = 0;
             return false;
         };
         let line = if self.has_short {
