@@ -373,7 +373,7 @@ fn the_picture_shows_what_happened() {
 
     let png = tiny_skia::Pixmap::load_png(file("a.png")).unwrap();
     assert_eq!(size(&svg), (png.width() / 2, png.height() / 2));
-    assert!(png.height() > png.width(), "the path is higher than wide");
+    assert!(png.width() > png.height(), "the path is wider than high");
     let has = |red, green, blue| {
         let pixels = png.pixels().iter();
         pixels
