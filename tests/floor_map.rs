@@ -112,6 +112,16 @@ fn floor_is_exported_for_ros() {
         assert_eq!(map.at((0.0, y_in)), 254, "{y_in}");
     }
     assert!(driven_share(&map, CLEAN, 0.0..20.0) > 0.95);
+    // A map that has everything says no more.
+    let bursts = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/captures/living-room-bursts.txt"
+    );
+    let (_, err) = expect(
+        0,
+        &["export", bursts, "--to", "map", "--force", "-o", &name],
+    );
+    assert!(err.contains("map of 30 x 22 ft; image a "), "{err}");
     fs::remove_dir_all(folder).unwrap();
 }
 

@@ -16,7 +16,10 @@ use groundwave::event::{Event, Level, LinkEvent, Mark, Notice, NoticeCode};
 use groundwave::recorded::to_recorded;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
-use groundwave_protocol::telemetry::{Ack, Body, CountersLine, FirmwareVersion, Line, StateLine};
+use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::telemetry::{
+    Ack, Body, CountersLine, Detail, FirmwareVersion, Line, StateLine,
+};
 use prost::Message as _;
 use serde_json::Value;
 use sr04_sim::{Simulation, SimulationConfig, World};
@@ -498,6 +501,61 @@ fn marks_are_exported() {
     );
     let picture = exported("svg");
     assert!(picture.contains("mark at 16 s") && !picture.contains("mark at 21 s"));
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// The clocks of two robots in one text are not compared.
+#[test]
+fn text_of_one_robot_after_another_lasts_as_long_as_its_lines() {
+    let first: Vec<Vec<u8>> = sample().into_iter().take(100).collect();
+    let second = first.iter().map(|line| {
+        let mut decoder = Decoder::default();
+        let Some(Received::Line(mut line, _)) = decoder.lines(line).next() else {
+            panic!("an intact line");
+        };
+        line.ack.detail = Detail::Idle {
+            owner: 0,
+            robot_id: 7,
+        };
+        if let Body::Counters(counters) = &mut line.body {
+            counters.robot_id = 7;
+            counters.uptime_s += 5000;
+        }
+        line.encode().to_vec()
+    });
+    let text: Vec<u8> = first.iter().cloned().chain(second).flatten().collect();
+    let folder = scratch("one-after-another");
+    let path = folder.join("both.txt");
+    fs::write(&path, text).unwrap();
+    let (info, _) = expect(0, &["info", path.to_str().unwrap(), "--json"]);
+    let info = object(&info, "lines_lost");
+    let duration_s = info["duration_s"].as_f64().unwrap();
+    assert!((duration_s - 66.7).abs() < 1.0, "{duration_s}");
+    assert!(info["robot_clock_s"].as_u64().unwrap() < 70, "{info}");
+    // The first robot is silent until the other one is followed.
+    let outages = info["outages"].as_array().unwrap();
+    assert_eq!(
+        (outages.len(), &outages[0]["begin_s"]),
+        (1, &33.333_333_333.into())
+    );
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// Pauses that a text does not contain show in the robot's clock.
+#[test]
+fn text_without_its_pauses_says_how_long_the_robots_clock_ran() {
+    let lines = sample();
+    let text = [&lines[..30], &lines[195..]].concat().concat();
+    let folder = scratch("without-pauses");
+    let path = folder.join("a.txt");
+    fs::write(&path, text).unwrap();
+    let (info, _) = expect(0, &["info", path.to_str().unwrap()]);
+    for words in [
+        "1 min 4.7 s without the pauses, 1 min 56.0 s by the robot's clock",
+        "gap at 10.0 s: 165 lines lost",
+    ] {
+        assert!(info.contains(words), "no {words} in {info}");
+    }
     fs::remove_dir_all(folder).unwrap();
 }
 

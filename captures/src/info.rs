@@ -47,7 +47,8 @@ pub struct Info {
     /// Time from the beginning to the last byte, seconds; for raw text without timestamps, the transmission time at the rate of the
     /// robot's clock, or at 2400 baud.
     pub duration_s: f64,
-    /// Time between lines C by the robot's clock, seconds, of all pairs of the same boot; `None` without such a pair. Raw text without timestamps has no pauses, so its duration can be shorter.
+    /// Time between lines C by the robot's clock, seconds, of all pairs of the same boot; `None` without such a pair. Raw text without
+    /// timestamps has no pauses, so its duration can be shorter.
     pub robot_clock_s: Option<u64>,
     /// Number of bytes received.
     pub bytes: u64,

@@ -23,7 +23,7 @@ use serde::ser::{SerializeMap, Serializer};
 
 use crate::event::{CommandId, Moment};
 use crate::words::counted;
-use crate::words::{interval_pct, lost_words, plural};
+use crate::words::{interval_pct, lost_words};
 use airtime::Airtime;
 pub use airtime::share_pct;
 pub use uplink::Uplink;
@@ -99,11 +99,6 @@ impl Loss {
             max: self.lines_lost_max.unwrap_or(self.lines_lost),
             is_open: self.lines_lost_max.is_none(),
         })
-    }
-
-    /// The ending of "line" after that number.
-    pub(crate) fn plural(&self) -> &'static str {
-        plural(self.lines_lost_max.unwrap_or(self.lines_lost))
     }
 
     /// The share of lost lines for a table: `7.5%`, or `62-73%`.

@@ -74,17 +74,15 @@ impl Counters {
     #[must_use]
     pub const fn lost(&self) -> Lost {
         let shown = self.lines_lost.saturating_sub(self.damaged_in_gaps);
-        self.hidden.and(self.unsettled).and(Lost {
-            min: shown,
-            max: shown,
-            is_open: false,
-        })
+        self.hidden
+            .and(self.unsettled)
+            .and(Lost::between(shown, shown))
     }
 
     /// Makes `unsettled` a permanent interval, because no line C will narrow it.
     const fn give_up_settling(&mut self) {
         self.hidden = self.hidden.and(self.unsettled);
-        self.unsettled = NONE;
+        self.unsettled = Lost::between(0, 0);
     }
 }
 
@@ -352,7 +350,7 @@ impl Decoder {
         if has_restarted {
             // The boot counter in the acknowledgements may be equal.
             if !is_boot {
-                self.counters.unsettled = NONE;
+                self.counters.unsettled = Lost::default();
                 self.reckoning.forget();
                 if let Some((boot, damaged)) = self.after_longest
                     && self.longest_step > 0
@@ -369,7 +367,7 @@ impl Decoder {
         }
         if let Some(uptime_s) = received.uptime_s() {
             if self.reckoning.has_begun() {
-                self.counters.unsettled = NONE;
+                self.counters.unsettled = Lost::default();
             } else {
                 self.counters.give_up_settling();
             }
@@ -386,11 +384,7 @@ impl Decoder {
     fn begin_life(&mut self, boot: AtCounters, damaged: u64) {
         let max = boot.lines_before();
         let min = max.saturating_sub(damaged);
-        self.counters.hidden = self.counters.hidden.and(Lost {
-            min,
-            max,
-            is_open: false,
-        });
+        self.counters.hidden = self.counters.hidden.and(Lost::between(min, max));
         self.reckoning.begin(boot);
     }
 
@@ -497,13 +491,6 @@ impl Decoder {
         arrived
     }
 }
-
-/// No lost lines.
-const NONE: Lost = Lost {
-    min: 0,
-    max: 0,
-    is_open: false,
-};
 
 /// Minimum number of lines lost between two lines with the same sequence.
 const FULL_ROUND: u64 = SEQUENCE_MODULUS as u64 - 1;

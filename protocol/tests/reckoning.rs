@@ -104,11 +104,13 @@ fn hear(decoder: &mut Decoder, mut bytes: &[u8]) -> Vec<Received> {
 }
 
 fn exactly(lines: u64) -> Lost {
-    Lost {
-        min: lines,
-        max: lines,
-        is_open: false,
-    }
+    Lost::between(lines, lines)
+}
+
+/// Hears the robot's next line at the time at which it ends.
+fn hear_next(decoder: &mut Decoder, robot: &mut Robot) {
+    decoder.set_time(robot.clock * 1000 / 240);
+    hear(decoder, &robot.next());
 }
 
 /// The counts if `missed` of the lines between two parts of a stream do not arrive.
@@ -150,10 +152,45 @@ fn a_long_gap_without_times_is_open_until_the_robots_clock_shows_its_lines() {
             if n == 121 {
                 robot.lines(missed);
             }
-            decoder.set_time(robot.clock * 1000 / 240);
-            hear(&mut decoder, &robot.next());
+            hear_next(&mut decoder, &mut robot);
         }
         assert_eq!(decoder.counters().lost().known_max(), Some(missed));
+    }
+}
+
+/// Lines that a bridge delivers every five seconds were in the air before.
+#[test]
+fn lines_delivered_together_are_no_sign_of_a_missing_pause() {
+    for missed in [0, 8, 20] {
+        let mut robot = Robot::new(7);
+        let mut decoder = Decoder::default();
+        for n in 0..240 {
+            if n == 200 {
+                robot.lines(missed);
+            }
+            let sent_ms = robot.clock * 1000 / 240;
+            decoder.set_time(sent_ms.next_multiple_of(5000));
+            hear(&mut decoder, &robot.next());
+            assert_eq!(decoder.counters().unclocked_gaps, 0, "{missed} {n}");
+        }
+        assert_eq!(decoder.counters().lost(), exactly(missed));
+    }
+}
+
+/// The rate is not known at the first lines: a robot may be fast, and bytes that waited in the port come at once.
+#[test]
+fn first_lines_are_no_sign_of_a_missing_pause() {
+    for (line_ms, pause_ms) in [(21, 9 * 21), (50, 9 * 50), (83, 9 * 83), (0, 333)] {
+        let mut robot = Robot::new(7);
+        let mut decoder = Decoder::default();
+        for n in 0..5 {
+            decoder.set_time(n * line_ms);
+            hear(&mut decoder, &robot.next());
+        }
+        robot.lines(9);
+        decoder.set_time(5 * line_ms + pause_ms);
+        hear(&mut decoder, &robot.next());
+        assert_eq!(decoder.counters().lost(), exactly(9), "{line_ms} ms");
     }
 }
 
@@ -320,16 +357,12 @@ fn a_silence_may_hide_hundreds_until_the_robots_clock_shows_them() {
             if n == 121 {
                 robot.lines(missed);
             }
-            decoder.set_time(robot.clock * 1000 / 240);
-            hear(&mut decoder, &robot.next());
+            hear_next(&mut decoder, &mut robot);
             said.push(decoder.counters().lost());
         }
         // The same sequence again could also be the same line.
-        let then = Lost {
-            min: if missed % 100 == 99 { 0 } else { missed % 100 },
-            max: missed,
-            is_open: false,
-        };
+        let least = if missed % 100 == 99 { 0 } else { missed % 100 };
+        let then = Lost::between(least, missed);
         assert_eq!((said[120], said[121]), (exactly(0), then), "{missed}");
         assert_eq!(said[199], exactly(missed));
         // Missing bytes make the count uncertain until the end.
@@ -339,8 +372,7 @@ fn a_silence_may_hide_hundreds_until_the_robots_clock_shows_them() {
             if n == 21 {
                 robot.lines(missed);
             }
-            decoder.set_time(robot.clock * 1000 / 240);
-            hear(&mut decoder, &robot.next());
+            hear_next(&mut decoder, &mut robot);
             if n == 22 {
                 decoder.skip();
             }

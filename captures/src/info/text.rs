@@ -7,7 +7,7 @@ use super::{Info, LineCounts};
 use crate::diagnosis;
 use crate::event::Moment;
 use crate::outages::Outage;
-use crate::words::{clock_words, counted};
+use crate::words::{clock_words, counted, plural};
 
 /// Minimum factor and additional seconds by which the robot's clock shows more time than a capture lasts, if the capture has no pauses.
 const PAUSES_FACTOR: f64 = 1.05;
@@ -117,7 +117,7 @@ impl Info {
             output,
             "loss       {} line{}, {}, {}",
             self.loss.lines(),
-            self.loss.plural(),
+            plural(self.loss.lines_lost_max.unwrap_or(self.loss.lines_lost)),
             self.loss.share(),
             counted(self.gaps, "gap")
         )?;

@@ -38,6 +38,16 @@ pub struct Lost {
 }
 
 impl Lost {
+    /// Between two numbers of lines.
+    #[must_use]
+    pub const fn between(min: u64, max: u64) -> Self {
+        Self {
+            min,
+            max,
+            is_open: false,
+        }
+    }
+
     /// Maximum number of lines that may be lost; `None` if it is open.
     #[must_use]
     pub const fn known_max(self) -> Option<u64> {
@@ -131,7 +141,7 @@ impl Reckoning {
     pub(super) fn take_pause(&mut self, is_next: bool, length: usize) -> Option<u64> {
         let before = core::mem::replace(&mut self.line_ms, self.now_ms)?;
         let pause_ms = self.now_ms?.saturating_sub(before);
-        self.unspent_ms = (self.unspent_ms + pause_ms.min(UNSPENT_MS)).min(UNSPENT_MS);
+        self.unspent_ms = self.unspent_ms.saturating_add(pause_ms).min(UNSPENT_MS);
         if pause_ms < SILENCE_MS {
             if is_next {
                 self.heard_bytes += length as u64;
@@ -153,6 +163,7 @@ impl Reckoning {
         } else if self.now_ms.is_none() {
             (BYTES_PER_S as u64, 1000)
         } else {
+            // How long these lines took is not known.
             self.unspent_ms = 0;
             return false;
         };
@@ -261,10 +272,7 @@ impl Reckoning {
             let unseen = most - missing - i64::from(before_first);
             let hidden = unseen / MODULUS * MODULUS;
             let max = if before_first == 0 { 0 } else { hidden.max(0) };
-            return Lost {
-                max: max as u64,
-                ..Lost::default()
-            };
+            return Lost::between(0, max as u64);
         }
         let hundreds = |lines: i64| (lines - missing).max(0) / MODULUS;
         let (min, max) = (hundreds(least + MODULUS - 1), hundreds(most));
@@ -294,11 +302,7 @@ impl Reckoning {
             0 => 0,
             _ => (missing + hundreds * MODULUS - counted).max(0) as u64,
         };
-        Lost {
-            min: hidden(min),
-            max: hidden(max),
-            is_open: false,
-        }
+        Lost::between(hidden(min), hidden(max))
     }
 
     /// Takes the bytes that the robot sent in `passed_s` of its clock; `is_next` if the previous time was measured, too.
