@@ -37,7 +37,7 @@ const ROUTE: Experiment = Experiment {
             part: "7 Dead reckoning",
             says: "the same, judged by truth: arrived, and truly within 12 in of the last point",
             figure: Figure::Share,
-            required: Required::Nothing,
+            required: Required::AtLeast(70.0),
             shortfall: None,
         },
         Claim {

@@ -28,7 +28,7 @@ const WANDER: Experiment = Experiment {
             part: "7 Dead reckoning",
             says: "the same, judged by truth: believed at home and truly within 24 in of it",
             figure: Figure::Share,
-            required: Required::Nothing,
+            required: Required::AtLeast(55.0),
             shortfall: None,
         },
         Claim {
