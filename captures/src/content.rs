@@ -92,11 +92,45 @@ const fn has_bit_alone(byte: u8) -> bool {
 /// Number of bytes that [`judge`] is calibrated for.
 const JUDGED: usize = 1024;
 
+/// First bytes of files that hold no lines as they are, and their descriptions.
+const SIGNATURES: [(&[u8], &str); 8] = [
+    (
+        b"\xFF\xFE",
+        "it is UTF-16 text, as PowerShell's `>` writes; convert it to ASCII, or record with `groundwave record`",
+    ),
+    (
+        b"\xFE\xFF",
+        "it is UTF-16 text; convert it to ASCII, or record with `groundwave record`",
+    ),
+    (b"\x1F\x8B", "it is compressed by gzip; unpack it first"),
+    (
+        b"\x28\xB5\x2F\xFD",
+        "it is compressed by zstd; unpack it first",
+    ),
+    (b"PK\x03\x04", "it is a zip archive; unpack it first"),
+    (b"\x89PNG", "it is a picture"),
+    (b"\xFF\xD8\xFF", "it is a picture"),
+    (b"\x7FELF", "it is a program"),
+];
+
 /// Describes the beginning of a file without an intact line, as text for display.
 #[must_use]
 pub fn words(bytes: &[u8]) -> &'static str {
     if bytes.is_empty() {
         return "it is empty";
+    }
+    if let Some((_, kind)) = SIGNATURES
+        .iter()
+        .find(|(start, _)| bytes.starts_with(start))
+    {
+        return kind;
+    }
+    if bytes.iter().all(|byte| *byte == bytes[0]) {
+        return "all of its bytes are the same";
+    }
+    let seven_bits: Vec<u8> = bytes.iter().map(|byte| byte & 0x7F).collect();
+    if seven_bits != bytes && Decoder::default().lines(&seven_bits).next().is_some() {
+        return "its lines are intact but for the highest bit of each byte: the radio or the port sends a parity bit; set it to 8N1";
     }
     let mut decoder = Decoder::default();
     decoder.lines(bytes).for_each(drop);
@@ -156,6 +190,12 @@ mod tests {
         let wrong = sample.replace('.', ",");
         let stamped = wrong.replace("\nA", "\n12:00:01 A");
         let nmea = "$GPGGA,092750.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M*76\r\n".repeat(9);
+        let utf16: Vec<u8> = std::iter::once(0xFEFF)
+            .chain(sample.encode_utf16())
+            .flat_map(u16::to_le_bytes)
+            .collect();
+        let with_parity = |byte: u8| byte | ((byte.count_ones() as u8 & 1) << 7);
+        let parity: Vec<u8> = sample.bytes().map(with_parity).collect();
         let mut state = 1_u32;
         let noise: Vec<u8> = std::iter::repeat_with(|| {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -169,6 +209,10 @@ mod tests {
             (wrong.replace("\r\n", "\n").as_bytes(), "checksum is wrong"),
             (stamped.as_bytes(), "checksum is wrong"),
             (nmea.as_bytes(), "NMEA"),
+            (&utf16, "UTF-16"),
+            (&parity, "8N1"),
+            (&[0; 4096], "the same"),
+            (b"\x1F\x8B\x08\0\0\0\0\0", "gzip"),
             (b"Dear diary,\ntoday", "other text"),
             (&noise, "noise"),
             (&noise[..20], "too short"),

@@ -287,6 +287,12 @@ pub struct AlarmEvent {
 }
 
 impl AlarmEvent {
+    /// Whether the alarm's cause has a begin: an answer to an alarm may concern none that is shown.
+    #[must_use]
+    pub const fn has_begin(&self) -> bool {
+        matches!(self.status, AlarmStatus::Begun | AlarmStatus::Ended) || !self.ago.is_zero()
+    }
+
     /// The event as JSON for other programs; absent values are left out.
     #[must_use]
     pub fn to_json(&self) -> Value {

@@ -102,6 +102,9 @@ pub struct Decoder {
     after_longest: Option<(AtCounters, u64)>,
     reckoning: Reckoning,
     robots: Robots,
+    undecided: Option<Undecided>,
+    /// A line that is not counted yet, because an undecided one before it has just been returned.
+    waiting: Option<(Received, usize)>,
     /// Whether the latest line is from the followed robot.
     is_own: bool,
     /// Number of damaged lines since the latest line of the followed robot, and the noise bytes before that line.
@@ -123,6 +126,8 @@ impl Default for Decoder {
             after_longest: None,
             reckoning: Reckoning::default(),
             robots: Robots::default(),
+            undecided: None,
+            waiting: None,
             is_own: true,
             damaged: 0,
             noise_before: 0,
@@ -161,7 +166,7 @@ impl Decoder {
     /// Sets the ground's time of the next bytes, ms. The time limits the number of lines lost in a silence until the robot's clock shows
     /// the number; without a time, the number is unknown until then.
     pub const fn set_time(&mut self, now_ms: u64) {
-        self.reckoning.set_time(now_ms);
+        self.reckoning.set_time(Some(now_ms));
     }
 
     /// Counts a number of the latest bytes as a line of the robot's own; lines counted as damaged since `before` are not damaged.
@@ -186,9 +191,18 @@ impl Decoder {
     /// The next intact line that `bytes` complete, or `None`. Consumes `bytes` from the front. For loops that use
     /// the decoder or its owner between two lines.
     pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
-        if let Some(received) = self.take_whole(bytes) {
-            *bytes = &bytes[LINE_BYTES..];
+        if let Some((received, length)) = self.waiting.take()
+            && let Some(received) = self.count(received, length)
+        {
             return Some(received);
+        }
+        while let Some(whole) = self.whole(bytes) {
+            *bytes = &bytes[LINE_BYTES..];
+            self.counters.bytes += LINE_BYTES as u64;
+            self.counters.noise_bytes += LINE_BYTES as u64;
+            if let Some(received) = self.accept(whole, LINE_BYTES) {
+                return Some(received);
+            }
         }
         while !bytes.is_empty() {
             let line_end = self.find_line_end(bytes);
@@ -233,16 +247,12 @@ impl Decoder {
 
     /// Shortcut for a whole line directly after another line, without search and copy. The result is the same,
     /// because an intact line has no line feed before its end.
-    fn take_whole(&mut self, bytes: &[u8]) -> Option<Received> {
+    fn whole(&self, bytes: &[u8]) -> Option<Received> {
         let line = bytes.first_chunk::<LINE_BYTES>()?;
         if self.fresh != 0 || !ends_a_line(line) || !is_intact(line) {
             return None;
         }
-        let received = Received::Line(Line::parse(line).ok()?, *line);
-        self.counters.bytes += LINE_BYTES as u64;
-        self.counters.noise_bytes += LINE_BYTES as u64;
-        self.accept(&received, LINE_BYTES);
-        Some(received)
+        Some(Received::Line(Line::parse(line).ok()?, *line))
     }
 
     fn append(&mut self, run: &[u8]) {
@@ -287,10 +297,7 @@ impl Decoder {
             }
         }
         match (found, unreadable) {
-            (Some((received, length)), _) => {
-                self.accept(&received, length);
-                Some(received)
-            }
+            (Some((received, length)), _) => self.accept(received, length),
             (None, Some(error)) => {
                 self.counters.field_rejected += 1;
                 self.last_field_error = Some(error);
@@ -318,27 +325,82 @@ impl Decoder {
         self.damaged += 1;
     }
 
-    fn accept(&mut self, received: &Received, length: usize) {
+    /// Takes an intact line; returns the next line in the order of arrival whose sender is decided.
+    fn accept(&mut self, received: Received, length: usize) -> Option<Received> {
         self.fresh = 0;
         self.counters.noise_bytes -= length as u64;
+        if let Some(before) = self.undecided
+            && let Some(is_own) = self.robots.sent_own(&before.received, &received)
+        {
+            self.undecided = None;
+            self.waiting = Some((received, length));
+            self.decide(&before, is_own);
+            return Some(before.received);
+        }
+        self.count(received, length)
+    }
+
+    /// Counts a line and returns it, unless its sender is undecided.
+    fn count(&mut self, received: Received, length: usize) -> Option<Received> {
         match received {
             Received::Line(..) => self.counters.lines += 1,
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
-        let sender = self.robots.take(received);
-        self.is_own = sender != Sender::Other;
+        let sender = self.robots.take(&received);
         self.counters.other_robot = self.robots.other_id();
-        if sender == Sender::Successor {
-            self.skip();
-            self.life = Life::default();
-        }
-        if !self.is_own {
-            match received {
-                Received::Line(..) => self.counters.other_lines += 1,
-                Received::Ack(_) => self.counters.other_ack_lines += 1,
+        match sender {
+            Sender::Undecided => {
+                self.undecided = Some(Undecided {
+                    received,
+                    length,
+                    time_ms: self.reckoning.time(),
+                    damaged: self.damaged,
+                    noise_bytes: self.counters.noise_bytes,
+                });
+                return None;
             }
+            Sender::Successor => {
+                self.undecided = None;
+                self.skip();
+                self.life = Life::default();
+                self.count_own(&received, length);
+            }
+            Sender::Own => self.count_own(&received, length),
+            Sender::Other => self.count_other(&received),
+        }
+        Some(received)
+    }
+
+    /// Counts an undecided line as if it had been decided when it arrived.
+    fn decide(&mut self, line: &Undecided, is_own: bool) {
+        if !is_own {
+            self.count_other(&line.received);
             return;
         }
+        let now = (
+            self.damaged,
+            self.counters.noise_bytes,
+            self.reckoning.time(),
+        );
+        self.damaged = line.damaged;
+        self.counters.noise_bytes = line.noise_bytes;
+        self.reckoning.set_time(line.time_ms);
+        self.count_own(&line.received, line.length);
+        self.damaged = now.0.saturating_sub(line.damaged);
+        self.counters.noise_bytes = now.1;
+        self.reckoning.set_time(now.2);
+    }
+
+    const fn count_other(&mut self, received: &Received) {
+        self.is_own = false;
+        match received {
+            Received::Line(..) => self.counters.other_lines += 1,
+            Received::Ack(_) => self.counters.other_ack_lines += 1,
+        }
+    }
+
+    fn count_own(&mut self, received: &Received, length: usize) {
+        self.is_own = true;
         let is_boot = self.count_lost(received.sequence(), received.ack().boot, length);
         self.damaged = 0;
         self.noise_before = self.counters.noise_bytes;
@@ -523,6 +585,16 @@ struct Newest {
     arrived: u8,
     /// Whether the next line may be late, because there was no interruption since this line.
     is_late_possible: bool,
+}
+
+/// A line whose sender a later line decides, and the state when it arrived.
+#[derive(Clone, Copy, Debug)]
+struct Undecided {
+    received: Received,
+    length: usize,
+    time_ms: Option<u64>,
+    damaged: u64,
+    noise_bytes: u64,
 }
 
 /// Whether the bytes end like a line, with CR LF.

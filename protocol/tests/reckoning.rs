@@ -16,6 +16,8 @@ struct Robot {
     sent_long: u64,
     /// Pause after each line, in byte times; negative for a robot that is faster than 2400 baud.
     idle: i64,
+    /// Whether every third line shows the era of the session in place of the robot's id, as SPEC.md asks.
+    shows_era: bool,
 }
 
 impl Robot {
@@ -27,16 +29,22 @@ impl Robot {
             sent: 0,
             sent_long: 0,
             idle: 0,
+            shows_era: false,
         }
     }
 
     fn ack(&self) -> Ack {
-        Ack {
-            boot: self.boot,
-            detail: Detail::Idle {
+        let detail = if self.shows_era && self.sent % 3 == 1 {
+            Detail::Era { era: 5 }
+        } else {
+            Detail::Idle {
                 owner: 0,
                 robot_id: self.id,
-            },
+            }
+        };
+        Ack {
+            boot: self.boot,
+            detail,
             ..Ack::default()
         }
     }
@@ -320,6 +328,77 @@ fn lines_of_another_robot_are_kept_apart_and_not_lost() {
     // The other robot alone is followed after 15 lines.
     assert_eq!(hear(&mut decoder, &other.lines(20)).len(), 7);
     assert_eq!(decoder.counters().other_robot, None);
+}
+
+/// Lines that show an era have no id, the first one of the other robot among them.
+#[test]
+fn another_robot_that_comes_later_loses_no_line_of_the_first() {
+    for (before, sent, boot) in (10..16)
+        .flat_map(|before| (30..36).flat_map(move |sent| [3, 4].map(|boot| (before, sent, boot))))
+    {
+        let mut own = Robot {
+            shows_era: true,
+            ..Robot::new(7)
+        };
+        let mut other = Robot {
+            sent,
+            // The first lines are not C.
+            sent_long: 1,
+            boot,
+            shows_era: true,
+            ..Robot::new(9)
+        };
+        let mut decoder = Decoder::default();
+        let mut heard = hear(&mut decoder, &own.lines(before)).len() as u64;
+        for _ in 0..60 {
+            heard += hear(&mut decoder, &[other.next(), own.next()].concat()).len() as u64;
+        }
+        let (counters, case) = (decoder.counters(), (before, sent, boot));
+        assert_eq!(
+            (counters.lost(), counters.restarts),
+            (exactly(0), 0),
+            "{case:?}"
+        );
+        assert_eq!(
+            (counters.intact(), heard),
+            (before + 60, before + 60),
+            "{case:?}"
+        );
+        assert_eq!(counters.other_lines, 60, "{case:?}");
+    }
+}
+
+/// The line after a gap waits for the next one, if it has no id.
+#[test]
+fn no_line_after_a_gap_or_boot_is_taken_for_another_robots() {
+    for (heard_before, missed, boots) in (20..26).flat_map(|before| {
+        [0, 1, 7, 20, 65]
+            .into_iter()
+            .flat_map(move |missed| [false, true].map(move |boots| (before, missed, boots)))
+    }) {
+        let mut robot = Robot {
+            shows_era: true,
+            ..Robot::new(7)
+        };
+        let mut decoder = Decoder::default();
+        let mut heard = hear(&mut decoder, &robot.lines(heard_before));
+        if boots {
+            (robot.boot, robot.sent, robot.sent_long, robot.clock) = (4, 0, 1, 0);
+        }
+        robot.lines(missed);
+        heard.extend(hear(&mut decoder, &robot.lines(40)));
+        let (counters, case) = (decoder.counters(), (heard_before, missed, boots));
+        assert_eq!(counters.lost(), exactly(missed), "{case:?}");
+        assert_eq!(counters.restarts, u64::from(boots), "{case:?}");
+        assert_eq!(counters.other_lines, 0, "{case:?}");
+        let sequences: Vec<u64> = heard.iter().map(|it| u64::from(it.sequence())).collect();
+        let first = if boots { 0 } else { heard_before };
+        let expected = (0..heard_before).chain(first + missed..first + missed + 40);
+        assert!(
+            sequences.into_iter().eq(expected.map(|n| n % 100)),
+            "{case:?}"
+        );
+    }
 }
 
 /// Lines since a boot are certainly lost, and the uptime limits the hundreds among them.

@@ -15,8 +15,7 @@ use tokio::sync::{mpsc, oneshot};
 use super::{Exit, Fault, out, say};
 use crate::capture::decode;
 use crate::event::{
-    AlarmStatus, CommandId, CommandStatus, Event, Level, LinkEvent, Mark, Moment, Notice,
-    NoticeCode,
+    CommandId, CommandStatus, Event, Level, LinkEvent, Mark, Moment, Notice, NoticeCode,
 };
 use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::model::{Config, Facts};
@@ -308,7 +307,7 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
         }
         Event::Alarm(alarm) => {
             let mut value = alarm.to_json();
-            if matches!(alarm.status, AlarmStatus::Begun | AlarmStatus::Ended) {
+            if alarm.has_begin() {
                 value["begin_s"] = seconds(at.saturating_sub(alarm.ago));
             }
             value

@@ -171,6 +171,27 @@ impl Alarms {
         changes
     }
 
+    /// The event that reports the operator's answer to an alarm, with begin and figures of its cause if it is shown.
+    pub(super) fn answered(
+        &self,
+        seen: &Attended,
+        now: Moment,
+        index: usize,
+        status: AlarmStatus,
+    ) -> Option<AlarmEvent> {
+        let shown = self.all(seen).nth(index)?;
+        let value = shown.raised.and(shown.value);
+        let value = value.filter(|_| shown.rule.is_measured());
+        Some(AlarmEvent {
+            ago: shown
+                .raised
+                .map_or(Moment::ZERO, |raised| now.saturating_sub(raised.at)),
+            value,
+            limit: value.map(|_| shown.rule.bounds.raise),
+            ..shown.rule.event(status)
+        })
+    }
+
     /// Time at which the next pending alarm is raised.
     pub(super) fn next_due(&self) -> Option<Moment> {
         let due = self.rules.iter().zip(&self.standings);

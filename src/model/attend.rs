@@ -93,14 +93,12 @@ impl Ui {
     }
 
     fn acknowledge(&mut self, facts: &Facts, now: Moment, indices: &[usize]) -> Vec<Effect> {
+        // An acknowledged alarm that is over is not shown any more.
+        let events = self.answers(facts, now, indices, AlarmStatus::Acknowledged);
         for &index in indices {
             self.attended.acknowledge(now, &facts.alarms, index);
         }
-        let rules = indices
-            .iter()
-            .filter_map(|&index| facts.alarms.rules().get(index));
-        let events = rules.map(|rule| rule.event(AlarmStatus::Acknowledged));
-        events.map(Effect::Alarm).collect()
+        events
     }
 
     /// Shelves an alarm, for a longer time at each press; the last press unshelves it.
@@ -140,18 +138,32 @@ impl Ui {
             Some(_) => AlarmStatus::Shelved,
             None => AlarmStatus::Unshelved,
         };
-        vec![Effect::Alarm(AlarmEvent {
+        let answer = facts.alarms.answered(&self.attended, now, index, status);
+        let event = answer.map(|answer| AlarmEvent {
             shelved_for: time,
-            ..rule.event(status)
-        })]
+            ..answer
+        });
+        event.map(Effect::Alarm).into_iter().collect()
+    }
+
+    /// The events that report the operator's answer to alarms.
+    fn answers(
+        &self,
+        facts: &Facts,
+        now: Moment,
+        indices: &[usize],
+        status: AlarmStatus,
+    ) -> Vec<Effect> {
+        let answers = indices
+            .iter()
+            .filter_map(|&index| facts.alarms.answered(&self.attended, now, index, status));
+        answers.map(Effect::Alarm).collect()
     }
 
     /// Unshelves alarms whose time is over.
     pub(super) fn unshelve_expired(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
-        let expired = self.attended.expire(now).into_iter();
-        let rules = expired.filter_map(|index| facts.alarms.rules().get(index));
-        let events = rules.map(|rule| rule.event(AlarmStatus::Unshelved));
-        events.map(Effect::Alarm).collect()
+        let expired = self.attended.expire(now);
+        self.answers(facts, now, &expired, AlarmStatus::Unshelved)
     }
 
     /// Whether every alarm raised by the latest event is shelved.

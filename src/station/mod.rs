@@ -245,7 +245,9 @@ impl Station {
             last = Some((received, counters.noise_bytes));
             self.handle_received(now, &received);
         }
-        let mut has_line = last.is_some();
+        // A line of another robot, or one whose sender a later line decides, is intact, too.
+        let intact = |counters: &Counters| counters.lines + counters.ack_lines;
+        let mut has_line = intact(self.decoder.counters()) != intact(&before);
         self.all_lines += u64::from(run.ends_with(b"\n"));
         self.report_outages();
         self.report_other_robot();

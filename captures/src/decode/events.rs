@@ -88,7 +88,14 @@ impl<'a> EventRecord<'a> {
                 ("event", "alarm".into()),
                 ("status", alarm.status.as_str().into()),
                 ("code", alarm.code.as_str().into()),
-                ("begin_s", ago(alarm.ago_ns).into()),
+                (
+                    "begin_s",
+                    alarm
+                        .event()
+                        .is_none_or(|event| event.has_begin())
+                        .then(|| ago(alarm.ago_ns))
+                        .into(),
+                ),
                 ("severity", alarm.severity.as_str().into()),
                 ("limit", alarm.limit.into()),
                 (

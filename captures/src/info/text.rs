@@ -10,8 +10,8 @@ use crate::outages::Outage;
 use crate::words::{clock_words, counted, plural};
 
 /// Minimum factor and additional seconds by which the robot's clock shows more time than a capture lasts, if the capture has no pauses.
-const PAUSES_FACTOR: f64 = 1.05;
-const PAUSES_S: f64 = 3.0;
+const PAUSES_FACTOR: f64 = 1.03;
+const PAUSES_S: f64 = 2.0;
 
 /// Maximum number of outages that the text lists; JSON contains all.
 const OUTAGES_SHOWN: usize = 10;

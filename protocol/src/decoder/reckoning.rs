@@ -132,8 +132,13 @@ impl Reckoning {
     }
 
     /// Sets the ground's time of the next bytes, ms.
-    pub(super) const fn set_time(&mut self, now_ms: u64) {
-        self.now_ms = Some(now_ms);
+    pub(super) const fn set_time(&mut self, now_ms: Option<u64>) {
+        self.now_ms = now_ms;
+    }
+
+    /// The ground's time of the next bytes, ms.
+    pub(super) const fn time(&self) -> Option<u64> {
+        self.now_ms
     }
 
     /// Takes the time of a line, whether it is the next one by its sequence, and its length; returns the maximum number of lines that the robot

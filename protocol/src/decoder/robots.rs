@@ -1,13 +1,17 @@
 //! Distinguishes the lines of robots that share a channel.
 
-use super::Received;
+use super::{LATE_LINES_MAX, Received};
 use crate::telemetry::SEQUENCE_MODULUS;
 
 /// Number of consecutive lines of the other robot after which it replaces the followed one: five seconds of a busy radio.
 const REPLACED_AFTER: u8 = 15;
 
+/// Maximum number of lines missing between two lines that are taken for the same robot's without its id.
+const NEAR: u8 = 8;
+
 /// The followed robot and another robot on its channel. Most lines contain their robot's id. Any other line belongs to the
-/// robot with the same boot counter; if both robots have it, to the one whose sequence the line continues more closely.
+/// robot with the same boot counter; if both robots have it, to the one whose sequence the line continues more closely. If it continues no
+/// known robot, a later line decides: the robot may have restarted, or was not heard for long, or another robot may be on the channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Robots {
     own: Option<Robot>,
@@ -19,8 +23,40 @@ pub(super) struct Robots {
 #[derive(Clone, Copy, Debug)]
 struct Robot {
     id: u8,
+    latest: Place,
+}
+
+/// A line's place in a robot's life.
+#[derive(Clone, Copy, Debug)]
+struct Place {
     boot: u8,
     sequence: u8,
+}
+
+impl Place {
+    const fn of(received: &Received) -> Self {
+        Self {
+            boot: received.ack().boot,
+            sequence: received.sequence(),
+        }
+    }
+
+    /// Number of lines between an earlier line of the same boot and this one. A robot does not send the same sequence twice in a row.
+    const fn skipped_since(self, earlier: Self) -> u8 {
+        (self.sequence + SEQUENCE_MODULUS - earlier.sequence - 1) % SEQUENCE_MODULUS
+    }
+
+    /// Whether this line comes soon after another one of the same boot.
+    const fn follows(self, earlier: Self) -> bool {
+        self.boot == earlier.boot && self.skipped_since(earlier) <= NEAR
+    }
+
+    /// Whether this line may be of the robot whose latest line is given, or a late one of it.
+    const fn continues(self, latest: Self) -> bool {
+        let is_late = latest.skipped_since(self) < LATE_LINES_MAX;
+        let is_repeated = latest.sequence == self.sequence;
+        self.boot == latest.boot && (self.follows(latest) || is_late || is_repeated)
+    }
 }
 
 /// The robot that sent a line.
@@ -32,21 +68,20 @@ pub(super) enum Sender {
     Other,
     /// Another robot, which is followed from this line on.
     Successor,
+    /// A later line decides, with [`Robots::sent_own`].
+    Undecided,
 }
 
 impl Robots {
     /// Takes a line; returns its sender. The first robot received is followed.
     pub(super) fn take(&mut self, received: &Received) -> Sender {
-        let (boot, sequence) = (received.ack().boot, received.sequence());
-        // No robot has the id 0.
-        let Some(id) = received.robot_id().filter(|id| *id != 0) else {
-            return if self.take_nameless(boot, sequence) {
-                Sender::Own
-            } else {
-                Sender::Other
-            };
+        let latest = Place::of(received);
+        let Some(id) = id_of(received) else {
+            let sender = self.sender_of(latest);
+            self.follow(sender, latest);
+            return sender;
         };
-        let robot = Some(Robot { id, boot, sequence });
+        let robot = Some(Robot { id, latest });
         if self.own.is_none_or(|own| own.id == id) {
             self.own = robot;
             self.in_a_row = 0;
@@ -64,23 +99,54 @@ impl Robots {
         Sender::Successor
     }
 
-    fn take_nameless(&mut self, boot: u8, sequence: u8) -> bool {
-        let (Some(own), Some(other)) = (&mut self.own, &mut self.other) else {
-            if let Some(own) = &mut self.own {
-                (own.boot, own.sequence) = (boot, sequence);
+    /// The sender of a line without an id.
+    fn sender_of(&self, line: Place) -> Sender {
+        let Some(own) = self.own else {
+            return Sender::Own;
+        };
+        match self.other {
+            None if line.continues(own.latest) => Sender::Own,
+            Some(other) if line.boot == own.latest.boot => {
+                let is_own = line.boot != other.latest.boot
+                    || line.skipped_since(own.latest) <= line.skipped_since(other.latest);
+                if is_own { Sender::Own } else { Sender::Other }
             }
-            return true;
+            Some(other) if line.boot == other.latest.boot => Sender::Other,
+            None | Some(_) => Sender::Undecided,
+        }
+    }
+
+    fn follow(&mut self, sender: Sender, line: Place) {
+        let robot = match sender {
+            Sender::Other => &mut self.other,
+            Sender::Own | Sender::Successor => &mut self.own,
+            Sender::Undecided => return,
         };
-        // Number of lines between the line and the robot's latest one. A robot does not send the same sequence twice in a row.
-        let skipped =
-            |robot: &Robot| (sequence + SEQUENCE_MODULUS - robot.sequence - 1) % SEQUENCE_MODULUS;
-        let is_own = if own.boot == other.boot {
-            skipped(own) <= skipped(other)
-        } else {
-            other.boot != boot
+        if let Some(robot) = robot {
+            robot.latest = line;
+        }
+    }
+
+    /// Decides by the `next` line, which is not taken yet, whether the followed robot sent an undecided line; `None` if that remains open.
+    pub(super) fn sent_own(&mut self, undecided: &Received, next: &Received) -> Option<bool> {
+        let own = self.own?;
+        let (line, next_line) = (Place::of(undecided), Place::of(next));
+        let is_own = match id_of(next) {
+            // The same boot, and nearer to that line than the robot's latest one before it.
+            Some(id) if id == own.id => Some(
+                next_line.boot == line.boot
+                    && (next_line.boot != own.latest.boot
+                        || next_line.skipped_since(line) < next_line.skipped_since(own.latest)),
+            ),
+            Some(_) => next_line.follows(line).then_some(false),
+            None => {
+                let is_placed = self.sender_of(next_line) != Sender::Undecided;
+                (next_line.follows(line) || !is_placed).then_some(true)
+            }
         };
-        let robot = if is_own { own } else { other };
-        (robot.boot, robot.sequence) = (boot, sequence);
+        if is_own == Some(true) {
+            self.follow(Sender::Own, line);
+        }
         is_own
     }
 
@@ -88,4 +154,9 @@ impl Robots {
     pub(super) fn other_id(&self) -> Option<u8> {
         self.other.map(|robot| robot.id)
     }
+}
+
+/// The id in a line. No robot has the id 0.
+fn id_of(received: &Received) -> Option<u8> {
+    received.robot_id().filter(|id| *id != 0)
 }

@@ -293,8 +293,27 @@ fn a_limit_on_any_field_raises_an_alarm_after_its_time_and_ends_it_at_its_clear(
     assert_eq!(events[0].unit, "V");
     volts(&mut scene, 124);
     assert_eq!(raised(&scene), [("Weak battery", true, false)]);
+    let began_at = scene.now - events[0].ago;
+    scene.wait_ms(2000);
+    for (answer, status) in [
+        (":shelve Weak battery 1m", AlarmStatus::Shelved),
+        (":acknowledge Weak battery", AlarmStatus::Acknowledged),
+    ] {
+        let effects = say(&mut scene, answer);
+        let Some(Effect::Alarm(event)) = effects.first() else {
+            panic!("{effects:?}");
+        };
+        assert_eq!(event.status, status);
+        assert_eq!(scene.now - event.ago, began_at, "{answer}");
+        assert_eq!((event.value, event.limit), (Some(12.4), Some(12.0)));
+    }
     volts(&mut scene, 125);
-    assert_eq!(raised(&scene), [("Weak battery", false, false)]);
+    assert_eq!(raised(&scene), []);
+    let effects = say(&mut scene, ":shelve Weak battery 1m");
+    assert!(
+        matches!(&effects[..], [Effect::Alarm(event)] if !event.has_begin() && event.value.is_none()),
+        "no cause is shown: {effects:?}"
+    );
 }
 
 #[test]
