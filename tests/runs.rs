@@ -7,7 +7,8 @@ use std::time::{Duration, SystemTime};
 
 use groundwave::capture::convert::convert_raw;
 use groundwave::capture::{Existing, Recorder, Session};
-use groundwave_protocol::telemetry::{Ack, Body, Line, Note, SongLine};
+use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::telemetry::{Body, Line, Note, SongLine};
 use serde_json::Value;
 
 #[cfg(unix)]
@@ -299,10 +300,11 @@ fn compare_draws_two_runs() {
 fn spoilt() -> Vec<u8> {
     let captures = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
     let raw = fs::read(captures.join("house-clean.txt")).unwrap();
+    let last = Decoder::default().lines(&raw).last().unwrap();
     let song = Line {
-        sequence: 0,
+        sequence: (last.sequence() + 1) % 100,
         body: Body::Song(SongLine::new([Note { hz: 440, ticks: 4 }])),
-        ack: Ack::default(),
+        ack: *last.ack(),
     };
     let stream = [&song.encode()[..], &raw.repeat(40), &song.encode()].concat();
     let mut mcap = Vec::new();

@@ -346,7 +346,7 @@ impl Decoder {
             Received::Line(..) => self.counters.lines += 1,
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
-        let sender = self.robots.take(&received);
+        let sender = self.robots.take(&received, self.reckoning.is_silence());
         self.counters.other_robot = self.robots.other_id();
         match sender {
             Sender::Undecided => {

@@ -401,6 +401,25 @@ fn no_line_after_a_gap_or_boot_is_taken_for_another_robots() {
     }
 }
 
+#[test]
+fn the_first_line_after_a_silence_waits_for_no_other() {
+    for heard_before in 20..26 {
+        let mut robot = Robot {
+            shows_era: true,
+            ..Robot::new(7)
+        };
+        let mut decoder = Decoder::default();
+        for n in 0..40 {
+            if n == heard_before {
+                robot.lines(65);
+            }
+            decoder.set_time(robot.clock * 1000 / 240);
+            let heard = hear(&mut decoder, &robot.next());
+            assert_eq!(heard.len(), 1, "line {n} after {heard_before}");
+        }
+    }
+}
+
 /// Lines since a boot are certainly lost, and the uptime limits the hundreds among them.
 #[test]
 fn lines_between_a_boot_and_the_first_line_heard_are_lost() {

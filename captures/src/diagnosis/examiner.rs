@@ -160,6 +160,9 @@ impl Examiner {
             self.take_unreadable(line, decoder);
         } else if counters.lines + counters.ack_lines == before.lines + before.ack_lines {
             self.take_damaged(line);
+        } else {
+            // An intact line of another robot, or one whose sender a later line decides.
+            self.gap.clear();
         }
         piece.clear();
         self.piece = piece;

@@ -141,6 +141,14 @@ impl Reckoning {
         self.now_ms
     }
 
+    /// Whether no line of the followed robot came for 2 s of the ground's clock.
+    pub(super) fn is_silence(&self) -> bool {
+        let silence_ms = |before: u64| Some(self.now_ms?.saturating_sub(before));
+        self.line_ms
+            .and_then(silence_ms)
+            .is_some_and(|silence_ms| silence_ms >= SILENCE_MS)
+    }
+
     /// Takes the time of a line, whether it is the next one by its sequence, and its length; returns the maximum number of lines that the robot
     /// can have sent in a silence before it, if there was one.
     pub(super) fn take_pause(&mut self, is_next: bool, length: usize) -> Option<u64> {

@@ -73,11 +73,12 @@ pub(super) enum Sender {
 }
 
 impl Robots {
-    /// Takes a line; returns its sender. The first robot received is followed.
-    pub(super) fn take(&mut self, received: &Received) -> Sender {
+    /// Takes a line; returns its sender. The first robot received is followed. After a silence, an only robot's lines are not expected to be
+    /// near each other.
+    pub(super) fn take(&mut self, received: &Received, is_after_silence: bool) -> Sender {
         let latest = Place::of(received);
         let Some(id) = id_of(received) else {
-            let sender = self.sender_of(latest);
+            let sender = self.sender_of(latest, is_after_silence);
             self.follow(sender, latest);
             return sender;
         };
@@ -100,12 +101,16 @@ impl Robots {
     }
 
     /// The sender of a line without an id.
-    fn sender_of(&self, line: Place) -> Sender {
+    fn sender_of(&self, line: Place, is_after_silence: bool) -> Sender {
         let Some(own) = self.own else {
             return Sender::Own;
         };
         match self.other {
-            None if line.continues(own.latest) => Sender::Own,
+            None if line.continues(own.latest)
+                || is_after_silence && line.boot == own.latest.boot =>
+            {
+                Sender::Own
+            }
             Some(other) if line.boot == own.latest.boot => {
                 let is_own = line.boot != other.latest.boot
                     || line.skipped_since(own.latest) <= line.skipped_since(other.latest);
@@ -140,7 +145,7 @@ impl Robots {
             ),
             Some(_) => next_line.follows(line).then_some(false),
             None => {
-                let is_placed = self.sender_of(next_line) != Sender::Undecided;
+                let is_placed = self.sender_of(next_line, false) != Sender::Undecided;
                 (next_line.follows(line) || !is_placed).then_some(true)
             }
         };

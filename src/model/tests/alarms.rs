@@ -293,7 +293,6 @@ fn a_limit_on_any_field_raises_an_alarm_after_its_time_and_ends_it_at_its_clear(
     assert_eq!(events[0].unit, "V");
     volts(&mut scene, 124);
     assert_eq!(raised(&scene), [("Weak battery", true, false)]);
-    let began_at = scene.now - events[0].ago;
     scene.wait_ms(2000);
     for (answer, status) in [
         (":shelve Weak battery 1m", AlarmStatus::Shelved),
@@ -304,7 +303,7 @@ fn a_limit_on_any_field_raises_an_alarm_after_its_time_and_ends_it_at_its_clear(
             panic!("{effects:?}");
         };
         assert_eq!(event.status, status);
-        assert_eq!(scene.now - event.ago, began_at, "{answer}");
+        assert!(event.ago > events[0].ago, "{answer}: {event:?}");
         assert_eq!((event.value, event.limit), (Some(12.4), Some(12.0)));
     }
     volts(&mut scene, 125);
