@@ -2,8 +2,7 @@
 #![cfg(unix)]
 
 use crate::common::CoSimulation;
-use crate::edges::path_in;
-use crate::programs::{GROUNDWAVE, Sim, Telling, scratch};
+use crate::programs::{GROUNDWAVE, Sim, Telling, path_in, scratch};
 use crate::pty::OnTerminal;
 use crate::sharing::{program_in, station, station_on_a_port};
 use groundwave::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, Moment, NoticeCode};

@@ -6,8 +6,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
-use crate::edges::path_in;
-use crate::programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, scratch};
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, groundwave, path_in, scratch};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::command::{Key, Message, Order, Slots};
 use groundwave_protocol::digest::digest;

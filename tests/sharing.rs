@@ -12,8 +12,9 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use crate::edges::{long_route, path_in};
-use crate::programs::{GROUNDWAVE, Running, Sim, Telling, expect, groundwave, scratch};
+use crate::programs::{
+    GROUNDWAVE, Running, Sim, Telling, expect, groundwave, is_stage, long_route, path_in, scratch,
+};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
@@ -28,11 +29,6 @@ pub fn station(link: &str, socket: &str, more: &[&str]) -> Telling {
     });
     station.wait_for("a line", |value| value["event"] == "line");
     station
-}
-
-pub fn is_stage(stage: &str) -> impl Fn(&Value) -> bool {
-    let stage = stage.to_owned();
-    move |value| value["status"] == stage.as_str()
 }
 
 #[test]

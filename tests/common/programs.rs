@@ -1,5 +1,6 @@
 //! Processes of the program: robots and stations, and their output.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -13,6 +14,27 @@ pub const GROUNDWAVE: &str = env!("CARGO_BIN_EXE_groundwave");
 
 /// Timeout of a test that hangs.
 const PATIENCE: Duration = Duration::from_mins(1);
+
+/// A route that takes seconds to transfer.
+pub fn long_route(folder: &Path) -> String {
+    let mut text = String::new();
+    for n in 0..100 {
+        writeln!(text, "{},{}", n, -n).unwrap();
+    }
+    let path = folder.join("long.txt");
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+pub fn path_in(folder: &Path, name: &str) -> String {
+    folder.join(name).to_str().unwrap().to_owned()
+}
+
+/// Whether a command has reached a stage.
+pub fn is_stage(stage: &str) -> impl Fn(&Value) -> bool {
+    let stage = stage.to_owned();
+    move |value| value["status"] == stage.as_str()
+}
 
 /// A process that is killed at the end of the test.
 pub struct Running(pub Child);

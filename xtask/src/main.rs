@@ -41,13 +41,10 @@ const EVERYTHING: &[&str] = if cfg!(windows) {
 /// Runs chips' programs in emulators; needs pseudo-terminals.
 const BENCH: &str = "sr04-bench";
 
-/// Tests in which programs talk to each other in real time.
-const IN_REAL_TIME: [&str; 2] = ["examples::", "edges::"];
-
 const CHECK: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", clippy),
-    ("test", test),
+    ("test", || cargo(&[&["test"], EVERYTHING].concat())),
     ("doc", doc),
     ("licences", licences::check),
 ];
@@ -156,15 +153,6 @@ fn clippy() -> Result<(), String> {
         &["--", "-D", "warnings"],
     ];
     cargo(&arguments.concat())
-}
-
-/// Runs every test; those of programs in real time by themselves, because the others use every core for minutes.
-fn test() -> Result<(), String> {
-    let skipped = IN_REAL_TIME.map(|name| ["--skip", name]).concat();
-    for names in [&skipped[..], &IN_REAL_TIME] {
-        cargo(&[&["test"], EVERYTHING, &["--"], names].concat())?;
-    }
-    Ok(())
 }
 
 fn doc() -> Result<(), String> {

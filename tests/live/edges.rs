@@ -1,31 +1,14 @@
 //! Pulled cables, killed stations, and radios of all kinds.
 #![cfg(unix)]
 
-use std::fmt::Write as _;
 use std::fs;
 use std::io::Write;
 use std::net::TcpStream;
 use std::path::Path;
 
-use crate::programs::{GROUNDWAVE, Sim, Telling, expect, scratch};
+use crate::programs::{GROUNDWAVE, Sim, Telling, expect, is_stage, long_route, path_in, scratch};
 use crate::pty::OnTerminal;
-use crate::sharing::is_stage;
 use serde_json::Value;
-
-/// A route that takes seconds to transfer.
-pub fn long_route(folder: &Path) -> String {
-    let mut text = String::new();
-    for n in 0..100 {
-        writeln!(text, "{},{}", n, -n).unwrap();
-    }
-    let path = folder.join("long.txt");
-    fs::write(&path, text).unwrap();
-    path.to_str().unwrap().to_owned()
-}
-
-pub fn path_in(folder: &Path, name: &str) -> String {
-    folder.join(name).to_str().unwrap().to_owned()
-}
 
 /// A robot whose pseudo-terminal keeps its name after a restart.
 struct Plug {

@@ -25,21 +25,21 @@ const WORLD: &str = concat!(
 
 #[test]
 fn examples_of_the_readme_work() {
-    assert!(try_all(include_str!("../README.md")) > 30);
+    assert!(try_all(include_str!("../../README.md")) > 30);
 }
 
 #[test]
 fn examples_of_the_guide_work() {
-    assert!(try_all(include_str!("../docs/guide.md")) > 20);
+    assert!(try_all(include_str!("../../docs/guide.md")) > 20);
 }
 
 #[test]
 fn examples_of_the_other_documents_work() {
     for text in [
-        include_str!("../docs/opening-captures.md"),
-        include_str!("../docs/your-robot.md"),
-        include_str!("../firmware/sim/worlds/README.md"),
-        include_str!("../captures/README.md"),
+        include_str!("../../docs/opening-captures.md"),
+        include_str!("../../docs/your-robot.md"),
+        include_str!("../../firmware/sim/worlds/README.md"),
+        include_str!("../../captures/README.md"),
     ] {
         try_all(text);
     }
@@ -48,8 +48,8 @@ fn examples_of_the_other_documents_work() {
 /// The sketch in the document is the one that `protocol/c/test/check.py` compiles.
 #[test]
 fn the_sketch_of_your_robot_is_the_librarys() {
-    let page = include_str!("../docs/your-robot.md");
-    let sketch = include_str!("../protocol/c/examples/OwnLines/OwnLines.ino");
+    let page = include_str!("../../docs/your-robot.md");
+    let sketch = include_str!("../../protocol/c/examples/OwnLines/OwnLines.ino");
     let (_, code) = sketch.split_once("*/\n").unwrap();
     assert!(page.contains(&format!("```cpp\n{code}```")));
 }
