@@ -31,7 +31,7 @@ impl Chunk<'_> {
     }
 
     /// Sets the time of these bytes in a decoder, and the gap before them.
-    pub const fn tell(&self, decoder: &mut Decoder) {
+    pub fn tell(&self, decoder: &mut Decoder) {
         set_time(decoder, self.at);
         if self.is_after_missing {
             decoder.skip();

@@ -93,15 +93,7 @@ const fn has_bit_alone(byte: u8) -> bool {
 const JUDGED: usize = 1024;
 
 /// First bytes of files that hold no lines as they are, and their descriptions.
-const SIGNATURES: [(&[u8], &str); 8] = [
-    (
-        b"\xFF\xFE",
-        "it is UTF-16 text, as PowerShell's `>` writes; convert it to ASCII, or record with `groundwave record`",
-    ),
-    (
-        b"\xFE\xFF",
-        "it is UTF-16 text; convert it to ASCII, or record with `groundwave record`",
-    ),
+const SIGNATURES: [(&[u8], &str); 6] = [
     (b"\x1F\x8B", "it is compressed by gzip; unpack it first"),
     (
         b"\x28\xB5\x2F\xFD",
@@ -125,7 +117,12 @@ pub fn words(bytes: &[u8]) -> &'static str {
     {
         return kind;
     }
-    if bytes.iter().all(|byte| *byte == bytes[0]) {
+    if let [[0xFF, 0xFE] | [0xFE, 0xFF], text @ ..] = bytes.as_chunks().0
+        && text.iter().filter(|pair| pair.contains(&0)).count() > text.len() / 2
+    {
+        return "it is UTF-16 text, as PowerShell's `>` writes; convert it to ASCII, or record with `groundwave record`";
+    }
+    if bytes.len() >= BYTES_MIN && bytes.iter().all(|byte| *byte == bytes[0]) {
         return "all of its bytes are the same";
     }
     let seven_bits: Vec<u8> = bytes.iter().map(|byte| byte & 0x7F).collect();

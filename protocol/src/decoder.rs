@@ -103,8 +103,6 @@ pub struct Decoder {
     reckoning: Reckoning,
     robots: Robots,
     undecided: Option<Undecided>,
-    /// A line that is not counted yet, because an undecided one before it has just been returned.
-    waiting: Option<(Received, usize)>,
     /// Whether the latest line is from the followed robot.
     is_own: bool,
     /// Number of damaged lines since the latest line of the followed robot, and the noise bytes before that line.
@@ -127,7 +125,6 @@ impl Default for Decoder {
             reckoning: Reckoning::default(),
             robots: Robots::default(),
             undecided: None,
-            waiting: None,
             is_own: true,
             damaged: 0,
             noise_before: 0,
@@ -154,7 +151,10 @@ impl Decoder {
     }
 
     /// Marks received bytes that are missing from the stream: no line spans them, and lines in them do not count as lost.
-    pub const fn skip(&mut self) {
+    pub fn skip(&mut self) {
+        if let Some(line) = self.undecided.take() {
+            self.decide(&line, true);
+        }
         self.newest = None;
         self.fresh = 0;
         self.longest_step = 0;
@@ -191,18 +191,9 @@ impl Decoder {
     /// The next intact line that `bytes` complete, or `None`. Consumes `bytes` from the front. For loops that use
     /// the decoder or its owner between two lines.
     pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
-        if let Some((received, length)) = self.waiting.take()
-            && let Some(received) = self.count(received, length)
-        {
-            return Some(received);
-        }
-        while let Some(whole) = self.whole(bytes) {
+        if let Some(received) = self.take_whole(bytes) {
             *bytes = &bytes[LINE_BYTES..];
-            self.counters.bytes += LINE_BYTES as u64;
-            self.counters.noise_bytes += LINE_BYTES as u64;
-            if let Some(received) = self.accept(whole, LINE_BYTES) {
-                return Some(received);
-            }
+            return Some(received);
         }
         while !bytes.is_empty() {
             let line_end = self.find_line_end(bytes);
@@ -247,12 +238,16 @@ impl Decoder {
 
     /// Shortcut for a whole line directly after another line, without search and copy. The result is the same,
     /// because an intact line has no line feed before its end.
-    fn whole(&self, bytes: &[u8]) -> Option<Received> {
+    fn take_whole(&mut self, bytes: &[u8]) -> Option<Received> {
         let line = bytes.first_chunk::<LINE_BYTES>()?;
         if self.fresh != 0 || !ends_a_line(line) || !is_intact(line) {
             return None;
         }
-        Some(Received::Line(Line::parse(line).ok()?, *line))
+        let received = Received::Line(Line::parse(line).ok()?, *line);
+        self.counters.bytes += LINE_BYTES as u64;
+        self.counters.noise_bytes += LINE_BYTES as u64;
+        self.accept(&received, LINE_BYTES);
+        Some(received)
     }
 
     fn append(&mut self, run: &[u8]) {
@@ -297,7 +292,10 @@ impl Decoder {
             }
         }
         match (found, unreadable) {
-            (Some((received, length)), _) => self.accept(received, length),
+            (Some((received, length)), _) => {
+                self.accept(&received, length);
+                Some(received)
+            }
             (None, Some(error)) => {
                 self.counters.field_rejected += 1;
                 self.last_field_error = Some(error);
@@ -325,74 +323,61 @@ impl Decoder {
         self.damaged += 1;
     }
 
-    /// Takes an intact line; returns the next line in the order of arrival whose sender is decided.
-    fn accept(&mut self, received: Received, length: usize) -> Option<Received> {
+    fn accept(&mut self, received: &Received, length: usize) {
         self.fresh = 0;
         self.counters.noise_bytes -= length as u64;
-        if let Some(before) = self.undecided
-            && let Some(is_own) = self.robots.sent_own(&before.received, &received)
+        let is_silence = self.reckoning.is_silence();
+        if let Some(line) = self.undecided
+            && let Some(is_own) = self.robots.sent_own(&line.received, received, is_silence)
         {
             self.undecided = None;
-            self.waiting = Some((received, length));
-            self.decide(&before, is_own);
-            return Some(before.received);
+            self.decide(&line, is_own);
         }
-        self.count(received, length)
-    }
-
-    /// Counts a line and returns it, unless its sender is undecided.
-    fn count(&mut self, received: Received, length: usize) -> Option<Received> {
         match received {
             Received::Line(..) => self.counters.lines += 1,
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
-        let sender = self.robots.take(&received, self.reckoning.is_silence());
+        let sender = self.robots.take(received, is_silence);
+        self.is_own = sender != Sender::Other;
         self.counters.other_robot = self.robots.other_id();
         match sender {
+            Sender::Own => self.count_own(received, length),
+            Sender::Other => self.count_other(received),
+            Sender::Successor => {
+                self.skip();
+                self.life = Life::default();
+                self.count_own(received, length);
+            }
             Sender::Undecided => {
                 self.undecided = Some(Undecided {
-                    received,
+                    received: *received,
                     length,
                     time_ms: self.reckoning.time(),
                     damaged: self.damaged,
                     noise_bytes: self.counters.noise_bytes,
                 });
-                return None;
             }
-            Sender::Successor => {
-                self.undecided = None;
-                self.skip();
-                self.life = Life::default();
-                self.count_own(&received, length);
-            }
-            Sender::Own => self.count_own(&received, length),
-            Sender::Other => self.count_other(&received),
         }
-        Some(received)
     }
 
-    /// Counts an undecided line as if it had been decided when it arrived.
+    /// Counts what a line says of lost lines as of its arrival.
     fn decide(&mut self, line: &Undecided, is_own: bool) {
         if !is_own {
             self.count_other(&line.received);
             return;
         }
-        let now = (
-            self.damaged,
-            self.counters.noise_bytes,
-            self.reckoning.time(),
-        );
+        let (damaged, noise_bytes) = (self.damaged, self.counters.noise_bytes);
+        let now_ms = self.reckoning.time();
         self.damaged = line.damaged;
         self.counters.noise_bytes = line.noise_bytes;
         self.reckoning.set_time(line.time_ms);
         self.count_own(&line.received, line.length);
-        self.damaged = now.0.saturating_sub(line.damaged);
-        self.counters.noise_bytes = now.1;
-        self.reckoning.set_time(now.2);
+        self.damaged = damaged.saturating_sub(line.damaged);
+        self.counters.noise_bytes = noise_bytes;
+        self.reckoning.set_time(now_ms);
     }
 
     const fn count_other(&mut self, received: &Received) {
-        self.is_own = false;
         match received {
             Received::Line(..) => self.counters.other_lines += 1,
             Received::Ack(_) => self.counters.other_ack_lines += 1,
@@ -400,7 +385,6 @@ impl Decoder {
     }
 
     fn count_own(&mut self, received: &Received, length: usize) {
-        self.is_own = true;
         let is_boot = self.count_lost(received.sequence(), received.ack().boot, length);
         self.damaged = 0;
         self.noise_before = self.counters.noise_bytes;

@@ -333,9 +333,13 @@ fn lines_of_another_robot_are_kept_apart_and_not_lost() {
 /// Lines that show an era have no id, the first one of the other robot among them.
 #[test]
 fn another_robot_that_comes_later_loses_no_line_of_the_first() {
-    for (before, sent, boot) in (10..16)
-        .flat_map(|before| (30..36).flat_map(move |sent| [3, 4].map(|boot| (before, sent, boot))))
+    for (before, sent, boot) in (10..16_u64)
+        .flat_map(|before| (5..36).flat_map(move |sent| [3, 4].map(|boot| (before, sent, boot))))
     {
+        // At the same boot, lines so near could be the followed robot's.
+        if boot == 3 && (before.saturating_sub(6)..before + 10).contains(&sent) {
+            continue;
+        }
         let mut own = Robot {
             shows_era: true,
             ..Robot::new(7)
@@ -349,9 +353,9 @@ fn another_robot_that_comes_later_loses_no_line_of_the_first() {
             ..Robot::new(9)
         };
         let mut decoder = Decoder::default();
-        let mut heard = hear(&mut decoder, &own.lines(before)).len() as u64;
+        hear(&mut decoder, &own.lines(before));
         for _ in 0..60 {
-            heard += hear(&mut decoder, &[other.next(), own.next()].concat()).len() as u64;
+            hear(&mut decoder, &[other.next(), own.next()].concat());
         }
         let (counters, case) = (decoder.counters(), (before, sent, boot));
         assert_eq!(
@@ -359,16 +363,29 @@ fn another_robot_that_comes_later_loses_no_line_of_the_first() {
             (exactly(0), 0),
             "{case:?}"
         );
-        assert_eq!(
-            (counters.intact(), heard),
-            (before + 60, before + 60),
-            "{case:?}"
-        );
+        assert_eq!(counters.intact(), before + 60, "{case:?}");
         assert_eq!(counters.other_lines, 60, "{case:?}");
     }
 }
 
-/// The line after a gap waits for the next one, if it has no id.
+/// A robot whose lines with an era show another boot: its lines are numbered through, so they are its own.
+#[test]
+fn a_wrong_boot_in_lines_without_an_id_makes_no_other_robot() {
+    let mut robot = Robot {
+        shows_era: true,
+        ..Robot::new(7)
+    };
+    let mut decoder = Decoder::default();
+    for _ in 0..90 {
+        robot.boot = if robot.sent % 3 == 1 { 0 } else { 3 };
+        hear(&mut decoder, &robot.next());
+    }
+    let counters = decoder.counters();
+    assert_eq!((counters.intact(), counters.other_lines), (90, 0));
+    assert!(counters.restarts > 50, "{}", counters.restarts);
+}
+
+/// A line without an id after a gap or a boot is counted when the next one comes.
 #[test]
 fn no_line_after_a_gap_or_boot_is_taken_for_another_robots() {
     for (heard_before, missed, boots) in (20..26).flat_map(|before| {

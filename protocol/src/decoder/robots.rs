@@ -11,7 +11,7 @@ const NEAR: u8 = 8;
 
 /// The followed robot and another robot on its channel. Most lines contain their robot's id. Any other line belongs to the
 /// robot with the same boot counter; if both robots have it, to the one whose sequence the line continues more closely. If it continues no
-/// known robot, a later line decides: the robot may have restarted, or was not heard for long, or another robot may be on the channel.
+/// known robot, the next line decides: the robot may have restarted, or was not heard for long, or another robot may be on the channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Robots {
     own: Option<Robot>,
@@ -133,26 +133,33 @@ impl Robots {
     }
 
     /// Decides by the `next` line, which is not taken yet, whether the followed robot sent an undecided line; `None` if that remains open.
-    pub(super) fn sent_own(&mut self, undecided: &Received, next: &Received) -> Option<bool> {
+    pub(super) fn sent_own(
+        &mut self,
+        undecided: &Received,
+        next: &Received,
+        is_after_silence: bool,
+    ) -> Option<bool> {
         let own = self.own?;
         let (line, next_line) = (Place::of(undecided), Place::of(next));
+        let follows = next_line.follows(line);
+        let skipped = next_line.skipped_since(own.latest);
         let is_own = match id_of(next) {
-            // The same boot, and nearer to that line than the robot's latest one before it.
-            Some(id) if id == own.id => Some(
-                next_line.boot == line.boot
-                    && (next_line.boot != own.latest.boot
-                        || next_line.skipped_since(line) < next_line.skipped_since(own.latest)),
-            ),
-            Some(_) => next_line.follows(line).then_some(false),
-            None => {
-                let is_placed = self.sender_of(next_line, false) != Sender::Undecided;
-                (next_line.follows(line) || !is_placed).then_some(true)
+            Some(id) if id != own.id => {
+                return follows.then_some(false);
             }
+            None if self.sender_of(next_line, is_after_silence) == Sender::Other => return None,
+            // The robot is where it was before, unless it numbers its lines through and shows a wrong boot.
+            _ if next_line.continues(own.latest)
+                && !(follows && next_line.skipped_since(line) < skipped) =>
+            {
+                line.skipped_since(own.latest) < skipped
+            }
+            _ => true,
         };
-        if is_own == Some(true) {
+        if is_own {
             self.follow(Sender::Own, line);
         }
-        is_own
+        Some(is_own)
     }
 
     /// Id of the other robot; `None` if there is none.
