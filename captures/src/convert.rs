@@ -67,7 +67,7 @@ pub fn convert_raw(
     writer.finish().map_err(ConvertError::Write)?;
     Ok(Converted {
         bytes,
-        lines: counters.lines + counters.ack_lines + own_lines,
+        lines: counters.received() + own_lines,
     })
 }
 

@@ -71,7 +71,7 @@ pub fn decode(
     let counters = diagnosis.counters();
     Ok(Decoded {
         bytes: counters.bytes,
-        lines: counters.lines + counters.ack_lines + own_lines,
+        lines: counters.received() + own_lines,
         mistakes: diagnosis.findings(),
     })
 }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use groundwave_lines::{Content, Field, Limits, OwnLine, Recognizer, Sample, Value};
-use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{Body, FIELDS_MAX};
 
 use crate::session::Session;
@@ -104,11 +103,6 @@ impl DescribedFields {
             _ => None,
         }
     }
-}
-
-/// Number of intact Groundwave lines, of any robot.
-pub(crate) const fn intact(counters: &Counters) -> u64 {
-    counters.lines + counters.ack_lines
 }
 
 /// A field in the summary of a capture.

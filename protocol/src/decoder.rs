@@ -63,10 +63,16 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// Number of intact lines of all robots.
+    #[must_use]
+    pub const fn received(&self) -> u64 {
+        self.lines + self.ack_lines
+    }
+
     /// Number of intact lines of the followed robot.
     #[must_use]
     pub const fn intact(&self) -> u64 {
-        self.lines + self.ack_lines - self.other_lines - self.other_ack_lines
+        self.received() - self.other_lines - self.other_ack_lines
     }
 
     /// Number of lines that the robot sent and that did not arrive in any recognizable form; damaged lines are not included. The hundreds are
@@ -102,6 +108,7 @@ pub struct Decoder {
     after_longest: Option<(AtCounters, u64)>,
     reckoning: Reckoning,
     robots: Robots,
+    /// The latest line, if it is not counted yet.
     undecided: Option<Undecided>,
     /// Whether the latest line is from the followed robot.
     is_own: bool,
@@ -210,7 +217,7 @@ impl Decoder {
     }
 
     /// The next intact line of the followed robot; lines of other robots on the channel are skipped (see [`Self::next_line`]). The first robot received is followed; after
-    /// 15 consecutive lines of another robot, that robot is followed.
+    /// 15 consecutive lines of another robot, that robot is followed. A line whose sender the next line decides is returned, too.
     pub fn next_own_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         loop {
             let received = self.next_line(bytes)?;
@@ -571,7 +578,7 @@ struct Newest {
     is_late_possible: bool,
 }
 
-/// A line whose sender a later line decides, and the state when it arrived.
+/// A line whose sender the next line decides, and the state when it arrived.
 #[derive(Clone, Copy, Debug)]
 struct Undecided {
     received: Received,
@@ -587,77 +594,4 @@ fn ends_a_line<const N: usize>(line: &[u8; N]) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::crc;
-    use crate::telemetry::LineType;
-
-    #[rustfmt::skip]
-    const fn head(line_type: LineType) -> &'static [u8; 74] {
-        match line_type {
-            LineType::State => b"A42 +123.4 -045.0 273 +06 -12 +00 +12 042 120 61 48 .R..... P--Is..- !5:HS",
-            LineType::Status => b"B47 07 12.4 +0120 -0036 003/040 #Q8.Z` 12 155 122 UB.IS..D 004 00    !5:HS",
-            LineType::Counters => b"C53 07 000412 004 01.00 `````3`````V*4``,0 133 002 000 0012 0030 G   !5:HS",
-            LineType::Text => b"T49 I'm finished with the co-ordinate list                           !5:HS",
-            LineType::Parameter => b"P48 01/26 top-speed          +00008 +00012 +00002 +00012 in/s        !5:HS",
-            LineType::Song => b"S49 (+$*3$,0$07(``\"(+0                                               !5:HS",
-            LineType::Abilities => b"I50 07 3 040 PR.X..... B.S. 00240 2                                  !5:HS",
-            LineType::Field => b"F51 1/2 motor-current      2 A                                       !5:HS",
-            LineType::Values => b"V52 +00125 -00007 ------ ------ ------ ------ ------ ------ ------   !5:HS",
-        }
-    }
-
-    fn sealed(head: &[u8; 74]) -> [u8; LINE_BYTES] {
-        let mut line = [0; LINE_BYTES];
-        line[..74].copy_from_slice(head);
-        line[74..78].copy_from_slice(&crc::characters(crc::update(crc::DOWNLINK_INIT, head)));
-        line[78..].copy_from_slice(b"\r\n");
-        line
-    }
-
-    /// [`Decoder::take_whole`] relies on this property.
-    #[test]
-    fn intact_lines_hold_no_line_feed() {
-        for &line_type in LineType::ALL {
-            let head = head(line_type);
-            let line = sealed(head);
-            let read = Line::parse(&line).map(|line| line.body.line_type());
-            assert!(is_intact(&line) && read == Ok(line_type), "{line_type:?}");
-            for column in 0..head.len() {
-                let mut head = *head;
-                head[column] = b'\n';
-                let line = sealed(&head);
-                assert!(is_intact(&line) && Line::parse(&line).is_err(), "{column}");
-            }
-        }
-    }
-
-    #[test]
-    fn whole_lines_and_single_bytes_give_the_same_result() {
-        let types = LineType::ALL;
-        let mut stream = std::vec::Vec::new();
-        for (i, &line_type) in types.iter().chain(types).enumerate() {
-            let mut line = sealed(head(line_type));
-            if i == 2 {
-                line[40] ^= 1;
-            }
-            let noise = if i % 2 == 0 { i } else { 0 };
-            stream.extend(std::iter::repeat_n(0, noise).chain(line));
-        }
-        let mut whole = Decoder::default();
-        let mut single = Decoder::default();
-        let mut rest = &stream[..];
-        while !rest.is_empty() {
-            let before = rest;
-            let received = whole.next_line(&mut rest);
-            let taken = &before[..before.len() - rest.len()];
-            let one_by_one = taken
-                .iter()
-                .filter_map(|&byte| single.lines(&[byte]).next())
-                .last();
-            assert_eq!(received, one_by_one);
-            assert_eq!(whole.counters(), single.counters());
-        }
-        assert_eq!(whole.counters().lines, 2 * types.len() as u64 - 1);
-    }
-}
+mod tests;

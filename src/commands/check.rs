@@ -182,7 +182,7 @@ async fn hear(
                 let (counters, found) = (diagnosis.counters(), diagnosis.findings().len());
                 say_progress(format_args!(
                     "{}, {}; Ctrl-C ends",
-                    counted(counters.lines + counters.ack_lines, "line"),
+                    counted(counters.received(), "line"),
                     counted(found as u64, "mistake")
                 ));
             },
@@ -226,7 +226,7 @@ fn to_json(
     json!({
         "name": name,
         "level": trials.and_then(Trials::level).unwrap_or(diagnosis.level()),
-        "intact": counters.lines + counters.ack_lines,
+        "intact": counters.received(),
         "damaged": counters.damaged.total(),
         "own": diagnosis.own_lines(),
         "findings": findings,
@@ -271,7 +271,7 @@ fn write(
         out,
         "{}: {}, {} damaged",
         safe_text::line(name),
-        counted(counters.lines + counters.ack_lines, "intact line"),
+        counted(counters.received(), "intact line"),
         counters.damaged.total()
     )?;
     let level = trials.and_then(Trials::level).unwrap_or(diagnosis.level());

@@ -42,15 +42,13 @@ pub(super) fn run(options: &Songs) -> Result<(), Fault> {
         }
     });
     match result {
-        Ok(seen) if seen.lines + seen.ack_lines == 0 => {
-            Err(Fault::no_lines(&options.file, seen.bytes))
-        }
+        Ok(seen) if seen.received() == 0 => Err(Fault::no_lines(&options.file, seen.bytes)),
         Ok(seen) => {
             if count == 0 {
                 say(format_args!(
                     "{}: no song in {}",
                     options.file.display(),
-                    counted(seen.lines + seen.ack_lines, "line")
+                    counted(seen.received(), "line")
                 ));
             }
             Ok(())

@@ -180,8 +180,8 @@ impl Alarms {
         status: AlarmStatus,
     ) -> Option<AlarmEvent> {
         let shown = self.all(seen).nth(index)?;
-        let value = shown.raised.and(shown.value);
-        let value = value.filter(|_| shown.rule.is_measured());
+        let is_shown = shown.raised.is_some() && shown.rule.is_measured();
+        let value = shown.value.filter(|_| is_shown);
         Some(AlarmEvent {
             ago: shown
                 .raised

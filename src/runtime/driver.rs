@@ -353,7 +353,7 @@ impl Driver {
         let counters = self.station.counters();
         Heard {
             bytes: counters.bytes,
-            lines: counters.lines + counters.ack_lines + self.station.own_lines(),
+            lines: counters.received() + self.station.own_lines(),
         }
     }
 

@@ -245,9 +245,8 @@ impl Station {
             last = Some((received, counters.noise_bytes));
             self.handle_received(now, &received);
         }
-        // A line of another robot, or one whose sender a later line decides, is intact, too.
-        let intact = |counters: &Counters| counters.lines + counters.ack_lines;
-        let mut has_line = intact(self.decoder.counters()) != intact(&before);
+        // A line of another robot is a line, too.
+        let mut has_line = self.decoder.counters().received() != before.received();
         self.all_lines += u64::from(run.ends_with(b"\n"));
         self.report_outages();
         self.report_other_robot();
@@ -279,7 +278,7 @@ impl Station {
                 c.crc_rejected,
                 c.shape_rejected,
                 c.field_rejected,
-                c.lines + c.ack_lines,
+                c.received(),
             )
         };
         if ended(&counters) != ended(&self.reported_counters) {

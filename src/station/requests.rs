@@ -62,7 +62,7 @@ impl Station {
     /// Whether nearly all lines are the robot's own, with values. Damaged lines of Groundwave's look like them now and then.
     const fn has_only_own_lines(&self) -> bool {
         let counters = self.decoder.counters();
-        counters.lines + counters.ack_lines == 0
+        counters.received() == 0
             && self.own_values >= OWN_LINES_MIN
             && self.own_values * 10 >= self.all_lines * 9
     }

@@ -1,5 +1,4 @@
 //! Pulled cables, killed stations, and radios of all kinds.
-#![cfg(unix)]
 
 use std::fs;
 use std::io::Write;

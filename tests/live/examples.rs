@@ -1,6 +1,5 @@
 //! Every example in the documents works: indented command lines are run in order, with a simulated robot, a sample
 //! recording and a separate folder; commands in sentences are only parsed.
-#![cfg(unix)]
 
 use std::fs;
 use std::io::{BufRead as _, BufReader};

@@ -1,5 +1,6 @@
 //! Programs that talk to each other in real time. A binary of its own, because cargo runs one binary after another: those of
 //! `tests/main.rs` use every core for minutes, and a robot ten times as fast does not wait that long for its ground station.
+#![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 mod edges;

@@ -158,10 +158,10 @@ impl Examiner {
             self.take_intact(&received, line, noise);
         } else if counters.field_rejected > before.field_rejected {
             self.take_unreadable(line, decoder);
-        } else if counters.lines + counters.ack_lines == before.lines + before.ack_lines {
+        } else if counters.received() == before.received() {
             self.take_damaged(line);
         } else {
-            // An intact line of another robot, or one whose sender a later line decides.
+            // An intact line of another robot.
             self.gap.clear();
         }
         piece.clear();

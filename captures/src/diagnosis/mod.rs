@@ -20,7 +20,7 @@ use kind::Kind;
 use serde::{Serialize, Serializer};
 
 use crate::chunk::set_time;
-use crate::own_lines::{DescribedFields, intact};
+use crate::own_lines::DescribedFields;
 
 pub use examiner::Examiner;
 
@@ -125,7 +125,7 @@ impl Diagnosis {
                 }
                 last = Some((received, counters.noise_bytes));
             }
-            let is_wire = intact(self.decoder.counters()) != intact(&before);
+            let is_wire = self.decoder.counters().received() != before.received();
             if let Some(line) = self.own.take(run, is_wire) {
                 self.own_lines += u64::from(line.content != Content::Damaged);
                 self.decoder.disown(run.len(), before.damaged);

@@ -19,7 +19,7 @@ use super::{Topic, TopicMessage};
 use crate::chunk::set_time;
 use crate::event::Moment;
 use crate::outages::{Outage, Outages};
-use crate::own_lines::{DescribedFields, Values, intact};
+use crate::own_lines::{DescribedFields, Values};
 use crate::robot_clock::RobotClock;
 use crate::text::line_feed;
 use events::Command;
@@ -210,7 +210,7 @@ impl Deriver {
                 None
             };
             let is_whole = is_whole || own.is_some();
-            let intact_before = intact(self.decoder.counters());
+            let received_before = self.decoder.counters().received();
             if self.pending.is_empty() && is_whole {
                 self.give_received(head, &mut take)?;
             } else {
@@ -225,7 +225,7 @@ impl Deriver {
             let own = if is_short || line_feed.is_none() {
                 own
             } else {
-                let is_wire = intact(self.decoder.counters()) != intact_before;
+                let is_wire = self.decoder.counters().received() != received_before;
                 self.take_own(head, is_wire)
             };
             if let Some(own) = own {

@@ -187,7 +187,7 @@ impl Fold {
             place,
             holder: state.layers.holder().map_or(Holder::Prowl, Holder::Layer),
             is_apart: std::mem::take(&mut self.is_apart) || step == Some(Step::First),
-            line: self.counters.lines + self.counters.ack_lines,
+            line: self.counters.received(),
         };
         self.track.heading_deg = state.theta_deg;
         self.add(point);

@@ -68,7 +68,7 @@ pub(super) enum Sender {
     Other,
     /// Another robot, which is followed from this line on.
     Successor,
-    /// A later line decides, with [`Robots::sent_own`].
+    /// The next line decides, with [`Robots::sent_own`].
     Undecided,
 }
 
