@@ -182,7 +182,7 @@ mod tests {
                 vec![Figure {
                     code: "heading".to_owned(),
                     value: 9.25,
-                    half: 4.0,
+                    half: Some(4.0),
                     unit: "deg".to_owned(),
                 }],
             ),

@@ -20,14 +20,14 @@ use crate::common::{CoSimulation, on_all_cores, owner};
 const BIT_ERRORS: f64 = 1e-4;
 
 /// An operator at the dashboard of a robot in a simulated house.
-struct Dashboard {
-    co: CoSimulation,
+pub(crate) struct Dashboard {
+    pub(crate) co: CoSimulation,
     facts: Facts,
     ui: Ui,
     /// Number of the co-simulation's events that the dashboard has taken.
     taken: usize,
-    state: Option<StateLine>,
-    suggestions: Vec<SuggestionEvent>,
+    pub(crate) state: Option<StateLine>,
+    pub(crate) suggestions: Vec<SuggestionEvent>,
     /// Lines for the log that are not facts.
     notices: Vec<String>,
 }
@@ -43,12 +43,16 @@ impl Dashboard {
     fn new(world: World, seed: u64, bit_errors: f64, advise: Advise) -> Self {
         let mut house = SimulationConfig::new(world, seed);
         house.channel.ber = bit_errors;
+        Self::of(&house, advise)
+    }
+
+    pub(crate) fn of(house: &SimulationConfig, advise: Advise) -> Self {
         let config = Arc::new(Config {
             advise,
             ..Config::default()
         });
         let mut dashboard = Self {
-            co: CoSimulation::with(&house, arq::Config::new(owner(seed))),
+            co: CoSimulation::with(house, arq::Config::new(owner(house.seed))),
             facts: Facts::new(Arc::clone(&config)),
             ui: Ui::new(config),
             taken: 0,
@@ -100,13 +104,13 @@ impl Dashboard {
         }
     }
 
-    fn run(&mut self, seconds: u64) {
+    pub(crate) fn run(&mut self, seconds: u64) {
         for _ in 0..seconds * 1000 {
             self.step();
         }
     }
 
-    fn type_keys(&mut self, keys: &str) {
+    pub(crate) fn type_keys(&mut self, keys: &str) {
         for key in keys.chars() {
             let code = match key {
                 '\r' => KeyCode::Enter,
@@ -118,7 +122,7 @@ impl Dashboard {
     }
 
     /// Runs until a condition holds or a time is over; returns whether it holds.
-    fn run_until(&mut self, seconds: u64, is_so: impl Fn(&Self) -> bool) -> bool {
+    pub(crate) fn run_until(&mut self, seconds: u64, is_so: impl Fn(&Self) -> bool) -> bool {
         for _ in 0..seconds * 1000 {
             if is_so(self) {
                 return true;
@@ -165,7 +169,7 @@ impl Dashboard {
         });
     }
 
-    fn accept(&mut self) {
+    pub(crate) fn accept(&mut self) {
         let key = KeyEvent::new(KeyCode::Char('y'), KeyModifiers::CONTROL);
         self.tell(self.co.now(), Event::Key(key));
     }
@@ -228,6 +232,41 @@ fn accepted_pose_shrinks_the_true_error() {
     println!("{heading_deg:?}, {position_in:?}");
     assert!(heading_deg[1] < heading_deg[0] / 2.0, "{heading_deg:?}");
     assert!(position_in[1] < position_in[0], "{position_in:?}");
+}
+
+/// The station suggests a visit to floor that the robot has only seen. The operator accepts it, and the robot drives to where it has not
+/// been before.
+#[test]
+fn suggested_visit_ends_where_the_robot_has_not_been() {
+    let runs = on_all_cores(20_400..20_403, |seed| {
+        let mut robot = Dashboard::new(World::generated(seed), seed, 0.0, Advise::Suggest);
+        let mut path = Vec::new();
+        for _ in 0..40 * 60 {
+            robot.run(1);
+            let truth = robot.co.simulation.truth().pose;
+            path.push((truth.x_in, truth.y_in));
+            let newest = robot.suggestions.last();
+            let newest = newest.filter(|it| it.status == SuggestionStatus::Begun);
+            if newest.is_some_and(|it| it.code == SuggestionCode::Unvisited) {
+                break;
+            }
+        }
+        let suggestion = robot.suggestions.pop()?;
+        robot.accept();
+        robot.run(10);
+        let arrived = robot.run_until(10 * 60, Dashboard::has_stopped);
+        let places = path.iter();
+        let new_in = places
+            .map(|place| robot.distance_in(*place))
+            .fold(f64::MAX, f64::min);
+        Some((arrived, new_in, suggestion.to_string()))
+    });
+    for run in &runs {
+        println!("{run:.0?}");
+    }
+    let runs = runs.iter().filter_map(|(_, run)| run.as_ref());
+    let visits = runs.filter(|(arrived, new_in, _)| *arrived && *new_in > 15.0);
+    assert!(visits.count() >= 2);
 }
 
 /// Time of prowling before the drive home, and limit for it, seconds.

@@ -27,6 +27,7 @@ mod estimates;
 mod failsafe;
 mod failures;
 mod floor_map;
+mod foraging;
 mod fuzz;
 mod hints;
 mod hostile_captures;

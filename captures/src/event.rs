@@ -62,6 +62,9 @@ macro_rules! coded {
                     _ => None,
                 }
             }
+
+            /// Number of variants.
+            pub const COUNT: usize = [$(Self::$variant,)+].len();
         }
     };
 }
@@ -175,6 +178,12 @@ coded! {
         WheelsDiffer = "wheels-differ",
         /// The robot's heading is unknown.
         HeadingUnknown = "heading-unknown",
+        /// The battery lasts little longer than the drive to the dock takes.
+        DockNow = "dock-now",
+        /// The robot has moved for minutes without leaving a small place.
+        Held = "held",
+        /// Floor that was seen has never been visited.
+        Unvisited = "unvisited",
     }
 }
 
@@ -195,14 +204,30 @@ coded! {
 /// A figure in the reason for a suggestion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// Stable code: `position`, `heading` or `wheels`.
+    /// Stable code: `position`, `heading`, `wheels`, `dock-takes`, `battery-lasts`, `held-for` or `never-visited`.
     pub code: String,
-    /// The difference between the robot's value and the estimated one.
+    /// The difference between the robot's value and the estimated one, or the figure itself if it has no interval.
     pub value: f64,
     /// Half of the 95 % interval of the estimated value.
-    pub half: f64,
+    pub half: Option<f64>,
     /// Unit of both.
     pub unit: String,
+}
+
+/// Writes text such as `heading off by 9.0 +-4.0 deg` or `battery lasts 25 min`.
+impl fmt::Display for Figure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            code,
+            value,
+            half,
+            unit,
+        } = self;
+        match half {
+            Some(half) => write!(f, "{code} off by {value:.1} +-{half:.1} {unit}"),
+            None => write!(f, "{} {value:.0} {unit}", code.replace('-', " ")),
+        }
+    }
 }
 
 /// A change of a suggestion's status. A suggestion is commands that the operator may accept.
@@ -245,15 +270,7 @@ impl fmt::Display for SuggestionEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let commands = self.commands.join(", ");
         write!(f, "suggestion {}: {commands}", self.status.code())?;
-        let figures = self.figures.iter().map(|figure| {
-            let Figure {
-                code,
-                value,
-                half,
-                unit,
-            } = figure;
-            format!("{code} off by {value:.1} +-{half:.1} {unit}")
-        });
+        let figures = self.figures.iter().map(Figure::to_string);
         let figures: Vec<String> = figures.collect();
         if figures.is_empty() {
             write!(f, " ({})", self.code.code())

@@ -77,12 +77,12 @@ pub struct FigureMessage {
     /// Stable code.
     #[prost(string, tag = 1)]
     pub code: String,
-    /// The difference between the robot's value and the estimated one.
+    /// The difference between the robot's value and the estimated one, or the figure itself if it has no `half`.
     #[prost(double, tag = 2)]
     pub value: f64,
     /// Half of the 95 % interval of the estimated value.
-    #[prost(double, tag = 3)]
-    pub half: f64,
+    #[prost(double, optional, tag = 3)]
+    pub half: Option<f64>,
     /// Unit of both.
     #[prost(string, tag = 4)]
     pub unit: String,

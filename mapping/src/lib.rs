@@ -15,6 +15,7 @@ mod plan;
 mod pose;
 mod sensors;
 mod trail;
+mod unvisited;
 
 pub use compass::{
     Compass, CorrectedPose, Destination, Ellipse, Interval, NoRoute, PlannedRoute, Wheels,

@@ -1,4 +1,5 @@
-//! Commands that the station sends by itself with `--advise=auto`: suggested poses, and planned routes again while the robot drives them.
+//! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock, and planned routes again while
+//! the robot drives them.
 //!
 //! The operator outranks it. After driving by hand, STOP and a mode it is silent for a minute. STOP, another route, a new pose
 //! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
@@ -10,7 +11,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::Mode;
 
 use super::config::Advise;
-use super::ground::{Statement, is_driven_by_hand};
+use super::ground::{Statement, Suggestion, is_driven_by_hand};
 use super::{Facts, Ui};
 use crate::event::{
     CommandId, CommandStatus, Effect, Event, GROUND, Level, Moment, SuggestionCode,
@@ -58,6 +59,8 @@ pub(super) struct Automatic {
     silent_until: Moment,
     planned: Option<Planned>,
     drive: Option<Drive>,
+    /// Whether the robot stands at the end of a route of the station, and no operator has stopped it.
+    has_arrived: bool,
 }
 
 impl Automatic {
@@ -67,6 +70,38 @@ impl Automatic {
             to: to.to_owned(),
             target_in: route.target_in,
             waypoints: route.waypoints.clone(),
+        });
+    }
+
+    /// Takes a suggestion that is being sent.
+    pub(super) fn take_suggested(&mut self, suggestion: &Suggestion) {
+        if let (Some(waypoints), Some(target_in)) = (suggestion.waypoints(), suggestion.target_in) {
+            self.planned = Some(Planned {
+                to: match suggestion.code {
+                    SuggestionCode::DockNow => "home".to_owned(),
+                    _ => format!("{:.0} {:.0}", target_in.0, target_in.1),
+                },
+                target_in,
+                waypoints: waypoints.to_vec(),
+            });
+        }
+    }
+
+    fn is_planned(&self, waypoints: &[Waypoint]) -> bool {
+        let planned = self.planned.as_ref();
+        planned.is_some_and(|it| it.waypoints == waypoints)
+    }
+
+    /// Takes a route that is being sent: if it was planned or suggested, a drive begins. Any other one ends it.
+    fn take_route(&mut self, now: Moment, id: CommandId, waypoints: &[Waypoint]) {
+        let planned = self.planned.take_if(|it| it.waypoints == waypoints);
+        self.drive = planned.map(|it| Drive {
+            to: it.to,
+            target_in: it.target_in,
+            id,
+            planned_at: now,
+            until: now + LIMIT,
+            refusal: None,
         });
     }
 
@@ -80,18 +115,9 @@ impl Automatic {
         if request.mode().is_some() {
             self.silent_until = now + SILENT;
         }
+        self.has_arrived = false;
         match request {
-            Request::Route(waypoints) => {
-                let planned = self.planned.take_if(|it| it.waypoints == *waypoints);
-                self.drive = planned.map(|it| Drive {
-                    to: it.to,
-                    target_in: it.target_in,
-                    id,
-                    planned_at: now,
-                    until: now + LIMIT,
-                    refusal: None,
-                });
-            }
+            Request::Route(waypoints) => self.take_route(now, id, waypoints),
             Request::Mode(Mode::Prowl | Mode::User) => {}
             Request::Stop | Request::Mode(_) | Request::Pose { .. } => self.drive = None,
             _ => {}
@@ -112,6 +138,14 @@ impl Ui {
             Event::Asked { id, request, by } if by.as_deref() != Some(GROUND) => {
                 self.automatic.take_asked(now, *id, request);
             }
+            // A route that is planned again goes on with its drive; a suggested one begins a drive.
+            Event::Asked {
+                id,
+                request: Request::Route(waypoints),
+                ..
+            } if self.automatic.is_planned(waypoints) => {
+                self.automatic.take_route(now, *id, waypoints);
+            }
             Event::Command {
                 id,
                 status: CommandStatus::Refused(_) | CommandStatus::Failed(_),
@@ -129,7 +163,7 @@ impl Ui {
                 if !is_barred {
                     return match self.automatic.drive.take() {
                         Some(drive) => self.drive_on(now, facts, drive),
-                        None => set_pose(now, facts),
+                        None => self.accept_unasked(now, facts),
                     };
                 }
             }
@@ -141,6 +175,10 @@ impl Ui {
     /// Plans a route again each minute, and at its end until the robot has arrived.
     fn drive_on(&mut self, now: Moment, facts: &Facts, drive: Drive) -> Vec<Effect> {
         let to = drive.to.clone();
+        if facts.robot.mode() == Some(Mode::Forage) {
+            // It drives to its dock by itself.
+            return Vec::new();
+        }
         // Without a list, the robot has restarted.
         let Some(active) = facts.ledger.active().filter(|_| now < drive.until) else {
             self.note(Level::Warning, format!("plan {to}: given up"));
@@ -156,6 +194,7 @@ impl Ui {
             && let Some(Statement::Pose(pose)) = facts.ground.statement
             && (pose.x_in - drive.target_in.0).hypot(pose.y_in - drive.target_in.1) < ARRIVED_IN
         {
+            self.automatic.has_arrived = true;
             let within_in = pose.ellipse.long_in;
             let within = format!("arrived, within {within_in:.0} in");
             self.note(Level::Info, format!("plan {to}: {within}"));
@@ -204,19 +243,26 @@ impl Ui {
         self.note(level, text);
         requests.into_iter().map(Effect::SendUnasked).collect()
     }
-}
 
-/// Accepts a suggested pose.
-fn set_pose(now: Moment, facts: &Facts) -> Vec<Effect> {
-    let suggestion = facts.suggestion(now);
-    let Some(suggestion) = suggestion.filter(|it| it.code == SuggestionCode::PoseOff) else {
-        return Vec::new();
-    };
-    let accepted = suggestion.event(SuggestionStatus::Accepted);
-    let requests = suggestion.requests.iter().cloned();
-    let requests = requests.map(Effect::SendUnasked);
-    [Effect::Suggestion(accepted)]
-        .into_iter()
-        .chain(requests)
-        .collect()
+    /// Accepts a suggested pose, and the way to the dock unless an operator has stopped the robot.
+    fn accept_unasked(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
+        let is_meant = |it: &&Suggestion| match it.code {
+            SuggestionCode::PoseOff => true,
+            SuggestionCode::DockNow => {
+                facts.robot.mode() != Some(Mode::Stop) || self.automatic.has_arrived
+            }
+            _ => false,
+        };
+        let Some(suggestion) = facts.suggestion(now).filter(is_meant) else {
+            return Vec::new();
+        };
+        self.automatic.take_suggested(suggestion);
+        let accepted = suggestion.event(SuggestionStatus::Accepted);
+        let requests = suggestion.requests.iter().cloned();
+        let requests = requests.map(Effect::SendUnasked);
+        [Effect::Suggestion(accepted)]
+            .into_iter()
+            .chain(requests)
+            .collect()
+    }
 }

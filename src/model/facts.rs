@@ -290,6 +290,7 @@ impl Facts {
             motors: &self.motors,
             ledger: &self.ledger,
             parameters: &self.parameters,
+            battery_low_dv: i32::from(self.config.limits.battery_low_dv),
         });
         !self.ground.changes().is_empty()
     }

@@ -3,19 +3,26 @@
 //! Both follow from events alone. The operator accepts a suggestion, or [`automatic`](super::automatic) does. STOP, a mode,
 //! driving by hand and any unfinished command have precedence; meanwhile nothing is suggested.
 
+mod dock;
+mod held;
+mod rules;
+mod unvisited;
+
 use groundwave_mapping::{Compass, CorrectedPose, Destination, FloorMap, NoRoute, PlannedRoute};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::{Layer, Mode};
-use groundwave_protocol::telemetry::{Body, Line, ParameterName, Reading as Measured, StateLine};
+use groundwave_protocol::telemetry::{Body, Line, Reading as Measured, StateLine};
 
-use super::chart::Pose;
+use self::dock::Dock;
+use self::held::Held;
+use self::unvisited::Unvisited;
 use super::ledger::Ledger;
 use super::link::Link;
 use super::motors::{Holder, Motors};
 use super::reported_parameters::Parameters;
 use super::robot::{Robot, STATE_STALE};
 use crate::event::{Figure, Moment, SuggestionCode, SuggestionEvent, SuggestionStatus};
-use crate::request::{Amount, Request, Tuning};
+use crate::request::Request;
 
 /// Time for which a robot must stand before its pose is set: a command takes effect seconds after the line from which it
 /// follows, and a robot that turns meanwhile would get a wrong heading.
@@ -30,14 +37,6 @@ const LIFE: Moment = Moment::from_mins(5);
 /// Time between two suggestions of a kind; longer after one that expired, and for a scan.
 const REST: Moment = Moment::from_secs(30);
 const LONG_REST: Moment = Moment::from_mins(15);
-
-/// Multiple of a 95 % interval from which a value is clearly outside.
-const CLEARLY: f64 = 1.5;
-
-/// Minimum errors worth a command: degrees, inches, and difference of the wheels as a share of their diameter.
-const HEADING_LEAST_DEG: f64 = 5.0;
-const POSITION_LEAST_IN: f64 = 6.0;
-const WHEELS_LEAST: f64 = 0.002;
 
 /// Lowest levels (SPEC.md section 1) of robots that accept a pose and a scan, and of robots with parameters.
 const POSE_LEVEL: u8 = 4;
@@ -57,10 +56,20 @@ pub(crate) enum Statement {
 pub(crate) struct Suggestion {
     pub(crate) code: SuggestionCode,
     pub(crate) requests: Vec<Request>,
+    /// True X and Y of the destination of a suggested route, inches.
+    pub(crate) target_in: Option<(f64, f64)>,
     pub(crate) figures: Vec<Figure>,
 }
 
 impl Suggestion {
+    /// The waypoints of a suggested route.
+    pub(crate) fn waypoints(&self) -> Option<&[Waypoint]> {
+        self.requests.iter().find_map(|request| match request {
+            Request::Route(waypoints) => Some(&waypoints[..]),
+            _ => None,
+        })
+    }
+
     /// The event for a new status.
     pub(super) fn event(&self, status: SuggestionStatus) -> SuggestionEvent {
         SuggestionEvent {
@@ -80,6 +89,8 @@ pub(super) struct Situation<'a> {
     pub(super) motors: &'a Motors,
     pub(super) ledger: &'a Ledger,
     pub(super) parameters: &'a Parameters,
+    /// The alarm's limit of the battery, decivolts.
+    pub(super) battery_low_dv: i32,
 }
 
 /// The estimate, the present suggestion, and the times until which none is made.
@@ -92,12 +103,15 @@ pub(crate) struct Ground {
     pub(crate) statement: Option<Statement>,
     /// Since when the robot stands.
     stands_since: Option<Moment>,
+    dock: Dock,
+    held: Held,
+    unvisited: Unvisited,
     /// The present suggestion, and when it expires.
     suggestion: Option<(Suggestion, Moment)>,
     /// Changes of the suggestion by the latest event.
     changes: Vec<SuggestionEvent>,
     quiet_until: Moment,
-    rests: [Moment; 3],
+    rests: [Moment; SuggestionCode::COUNT],
 }
 
 impl Ground {
@@ -148,6 +162,9 @@ impl Ground {
         self.compass = Compass::default();
         self.statement = None;
         self.stands_since = None;
+        self.dock = Dock::default();
+        self.held = Held::default();
+        self.unvisited = Unvisited::default();
     }
 
     /// Takes a command of an operator.
@@ -160,6 +177,9 @@ impl Ground {
     /// Takes the operator's acceptance.
     pub(super) fn take_accepted(&mut self, now: Moment) {
         if let Some((suggestion, _)) = self.suggestion.take() {
+            if suggestion.code == SuggestionCode::DockNow {
+                self.dock.take_accepted();
+            }
             self.rest(now, suggestion.code, SuggestionStatus::Accepted);
         }
     }
@@ -180,6 +200,12 @@ impl Ground {
         (is_heard(robot, now) && now < *until).then_some(suggestion)
     }
 
+    /// Offers a suggestion to tests.
+    #[cfg(test)]
+    pub(crate) fn offer(&mut self, suggestion: Suggestion, until: Moment) {
+        self.suggestion = Some((suggestion, until));
+    }
+
     /// Begins, ends and expires suggestions.
     pub(super) fn watch(&mut self, it: &Situation<'_>) {
         if is_driven_by_hand(it.robot, it.motors) || it.ledger.is_busy() {
@@ -189,18 +215,23 @@ impl Ground {
         if !is_heard(it.robot, it.now) && !it.link.is_frozen() {
             return;
         }
+        let pose = match self.statement {
+            Some(Statement::Pose(pose)) => Some(pose),
+            _ => None,
+        };
+        self.dock.watch(it, pose, &self.compass);
+        self.held.watch(it, pose, &self.compass);
+        self.unvisited.watch(it, &self.compass);
         let wanted = self.wanted(it);
         if let Some((suggestion, until)) = self.suggestion.take() {
-            let is_wanted = wanted
-                .as_ref()
-                .is_some_and(|new| new.code == suggestion.code);
-            let status = if it.now >= until {
-                SuggestionStatus::Expired
-            } else if is_wanted {
-                self.suggestion = Some((suggestion, until));
-                return;
-            } else {
-                SuggestionStatus::Ended
+            let same = wanted.as_ref().filter(|new| new.code == suggestion.code);
+            let status = match same {
+                _ if it.now >= until => SuggestionStatus::Expired,
+                Some(new) => {
+                    self.suggestion = Some((new.clone(), until));
+                    return;
+                }
+                None => SuggestionStatus::Ended,
             };
             self.rest(it.now, suggestion.code, status);
             self.changes.push(suggestion.event(status));
@@ -232,53 +263,29 @@ impl Ground {
             return None;
         }
         match self.statement? {
-            Statement::HeadingUnknown => scan(it.robot),
+            Statement::HeadingUnknown => rules::scan(it.robot),
             Statement::Pose(pose) => {
                 let has_stood = self
                     .stands_since
                     .is_some_and(|since| it.now.saturating_sub(since) >= STANDS);
-                let suggestion = has_stood.then(|| set_pose(&state.value, &pose)).flatten();
-                suggestion.or_else(|| {
-                    (level >= PARAMETER_LEVEL)
-                        .then(|| self.set_wheels(it.parameters))
-                        .flatten()
-                })
+                let set_pose = || rules::set_pose(&state.value, &pose);
+                let set_wheels = || rules::set_wheels(&self.compass, it.parameters);
+                has_stood
+                    .then(set_pose)
+                    .flatten()
+                    .or_else(|| self.dock.suggestion().cloned())
+                    .or_else(|| self.held.suggestion().cloned())
+                    .or_else(|| (level >= PARAMETER_LEVEL).then(set_wheels).flatten())
+                    .or_else(|| self.unvisited.suggestion().cloned())
             }
         }
     }
+}
 
-    /// The wheels for which the heading would not drift, if they differ clearly from the robot's.
-    fn set_wheels(&self, parameters: &Parameters) -> Option<Suggestion> {
-        let wheels = self.compass.wheels()?;
-        let difference = self.compass.wheel_difference();
-        if difference.value.abs() < (CLEARLY * difference.half).max(WHEELS_LEAST) {
-            return None;
-        }
-        let set = |name: &str, value_in: f64| {
-            let known = parameters
-                .heard()
-                .iter()
-                .find(|line| line.name.as_str() == name)?;
-            let value = (value_in * 1000.0).round() as i32;
-            let name = ParameterName::new(name);
-            (known.least..=known.most)
-                .contains(&value)
-                .then_some(Request::Parameter(Tuning::Set(name, Amount::Counts(value))))
-        };
-        Some(Suggestion {
-            code: SuggestionCode::WheelsDiffer,
-            requests: vec![
-                set("wheel-left", wheels.left_in)?,
-                set("wheel-right", wheels.right_in)?,
-            ],
-            figures: vec![Figure {
-                code: "wheels".to_owned(),
-                value: 100.0 * difference.value,
-                half: 100.0 * difference.half,
-                unit: "%".to_owned(),
-            }],
-        })
-    }
+/// Whether the robot drives a route.
+fn is_on_route(it: &Situation<'_>) -> bool {
+    let drives = it.robot.mode() == Some(Mode::Prowl);
+    drives && it.ledger.active().is_some_and(|route| !route.is_driven())
 }
 
 /// Whether an operator drives the robot by hand.
@@ -300,127 +307,4 @@ const fn stands(state: &StateLine) -> bool {
         && state.rotation_in_s == 0
         && state.wheel_left_in_s == 0
         && state.wheel_right_in_s == 0
-}
-
-/// The estimated pose, if the robot's is clearly outside its intervals.
-fn set_pose(state: &StateLine, pose: &CorrectedPose) -> Option<Suggestion> {
-    if state.mode == Mode::Calibrate {
-        return None;
-    }
-    let believed = Pose::of(state);
-    let (x_in, y_in) = (believed.x_in - pose.x_in, believed.y_in - pose.y_in);
-    let turned_deg = believed.theta_deg - pose.theta_deg.value;
-    let turned_deg = ((turned_deg + 540.0).rem_euclid(360.0) - 180.0).abs();
-    let moved_in = x_in.hypot(y_in);
-    let is_turned = turned_deg >= HEADING_LEAST_DEG.max(CLEARLY * pose.theta_deg.half);
-    let is_moved = moved_in >= POSITION_LEAST_IN && ellipses(pose, (x_in, y_in)) >= CLEARLY;
-    if !is_turned && !is_moved {
-        return None;
-    }
-    let figure = |code: &str, value, half, unit: &str| Figure {
-        code: code.to_owned(),
-        value,
-        half,
-        unit: unit.to_owned(),
-    };
-    Some(Suggestion {
-        code: SuggestionCode::PoseOff,
-        requests: vec![Request::Pose {
-            position: Waypoint::new(pose.x_in.round() as i16, pose.y_in.round() as i16)?,
-            theta_deg: pose.theta_deg.value.round().rem_euclid(360.0) as u16,
-        }],
-        figures: vec![
-            figure("position", moved_in, pose.ellipse.long_in, "in"),
-            figure("heading", turned_deg, pose.theta_deg.half, "deg"),
-        ],
-    })
-}
-
-/// Distance from the middle of the 95 % ellipse, as a multiple of the distance of its edge.
-fn ellipses(pose: &CorrectedPose, (x_in, y_in): (f64, f64)) -> f64 {
-    let (sin, cos) = pose.ellipse.bearing_deg.to_radians().sin_cos();
-    let along = (x_in * sin + y_in * cos) / pose.ellipse.long_in.max(1.0);
-    let across = (x_in * cos - y_in * sin) / pose.ellipse.short_in.max(1.0);
-    along.hypot(across)
-}
-
-/// A scan, if the robot can scan in its mode.
-fn scan(robot: &Robot) -> Option<Suggestion> {
-    let turns = robot
-        .allowed()
-        .is_some_and(|allowed| allowed.contains(Layer::Rotation));
-    let stays = matches!(
-        robot.mode()?,
-        Mode::Stop | Mode::User | Mode::Passive | Mode::Calibrate
-    );
-    (turns && !stays).then(|| Suggestion {
-        code: SuggestionCode::HeadingUnknown,
-        requests: vec![Request::Scan],
-        figures: Vec::new(),
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use groundwave_mapping::{Ellipse, Interval};
-
-    use super::*;
-
-    #[test]
-    fn pose_must_be_clearly_outside_its_intervals() {
-        for (x_in, theta_deg, half_deg, suggested) in [
-            // The ellipse is 8 in long along X.
-            (0.0, 0.0, 4.0, None),
-            (0.0, 5.9, 4.0, None),
-            (0.0, 6.1, 4.0, Some("set-pose 0 0 6")),
-            (0.0, 353.8, 4.0, Some("set-pose 0 0 354")),
-            (0.0, 4.9, 1.0, None),
-            (0.0, 359.6, 4.0, None),
-            (-11.9, 0.0, 4.0, None),
-            (-12.4, 0.0, 4.0, Some("set-pose -12 0 0")),
-            (14.0, 359.8, 4.0, Some("set-pose 14 0 0")),
-            // Beyond the waypoints that the protocol has.
-            (20_000.0, 0.0, 4.0, None),
-        ] {
-            let pose = CorrectedPose {
-                x_in,
-                y_in: 0.0,
-                theta_deg: Interval {
-                    value: theta_deg,
-                    half: half_deg,
-                },
-                ellipse: Ellipse {
-                    long_in: 8.0,
-                    short_in: 4.0,
-                    bearing_deg: 90.0,
-                },
-            };
-            let suggestion = set_pose(&StateLine::BLANK, &pose);
-            let words = suggestion.map(|it| it.requests[0].to_string());
-            let what = format!("x {x_in}, {theta_deg} within {half_deg}");
-            assert_eq!(words.as_deref(), suggested, "{what}");
-        }
-    }
-
-    #[test]
-    fn reason_is_in_figures() {
-        let pose = CorrectedPose {
-            x_in: -12.4,
-            y_in: 0.0,
-            theta_deg: Interval {
-                value: 353.0,
-                half: 4.0,
-            },
-            ellipse: Ellipse {
-                long_in: 8.0,
-                short_in: 4.0,
-                bearing_deg: 90.0,
-            },
-        };
-        let suggestion = set_pose(&StateLine::BLANK, &pose).expect("a suggestion");
-        assert_eq!(
-            suggestion.event(SuggestionStatus::Begun).to_string(),
-            "suggestion begun: set-pose -12 0 353 (position off by 12.4 +-8.0 in, heading off by 7.0 +-4.0 deg)"
-        );
-    }
 }

@@ -390,6 +390,7 @@ impl Ui {
             self.warn("there is no suggestion now");
             return Vec::new();
         };
+        self.automatic.take_suggested(suggestion);
         let accepted = suggestion.event(SuggestionStatus::Accepted);
         let requests = suggestion.requests.iter().cloned();
         [Effect::Suggestion(accepted)]

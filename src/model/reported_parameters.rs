@@ -33,6 +33,12 @@ impl Parameters {
         &self.0
     }
 
+    /// The present value of a parameter; `None` before its report.
+    pub(super) fn value(&self, name: &str) -> Option<i32> {
+        let line = self.0.iter().find(|line| line.name.as_str() == name)?;
+        Some(line.value)
+    }
+
     /// Whether the robot has further parameters.
     pub(crate) fn is_partial(&self) -> bool {
         self.0

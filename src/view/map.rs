@@ -95,7 +95,10 @@ impl Screen<'_> {
             let why = why.collect::<Vec<_>>().join(", ");
             let long = match why.as_str() {
                 "" => format!("{short} (heading unknown)"),
-                why => format!("{short} (off by {why})"),
+                why if suggestion.figures.iter().all(|it| it.half.is_some()) => {
+                    format!("{short} (off by {why})")
+                }
+                why => format!("{short} ({why})"),
             };
             (vec![long, short], self.theme.warning)
         } else {
@@ -137,11 +140,14 @@ impl Screen<'_> {
     }
 
     fn figure(&self, figure: &Figure) -> String {
+        let Some(half) = figure.half else {
+            return figure.to_string();
+        };
         let within = self.theme.glyphs.within;
         let places = usize::from(figure.unit == "%") * 2;
         format!(
-            "{:.places$} {within}{:.places$} {}",
-            figure.value, figure.half, figure.unit
+            "{:.places$} {within}{half:.places$} {}",
+            figure.value, figure.unit
         )
     }
 
@@ -207,6 +213,9 @@ impl Screen<'_> {
         if let Some(pending) = self.facts.ledger.pending_route() {
             polyline(raster, projection, pending, 4, Ink::Draft);
         }
+        if let Some(route) = self.suggested_route() {
+            polyline(raster, projection, route, 4, Ink::Draft);
+        }
         self.estimate_lines(projection, raster);
         self.robot_lines(projection, raster);
         if let Some(ghost) = self.ghost() {
@@ -218,6 +227,13 @@ impl Screen<'_> {
             let center = (ghost.pose.x_in, ghost.pose.y_in);
             dashed_ellipse(raster, projection, center, circle, Ink::Robot);
         }
+    }
+
+    /// The waypoints of the suggestion.
+    fn suggested_route(&self) -> Option<&[Waypoint]> {
+        let suggestion = self.present.suggestion(self.present_at)?;
+        let is_present = self.ui.playback.is_none();
+        suggestion.waypoints().filter(|_| is_present)
     }
 
     /// Whether to draw the obstacles found by sensors, because the walls are unknown.

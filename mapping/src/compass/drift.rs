@@ -101,6 +101,12 @@ impl Drift {
         }
     }
 
+    /// Takes the number of quarter turns by which the heading was off: none is lost any more.
+    pub(super) fn find(&mut self, quarters: i32) {
+        self.turn(-90.0 * f64::from(quarters));
+        self.lost = 0.0;
+    }
+
     /// Takes a motion without a measurement.
     pub(super) fn pass(&mut self, motion: Motion) {
         for filter in &mut self.filters {
@@ -338,6 +344,10 @@ mod tests {
                 was_lost = is_lost;
             }
             prop_assert!(was_lost);
+            let (before, _) = drift.heading(Motion::default());
+            drift.find(-1);
+            let (after, is_lost) = drift.heading(Motion::default());
+            prop_assert!((after.value - before.value + 90.0).abs() < 1e-6 && is_lost, "without walls it is lost again");
         }
     }
 

@@ -2,6 +2,7 @@
 //! the walls seen before.
 
 mod directions;
+mod dock;
 mod drift;
 mod lines;
 mod matching;
@@ -24,6 +25,7 @@ use crate::sensors::Readings;
 use crate::sensors::sonar::{self, TRACK_IN};
 use crate::trail::Trail;
 use directions::{Belief, Change};
+use dock::Dock;
 use drift::{Drift, Motion};
 use lines::{is_touching, position_in, turn_deg};
 pub use reckoning::Ellipse;
@@ -63,6 +65,9 @@ const NOMINAL_WHEEL_IN: f64 = 5.0;
 /// Deviation of the walls' direction in the odometer's frame from which the map begins, degrees.
 const KNOWN_DEG: f64 = 6.0;
 
+/// Multiple of the 95 % ellipse outside of which a docked robot was misplaced.
+const FAR: f64 = 1.5;
+
 /// Factor on the deviation of the wheels' difference: slips at contacts have a side, too.
 const ALIKE: f64 = 1.7;
 
@@ -97,6 +102,7 @@ pub struct Compass {
     driven_in: f64,
     contact_s: f64,
     drift: Drift,
+    dock: Dock,
     /// Position until the direction of the house is known, and where it began.
     reckoning: Reckoning,
     origin_in: (f64, f64),
@@ -232,13 +238,9 @@ impl Compass {
         };
         if change != Some(0.0) {
             if let Some((_, last)) = self.last {
-                self.end_leg(f64::from(last.theta_deg), None);
+                self.end_stretch(f64::from(last.theta_deg), None);
             }
-            self.drift.pass(self.motion);
             self.drift.regauge(change);
-            let theta_rad = self.pose.theta_rad;
-            self.begin();
-            self.pose.theta_rad = theta_rad;
         }
     }
 
@@ -288,6 +290,7 @@ impl Compass {
             self.origin_in = position_in(state);
             self.since = Some(now);
             self.reckoning = Reckoning::at(self.origin_in);
+            self.dock = Dock::of_first(state);
             self.tracker = None;
             self.trail = Trail::default();
             self.see(state);
@@ -349,6 +352,43 @@ impl Compass {
         if self.stretch.is_complete() {
             self.measure(f64::from(state.theta_deg));
         }
+        if self.dock.take(state) {
+            self.dock_at_home(f64::from(state.theta_deg));
+        }
+    }
+
+    /// Takes the robot's place on its dock: it is at home, and its heading is known again if it has been there before.
+    fn dock_at_home(&mut self, theta_deg: f64) {
+        let Some(tracker) = &self.tracker else {
+            return;
+        };
+        let (error, is_lost) = self.drift.heading(self.motion);
+        let heading_deg = theta_deg + error.value;
+        let Some(quarters) = self.dock.quarters(heading_deg, error.deviation, is_lost) else {
+            return;
+        };
+        let house = self.drift.house(tracker.reference_deg);
+        let dock_in = tracker.in_house((0.0, 0.0), house);
+        self.drift.find(quarters);
+        let is_far = self
+            .pose()
+            .is_none_or(|pose| pose.ellipse.multiple((pose.x_in, pose.y_in)) > FAR);
+        self.end_stretch(theta_deg, Some(dock_in));
+        if quarters != 0 || is_far {
+            // What was seen is misplaced.
+            self.tracker = None;
+            self.reckoning = Reckoning::near((0.0, 0.0), dock::VARIANCE);
+            self.begin_map();
+        }
+    }
+
+    /// Ends the stretch without its walls; with the dock in the house's frame if the robot stands there.
+    fn end_stretch(&mut self, theta_deg: f64, dock_in: Option<(f64, f64)>) {
+        self.end_leg(theta_deg, None, dock_in);
+        self.drift.pass(self.motion);
+        let theta_rad = self.pose.theta_rad;
+        self.begin();
+        self.pose.theta_rad = theta_rad;
     }
 
     /// Keeps what a line says of the floor around its pose.
@@ -395,7 +435,7 @@ impl Compass {
             likelihood[low] * (1.0 - share) + likelihood[(low + 1) % DIRECTIONS] * share
         };
         let likelihoods = std::array::from_fn(|deg| of_wall(deg as f64));
-        self.end_leg(theta_deg, Some(&likelihoods));
+        self.end_leg(theta_deg, Some(&likelihoods), None);
         self.drift.update(self.motion, of_wall);
         self.begin();
         self.pose.theta_rad = theta_deg.to_radians();
@@ -441,15 +481,22 @@ impl Compass {
             contact_s: self.contact_s,
             stretch: stretch.unwrap_or_default(),
             trail: Trail::default(),
+            dock_in: None,
         }
     }
 
-    fn end_leg(&mut self, theta_deg: f64, likelihood: Option<&Belief>) {
+    fn end_leg(
+        &mut self,
+        theta_deg: f64,
+        likelihood: Option<&Belief>,
+        dock_in: Option<(f64, f64)>,
+    ) {
         if self.tracker.is_none() {
             return;
         }
         let mut leg = self.leg(theta_deg, likelihood);
         leg.trail = std::mem::take(&mut self.trail);
+        leg.dock_in = dock_in;
         if let Some(tracker) = &mut self.tracker {
             tracker.take(leg);
         }

@@ -29,6 +29,18 @@ pub struct Ellipse {
     pub bearing_deg: f64,
 }
 
+impl Ellipse {
+    /// Distance of a point from the middle, as a multiple of the distance of the edge: more than 1 is outside. Axes of less than an
+    /// inch count as one.
+    #[must_use]
+    pub fn multiple(&self, (x_in, y_in): (f64, f64)) -> f64 {
+        let (sin, cos) = libm::sincos(self.bearing_deg.to_radians());
+        let along = (x_in * sin + y_in * cos) / self.long_in.max(1.0);
+        let across = (x_in * cos - y_in * sin) / self.short_in.max(1.0);
+        libm::hypot(along, across)
+    }
+}
+
 /// A position, and the covariance of it and of the heading (X, Y, heading in radians).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reckoning {
@@ -44,6 +56,15 @@ impl Reckoning {
             x_in,
             y_in,
             covariance: [[0.0; 3]; 3],
+        }
+    }
+
+    /// A position with the same variance in all directions.
+    pub(super) fn near((x_in, y_in): (f64, f64), variance: f64) -> Self {
+        Self {
+            x_in,
+            y_in,
+            covariance: [[variance, 0.0, 0.0], [0.0, variance, 0.0], [0.0; 3]],
         }
     }
 

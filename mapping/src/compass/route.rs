@@ -11,6 +11,7 @@ use crate::floor::Floor;
 use crate::floor_map::FloorMap;
 use crate::plan::{Blocked, Point, Terrain};
 use crate::pose::turned;
+use crate::unvisited;
 
 /// Long semi-axis of the position's 95 % ellipse from which no route is planned, inches: a room.
 const UNCERTAIN_IN: f64 = 300.0;
@@ -157,6 +158,18 @@ impl Compass {
             *pose = tracker.pose_in_world(*pose, house);
         }
         FloorMap::new(&Floor::new(&views))
+    }
+
+    /// The largest piece of floor that was seen but where the robot has never been: true X and Y of a place in it, inches, and its area,
+    /// square feet. `None` if there is none, or the floor is not known ([`Self::floor_map`]).
+    #[must_use]
+    pub fn unvisited(&self) -> Option<((f64, f64), f64)> {
+        let (_, last) = self.last.as_ref()?;
+        let tracker = self.tracker.as_ref()?;
+        let (views, _) = tracker.seen(&self.unfinished_leg(last));
+        let piece = unvisited::largest(&Floor::new(&views))?;
+        let house = self.drift.house(tracker.reference_deg);
+        Some((tracker.in_world(piece.middle, house), piece.area_sq_ft))
     }
 
     /// The leg up to a line, with what was seen on it.

@@ -8,7 +8,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::matching::{Foot, Matrix, compare, inverse};
+use super::matching::{Foot, Match, Matrix, compare, inverse};
 use super::symmetric::Symmetric;
 use crate::pose::Pose;
 use crate::sensors::Readings;
@@ -250,6 +250,11 @@ impl Submaps {
         let Some(found) = compare(&seen, &map, prior, idle) else {
             return;
         };
+        self.correct(&across, inverse, found);
+    }
+
+    /// Corrects all places by a displacement: `across` is its covariance with each, `inverse` the inverse of its own.
+    fn correct(&mut self, across: &[[f64; 2]], inverse: Matrix, found: Match) {
         let by = |row: [f64; 2], matrix: Matrix| {
             [0, 1].map(|axis| row[0] * matrix[0][axis] + row[1] * matrix[1][axis])
         };
@@ -261,6 +266,38 @@ impl Submaps {
                 *value -= taken[0] * other[0] + taken[1] * other[1];
             }
         }
+    }
+
+    /// Takes the robot's position as measured with a variance on each axis, and corrects all places.
+    pub(super) fn fix(&mut self, measured: (f64, f64), variance: f64) {
+        let across: Vec<[f64; 2]> = (0..self.mean.len())
+            .map(|at| [0, 1].map(|axis| self.covariance.at(at, axis)))
+            .collect();
+        let prior = self.covariance();
+        let mut sum = prior;
+        sum[0][0] += variance;
+        sum[1][1] += variance;
+        let (Some(inverse), Some(of_sum)) = (inverse(prior), inverse(sum)) else {
+            return;
+        };
+        let times = |one: Matrix, other: Matrix| {
+            [0, 1].map(|row: usize| {
+                [0, 1].map(|column: usize| {
+                    one[row][0] * other[0][column] + one[row][1] * other[1][column]
+                })
+            })
+        };
+        let gain = times(prior, of_sum);
+        let here = self.position_in();
+        let off = (measured.0 - here.0, measured.1 - here.1);
+        let found = Match {
+            shift_in: (
+                gain[0][0] * off.0 + gain[0][1] * off.1,
+                gain[1][0] * off.0 + gain[1][1] * off.1,
+            ),
+            taken: times(gain, prior),
+        };
+        self.correct(&across, inverse, found);
     }
 
     /// Adds views from the robot's position, beside the newest submap.
@@ -441,6 +478,27 @@ mod tests {
             let (x, y) = (position.0 - truth.0, position.1 - truth.1);
             let squared = x * x * inverse[0][0] + 2.0 * x * y * inverse[0][1] + y * y * inverse[1][1];
             prop_assert!(squared < 5.991, "{squared}");
+        }
+
+        /// A robot on its dock is where the dock is, and the map moves with it as far as its places depend on the robot's.
+        #[test]
+        fn measured_position_moves_the_map_along(
+            x_in in -60.0..60.0_f64, y_in in -60.0..60.0_f64, variance in 16.0..100.0_f64,
+        ) {
+            let mut submaps = Submaps::at((40.0, 40.0), 1.0);
+            submaps.add(room((40.0, 40.0)));
+            submaps.advance((300.0, 0.0), 0.2, 300.0, 0.0);
+            submaps.add(room((40.0, 40.0)));
+            let (first, second, p) = (submaps.origin(0), submaps.origin(1), submaps.covariance());
+            let here = submaps.position_in();
+            submaps.fix((here.0 + x_in, here.1 + y_in), variance);
+            let after = submaps.covariance();
+            prop_assert!(after[0][0] < p[0][0] && after[1][1] < variance, "{after:?}");
+            let moved = submaps.origin(1);
+            prop_assert!((moved.0 - submaps.position_in().0).abs() < 1e-6, "the robot stands at it");
+            prop_assert!((moved.1 - second.1 - y_in).abs() < 0.1 * y_in.abs() + 1e-6, "{moved:?}");
+            let kept = submaps.origin(0);
+            prop_assert!((kept.0 - first.0).hypot(kept.1 - first.1) < 3.0, "{kept:?}");
         }
 
         /// Where the map has no walls, a stretch changes nothing.

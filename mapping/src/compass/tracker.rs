@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::directions::{self, Belief, Change};
+use super::dock;
 use super::drift::Estimate;
 use super::matching::Matrix;
 use super::reckoning::{self, Ellipse};
@@ -43,6 +44,8 @@ pub(super) struct Leg {
     pub(super) stretch: Stretch,
     /// What was seen, in the frame of the stretch.
     pub(super) trail: Trail,
+    /// The dock in the house's frame, if the robot stands there at the end.
+    pub(super) dock_in: Option<(f64, f64)>,
 }
 
 impl Leg {
@@ -80,6 +83,9 @@ impl Leg {
             self.path_in,
             self.contact_s,
         );
+        if let Some(dock_in) = self.dock_in {
+            submaps.fix(dock_in, dock::VARIANCE);
+        }
     }
 }
 

@@ -5,9 +5,9 @@ use groundwave_protocol::telemetry::{AbilitiesLine, Body};
 
 use super::time::playback;
 use super::*;
-use crate::event::GROUND;
+use crate::event::{Figure, GROUND, Moment, SuggestionCode};
 use crate::model::Advise;
-use crate::model::ground::Statement;
+use crate::model::ground::{Statement, Suggestion};
 
 /// A robot that stands, with an estimate of its pose that is off by 14 in and 9 degrees.
 fn off(config: Config) -> Scene {
@@ -63,6 +63,43 @@ fn the_estimate_and_the_suggestion_are_under_the_map() {
     let past = screen(&scene, 120, 40);
     assert!(!past.contains("set-pose"), "{past}");
     row(&past, "ground: heading");
+}
+
+/// The way of a suggestion is on the map like a draft, and its reason is in words.
+#[test]
+fn a_suggested_way_is_on_the_map() {
+    let mut scene = flight(Config::default());
+    let figure = |code: &str, value| Figure {
+        code: code.to_owned(),
+        value,
+        half: None,
+        unit: "min".to_owned(),
+    };
+    let before = screen(&scene, 120, 40);
+    let waypoints = [(40, 0), (40, 60)].map(|(x_in, y_in)| Waypoint { x_in, y_in });
+    let suggestion = Suggestion {
+        code: SuggestionCode::DockNow,
+        requests: vec![
+            Request::Route(waypoints.to_vec()),
+            Request::Mode(Mode::Prowl),
+        ],
+        target_in: Some((40.0, 60.0)),
+        figures: vec![figure("dock-takes", 9.2), figure("battery-lasts", 25.4)],
+    };
+    let until = scene.now + Moment::from_mins(1);
+    scene.model.facts.ground.offer(suggestion, until);
+    let with = screen(&scene, 120, 40);
+    row(
+        &with,
+        "Ctrl-Y: route of 2, mode prowl (dock takes 9 min, battery lasts 25 min)",
+    );
+    let braille = |text: &str| {
+        text.chars()
+            .filter(|c| ('\u{2801}'..='\u{28ff}').contains(c))
+            .count()
+    };
+    assert!(braille(&with) > braille(&before), "{with}");
+    row(&screen(&scene, 80, 24), "Ctrl-Y: route of 2, mode prowl");
 }
 
 #[test]
