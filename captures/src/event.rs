@@ -118,6 +118,8 @@ coded! {
         Operator = "operator",
         /// Another robot sends on the channel.
         OtherRobot = "other-robot",
+        /// Another robot is followed, because the one before was not heard for a minute.
+        RobotReplaced = "robot-replaced",
         /// A mistake in the robot's lines.
         RobotMistake = "robot-mistake",
         /// State of the playback.

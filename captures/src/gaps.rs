@@ -57,7 +57,8 @@ impl Gaps {
         let is_interrupted = std::mem::take(&mut self.is_interrupted);
         let is_after_boot = counters.restarts > self.before.restarts
             && counters.hidden.max > self.before.hidden.max;
-        if is_interrupted || lost.is_some() || is_after_boot {
+        let is_replaced = self.before.replaced_robot != counters.replaced_robot;
+        if is_interrupted || lost.is_some() || is_after_boot || is_replaced {
             let lost = lost.filter(|_| !is_interrupted);
             self.open.push_back(Open { line: lines, lost });
         }

@@ -148,6 +148,7 @@ struct Seen {
     unclocked_gaps: u64,
     restarts: u64,
     noise_bytes: u64,
+    replaced_robot: Option<u8>,
 }
 
 impl Outages {
@@ -202,6 +203,7 @@ impl Outages {
             unclocked_gaps: counters.unclocked_gaps,
             restarts: counters.restarts,
             noise_bytes: counters.noise_bytes,
+            replaced_robot: counters.replaced_robot,
         };
         let Some(latest) = self.latest.replace(seen) else {
             return;
@@ -276,6 +278,10 @@ impl Outages {
             self.likeliest = Some((likelihood, gap));
         }
         self.add_hidden(hidden);
+        if seen.replaced_robot != latest.replaced_robot {
+            // No clock shows how many lines the replaced robot sent.
+            self.settle();
+        }
         if received.uptime_s().is_some() {
             // The clock in line C has shown the hundreds, unless it is the first one.
             let is_open = seen.hidden.since(latest.hidden).is_open;

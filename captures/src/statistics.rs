@@ -17,7 +17,7 @@ mod uplink;
 
 use std::io;
 
-use groundwave_protocol::decoder::{self, Counters, DamageKind};
+use groundwave_protocol::decoder::{self, Counters, DamageKind, OTHERS_MAX};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -119,15 +119,27 @@ impl Loss {
     }
 }
 
-/// Lines of another robot on the channel, counted separately.
+/// Lines of other robots on the channel, counted separately.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct OtherRobot {
-    /// Number of the other robot.
+    /// Id of the first other robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_robot: Option<u8>,
-    /// Number of its lines.
+    /// Ids of all other robots.
+    #[serde(
+        skip_serializing_if = "is_one_at_most",
+        serialize_with = "serialize_ids"
+    )]
+    pub other_robots: [Option<u8>; OTHERS_MAX],
+    /// Number of their lines.
     #[serde(skip_serializing_if = "is_zero")]
     pub other_lines: u64,
+    /// Id of the robot that was followed before, if another one replaced it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replaced_robot: Option<u8>,
+    /// Id of the followed robot, if it replaced another one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub followed_robot: Option<u8>,
 }
 
 impl OtherRobot {
@@ -135,19 +147,75 @@ impl OtherRobot {
     #[must_use]
     pub const fn of(counters: &Counters) -> Self {
         Self {
-            other_robot: counters.other_robot,
+            other_robot: counters.other_robots[0],
+            other_robots: counters.other_robots,
             other_lines: counters.other_lines + counters.other_ack_lines,
+            replaced_robot: counters.replaced_robot,
+            followed_robot: match counters.replaced_robot {
+                Some(_) => counters.robot,
+                None => None,
+            },
         }
     }
 
-    /// Writes a row of a summary, if there is another robot.
-    pub(super) fn write_row(&self, output: &mut impl io::Write) -> io::Result<()> {
-        let Some(id) = self.other_robot else {
-            return Ok(());
-        };
-        let lines = counted(self.other_lines, "line");
-        writeln!(output, "others     {lines} of robot {id}, kept apart")
+    /// The other robots as text: `robot 7` or `robots 7 and 9`; `None` if there are none.
+    #[must_use]
+    pub fn names(&self) -> Option<String> {
+        let mut ids: Vec<String> = self.ids().map(|id| id.to_string()).collect();
+        let last = ids.pop()?;
+        Some(if ids.is_empty() {
+            format!("robot {last}")
+        } else {
+            format!("robots {} and {last}", ids.join(", "))
+        })
     }
+
+    /// Ids of the other robots.
+    pub fn ids(&self) -> impl Iterator<Item = u8> {
+        self.other_robots.into_iter().flatten()
+    }
+
+    /// The change of the followed robot as text; `None` if there was none.
+    #[must_use]
+    pub fn change(&self) -> Option<String> {
+        let (followed, replaced) = (self.followed_robot?, self.replaced_robot?);
+        Some(format!(
+            "robot {followed} is followed now; robot {replaced} was not heard for a minute"
+        ))
+    }
+
+    /// Writes the rows of a summary, if there is another robot.
+    pub(super) fn write_rows(&self, output: &mut impl io::Write) -> io::Result<()> {
+        if let Some(names) = self.names() {
+            let lines = counted(self.other_lines, "line");
+            // Lines of the followed robot are among them, from before it was followed.
+            let of = if self.replaced_robot.is_some() {
+                "other robots".to_owned()
+            } else {
+                names
+            };
+            writeln!(output, "others     {lines} of {of}, kept apart")?;
+        }
+        if let Some(change) = self.change() {
+            writeln!(output, "followed   {change}")?;
+        }
+        Ok(())
+    }
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
+fn is_one_at_most(ids: &[Option<u8>; OTHERS_MAX]) -> bool {
+    ids.iter().flatten().count() <= 1
+}
+
+fn serialize_ids<S: Serializer>(
+    ids: &[Option<u8>; OTHERS_MAX],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(ids.iter().flatten())
 }
 
 #[expect(

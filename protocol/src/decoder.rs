@@ -14,6 +14,7 @@ use crate::telemetry::{ACK_LINE_BYTES, AckLine, FieldError, Line, SEQUENCE_MODUL
 pub use damage::{DamageKind, Damaged};
 pub use reckoning::Lost;
 use reckoning::{AtCounters, Reckoning};
+pub use robots::OTHERS_MAX;
 use robots::{Robots, Sender};
 
 /// Counts of the decoder. Each byte belongs to an intact line or is noise; each line feed ends an intact
@@ -56,8 +57,12 @@ pub struct Counters {
     pub other_lines: u64,
     /// Number of lines of another robot included in `ack_lines`.
     pub other_ack_lines: u64,
-    /// Id of another robot on the channel, if there is one.
-    pub other_robot: Option<u8>,
+    /// Id of the followed robot, once a line shows it.
+    pub robot: Option<u8>,
+    /// Id of the robot that was followed before another one replaced it.
+    pub replaced_robot: Option<u8>,
+    /// Ids of the other robots on the channel, in the order in which they appeared.
+    pub other_robots: [Option<u8>; OTHERS_MAX],
     /// Number of bytes outside intact lines, including those of an unfinished line.
     pub noise_bytes: u64,
 }
@@ -170,6 +175,19 @@ impl Decoder {
         self.counters.give_up_settling();
     }
 
+    /// Forgets which robot is followed, as when the link leads to another station; nothing is known of the lines between.
+    pub fn forget_robot(&mut self) {
+        self.skip();
+        self.life = Life::default();
+        self.robots = Robots::default();
+    }
+
+    /// Keeps the followed robot however long only another one is heard, or lets the other one replace it again. A station holds the robot
+    /// to which it sends.
+    pub const fn hold_robot(&mut self, is_held: bool) {
+        self.robots.hold(is_held);
+    }
+
     /// Sets the ground's time of the next bytes, ms. The time limits the number of lines lost in a silence until the robot's clock shows
     /// the number; without a time, the number is unknown until then.
     pub const fn set_time(&mut self, now_ms: u64) {
@@ -216,8 +234,8 @@ impl Decoder {
         None
     }
 
-    /// The next intact line of the followed robot; lines of other robots on the channel are skipped (see [`Self::next_line`]). The first robot received is followed; after
-    /// 15 consecutive lines of another robot, that robot is followed. A line whose sender the next line decides is returned, too.
+    /// The next intact line of the followed robot; lines of other robots on the channel are skipped (see [`Self::next_line`]). The first robot received is followed. Another
+    /// robot replaces it after 180 of its lines, and a minute where times are known, without a line of the followed one. A line whose sender the next line decides is returned, too.
     pub fn next_own_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         loop {
             let received = self.next_line(bytes)?;
@@ -333,9 +351,9 @@ impl Decoder {
     fn accept(&mut self, received: &Received, length: usize) {
         self.fresh = 0;
         self.counters.noise_bytes -= length as u64;
-        let is_silence = self.reckoning.is_silence();
+        let silence_ms = self.reckoning.silence_ms();
         if let Some(line) = self.undecided
-            && let Some(is_own) = self.robots.sent_own(&line.received, received, is_silence)
+            && let Some(is_own) = self.robots.sent_own(&line.received, received, silence_ms)
         {
             self.undecided = None;
             self.decide(&line, is_own);
@@ -344,15 +362,24 @@ impl Decoder {
             Received::Line(..) => self.counters.lines += 1,
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
-        let sender = self.robots.take(received, is_silence);
-        self.is_own = sender != Sender::Other;
-        self.counters.other_robot = self.robots.other_id();
+        let sender = self.robots.take(received, silence_ms);
+        self.is_own = !matches!(sender, Sender::Other(_));
+        self.counters.robot = self.robots.own_id();
+        self.counters.replaced_robot = self.robots.replaced_id();
+        self.counters.other_robots = self.robots.other_ids();
         match sender {
             Sender::Own => self.count_own(received, length),
-            Sender::Other => self.count_other(received),
+            Sender::Other(_) => self.count_other(received),
             Sender::Successor => {
+                let most = self.reckoning.take_pause(false, length);
                 self.skip();
                 self.life = Life::default();
+                // The replaced robot may have sent until now, or not at all.
+                self.counters.hidden = self.counters.hidden.and(Lost {
+                    min: 0,
+                    max: most.unwrap_or(0),
+                    is_open: most.is_none(),
+                });
                 self.count_own(received, length);
             }
             Sender::Undecided => {

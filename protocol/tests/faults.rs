@@ -119,6 +119,45 @@ fn stopped_line(sequence: u8) -> Received {
     Received::Line(line, line.encode())
 }
 
+/// A line of another robot, as if the followed one was silent for long.
+fn line_of(robot_id: u8) -> Received {
+    let Received::Line(mut line, _) = stopped_line(0) else {
+        unreachable!()
+    };
+    line.ack.detail = Detail::Idle { owner: 0, robot_id };
+    Received::Line(line, line.encode())
+}
+
+#[test]
+fn a_stop_under_way_stays_with_its_robot() {
+    let mut fop = Fop::new(Config::new(1));
+    fop.handle_received(0, &stopped_line(0));
+    fop.stop(1_000_000);
+    assert!(fop.holds_robot());
+    fop.handle_received(1_100_000, &line_of(ROBOT_ID + 1));
+    let frame = fop.poll_transmit(1_200_000).map(<[u8]>::to_vec).unwrap();
+    let mut receiver = Receiver::default();
+    let heard = frame
+        .iter()
+        .find_map(|byte| receiver.handle_byte(*byte, ROBOT_ID, None));
+    assert!(matches!(heard, Some(Message::Stop(_))), "{heard:?}");
+}
+
+#[test]
+fn an_idle_station_takes_the_next_robot_with_nothing_of_the_one_before() {
+    let mut fop = Fop::new(Config::new(1));
+    fop.handle_received(0, &stopped_line(0));
+    assert!(!fop.holds_robot());
+    fop.handle_received(60_000_000, &line_of(ROBOT_ID + 1));
+    fop.stop(61_000_000);
+    let frame = fop.poll_transmit(61_000_000).map(<[u8]>::to_vec).unwrap();
+    let mut receiver = Receiver::default();
+    let heard = frame
+        .iter()
+        .find_map(|byte| receiver.handle_byte(*byte, ROBOT_ID + 1, None));
+    assert!(matches!(heard, Some(Message::Stop(_))), "{heard:?}");
+}
+
 /// A line with mode stop may be older than an order that started the robot, so only the acknowledgement confirms a STOP.
 #[test]
 fn a_late_line_of_a_stopped_robot_proves_no_stop() {

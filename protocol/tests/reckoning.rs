@@ -324,10 +324,104 @@ fn lines_of_another_robot_are_kept_apart_and_not_lost() {
     let counters = decoder.counters();
     assert_eq!(counters.lost(), exactly(0));
     assert_eq!((counters.intact(), counters.other_lines), (305, 300));
-    assert_eq!(counters.other_robot, Some(9));
-    // The other robot alone is followed after 15 lines.
-    assert_eq!(hear(&mut decoder, &other.lines(20)).len(), 7);
-    assert_eq!(decoder.counters().other_robot, None);
+    assert_eq!(counters.other_robots, [Some(9), None, None, None]);
+    // Without times, the other robot alone is followed after 180 lines.
+    assert_eq!(hear(&mut decoder, &other.lines(200)).len(), 22);
+    let counters = decoder.counters();
+    assert_eq!(
+        (counters.robot, counters.replaced_robot),
+        (Some(9), Some(7))
+    );
+    assert_eq!(counters.other_robots[0], Some(7));
+    assert_eq!(counters.lost().known_max(), None);
+}
+
+/// Hears both robots for some lines each.
+fn hear_both(decoder: &mut Decoder, own: &mut Robot, other: &mut Robot, lines: u64) {
+    for _ in 0..lines {
+        hear_next(decoder, own);
+        hear_next(decoder, other);
+    }
+}
+
+/// Hears only the other robot for some lines, while those of the followed one are lost.
+fn hear_other(decoder: &mut Decoder, own: &mut Robot, other: &mut Robot, lines: u64) {
+    own.lines(lines);
+    for _ in 0..lines {
+        hear_next(decoder, other);
+    }
+}
+
+#[test]
+fn a_robot_that_is_silent_for_less_than_a_minute_stays_the_followed_one() {
+    for (silent, boot, shows_era) in [15, 21, 99, 150]
+        .into_iter()
+        .flat_map(|silent| [(3, false), (4, true)].map(|(boot, era)| (silent, boot, era)))
+    {
+        let mut own = Robot {
+            shows_era,
+            ..Robot::new(7)
+        };
+        let mut other = Robot {
+            boot,
+            sent: 41,
+            shows_era,
+            ..Robot::new(9)
+        };
+        let mut decoder = Decoder::default();
+        hear_both(&mut decoder, &mut own, &mut other, 60);
+        hear_other(&mut decoder, &mut own, &mut other, silent);
+        hear_both(&mut decoder, &mut own, &mut other, 40);
+        let (counters, case) = (decoder.counters(), (silent, boot));
+        assert_eq!(counters.robot, Some(7), "{case:?}");
+        assert_eq!(counters.lost(), exactly(silent), "{case:?}");
+        assert_eq!(counters.intact(), 100, "{case:?}");
+        assert_eq!(counters.other_lines, 100 + silent, "{case:?}");
+        assert_eq!(counters.restarts, 0, "{case:?}");
+    }
+}
+
+#[test]
+fn a_robot_that_is_silent_for_a_minute_is_replaced_unless_it_is_held() {
+    for (is_held, idle) in [(false, 0), (true, 0), (false, -60)] {
+        let (mut own, mut other) = (Robot::new(7), Robot::new(9));
+        let mut decoder = Decoder::default();
+        decoder.hold_robot(is_held);
+        hear_both(&mut decoder, &mut own, &mut other, 60);
+        other.idle = idle;
+        hear_other(&mut decoder, &mut own, &mut other, 200);
+        let (counters, case) = (decoder.counters(), (is_held, idle));
+        // 200 lines of a fast robot come in 17 s.
+        let is_replaced = !is_held && idle == 0;
+        let followed = if is_replaced { 9 } else { 7 };
+        assert_eq!(counters.robot, Some(followed), "{case:?}");
+        assert_eq!(counters.restarts, 0, "{case:?}");
+        let lost = counters.lost();
+        assert_eq!((lost.min, lost.is_open), (0, false), "{case:?}");
+        // The replaced robot may have sent all the time.
+        let is_counted = (175..210).contains(&lost.max);
+        assert_eq!(is_counted, is_replaced, "{case:?}: {lost:?}");
+    }
+}
+
+#[test]
+fn several_other_robots_are_kept_apart() {
+    let mut own = Robot::new(7);
+    let mut others = [9, 11, 12].map(Robot::new);
+    for (other, sent) in others.iter_mut().zip([41, 60, 80]) {
+        other.sent = sent;
+    }
+    let mut decoder = Decoder::default();
+    for _ in 0..150 {
+        hear_next(&mut decoder, &mut own);
+        for other in &mut others {
+            hear_next(&mut decoder, other);
+        }
+    }
+    let counters = decoder.counters();
+    assert_eq!(counters.other_robots, [Some(9), Some(11), Some(12), None]);
+    assert_eq!(counters.lost(), exactly(0));
+    assert_eq!((counters.intact(), counters.other_lines), (150, 450));
 }
 
 /// Lines that show an era have no id, the first one of the other robot among them.
@@ -504,10 +598,11 @@ fn a_robot_that_follows_another_one_has_not_restarted() {
     (second.boot, second.sent) = (5, 41);
     let mut decoder = Decoder::default();
     hear(&mut decoder, &first.lines(40));
-    hear(&mut decoder, &second.lines(100));
+    hear(&mut decoder, &second.lines(300));
     let counters = decoder.counters();
-    assert_eq!((counters.restarts, counters.lost()), (0, exactly(0)));
-    assert_eq!(counters.intact() + counters.other_lines, 140);
+    assert_eq!((counters.restarts, counters.lost().min), (0, 0));
+    assert_eq!(counters.intact() + counters.other_lines, 340);
+    assert_eq!(counters.robot, Some(9));
 }
 
 /// The robot's own lines are neither damaged nor noise of damaged lines.

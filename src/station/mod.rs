@@ -26,7 +26,7 @@ use crate::event::{
 };
 use crate::outages::Outages;
 use crate::request::Request;
-use crate::statistics::{BITS_PER_BYTE, LinkMeter, Statistics};
+use crate::statistics::{BITS_PER_BYTE, LinkMeter, OtherRobot, Statistics};
 use own_uplink::OwnUplink;
 use reception::Listener;
 use shared::Shared;
@@ -75,8 +75,8 @@ pub struct Station {
     stopped: bool,
     next_id: u32,
     reported_counters: Counters,
-    /// Number of the other robot on the channel, once reported.
-    reported_other: Option<u8>,
+    /// What was reported of other robots on the channel.
+    reported_other: OtherRobot,
     outages: Outages,
     examiner: Examiner,
     /// Rate of the link, bit/s.
@@ -128,7 +128,7 @@ impl Station {
             stopped: false,
             next_id: 1,
             reported_counters: Counters::default(),
-            reported_other: None,
+            reported_other: OtherRobot::default(),
             outages: Outages::default(),
             examiner: Examiner::default(),
             baud: BYTES_PER_S * BITS_PER_BYTE,
@@ -206,7 +206,7 @@ impl Station {
 
     /// Takes a connection to another station than before: its robot may be another one, so nothing is known of the lines between.
     pub fn handle_other_station(&mut self) {
-        self.decoder.skip();
+        self.decoder.forget_robot();
         self.examiner = Examiner::default();
     }
 
@@ -238,6 +238,7 @@ impl Station {
         let before = *self.decoder.counters();
         let mut bytes = run;
         let mut last = None;
+        self.decoder.hold_robot(self.fop.holds_robot());
         while let Some(received) = self.decoder.next_own_line(&mut bytes) {
             let counters = self.decoder.counters();
             self.meter.take_line(counters);
@@ -312,14 +313,23 @@ impl Station {
         }
     }
 
-    /// Reports another robot on the channel, once.
+    /// Reports each other robot on the channel once, and a change of the followed one.
     fn report_other_robot(&mut self) {
-        let other = self.decoder.counters().other_robot;
-        if std::mem::replace(&mut self.reported_other, other) == other {
+        let other = OtherRobot::of(self.decoder.counters());
+        let before = std::mem::replace(&mut self.reported_other, other);
+        if other.followed_robot != before.followed_robot
+            && let Some(text) = other.change()
+        {
+            self.notice(NoticeCode::RobotReplaced, Level::Warning, &text);
             return;
         }
-        if let Some(id) = other {
-            let text = format!("robot {id} also sends on this channel; its lines are kept apart");
+        let is_new = |id: &u8| before.ids().all(|known| known != *id);
+        for id in other.ids().filter(is_new) {
+            let mut text =
+                format!("robot {id} also sends on this channel; its lines are kept apart");
+            if let Some(own) = self.decoder.counters().robot {
+                text += &format!(", robot {own} is followed");
+            }
             self.notice(NoticeCode::OtherRobot, Level::Warning, &text);
         }
     }

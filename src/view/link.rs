@@ -88,9 +88,9 @@ impl Screen<'_> {
         if !types.is_empty() {
             rows.push(("of types", types, theme.plain));
         }
-        if let Some(id) = statistics.other.other_robot {
+        if let Some(names) = statistics.other.names() {
             let lines = statistics.other.other_lines;
-            let other = format!("robot {id}: {}, kept apart", counted(lines, "line"));
+            let other = format!("{names}: {}, kept apart", counted(lines, "line"));
             rows.push(("others", other, theme.warning));
         }
         if let Some(robot) = self.facts.robot.abilities {

@@ -147,8 +147,8 @@ impl Examiner {
         let mut piece = std::mem::take(&mut self.piece);
         let line = piece.strip_suffix(b"\n").unwrap_or(&piece);
         let counters = decoder.counters();
-        if before.other_robot.is_none()
-            && let Some(other) = counters.other_robot
+        if before.other_robots[0].is_none()
+            && let Some(other) = counters.other_robots[0]
         {
             let place = format!("robot {other} is on the channel, too");
             self.suspect(kind::TWO_ROBOTS, true, line, None, place)

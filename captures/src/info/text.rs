@@ -60,7 +60,7 @@ impl Info {
         if let Some(clause) = diagnosis::clause(&self.mistakes) {
             writeln!(output, "mistakes   {clause}; `groundwave check` shows more")?;
         }
-        self.other.write_row(output)
+        self.other.write_rows(output)
     }
 
     /// Writes the bytes, and Groundwave's lines unless all lines are the robot's own.

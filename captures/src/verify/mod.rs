@@ -160,7 +160,7 @@ impl Verdict {
                 gap.until_s
             )?,
         }
-        self.other.write_row(output)?;
+        self.other.write_rows(output)?;
         if let Some(longest) = self.outages.iter().max_by_key(|it| it.duration()) {
             writeln!(
                 output,

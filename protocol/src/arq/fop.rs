@@ -232,6 +232,12 @@ impl Fop {
         matches!(self.session, Session::Open { .. })
     }
 
+    /// Whether frames for one robot are under way, so that no other robot may take its place: a session, a command, hand drive or STOP.
+    #[must_use]
+    pub const fn holds_robot(&self) -> bool {
+        self.is_open() || self.work.is_some() || self.drive.is_some() || self.stopping.is_some()
+    }
+
     /// Whether both ends can send at the same time, as far as known.
     #[must_use]
     pub const fn duplex(&self) -> Duplex {

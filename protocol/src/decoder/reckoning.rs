@@ -14,7 +14,7 @@ const MEASURED_S: u64 = 8;
 const CLEAN_S: u64 = 30;
 
 /// Minimum ground time between two lines that counts as a silence, in which lines may have been lost, ms.
-const SILENCE_MS: u64 = 2000;
+pub(super) const SILENCE_MS: u64 = 2000;
 
 /// Minimum ground time without loss after which its rate is used for the duration of a gap, ms.
 const HEARD_MS: u64 = 1000;
@@ -141,12 +141,9 @@ impl Reckoning {
         self.now_ms
     }
 
-    /// Whether no line of the followed robot came for 2 s of the ground's clock.
-    pub(super) fn is_silence(&self) -> bool {
-        let silence_ms = |before: u64| Some(self.now_ms?.saturating_sub(before));
-        self.line_ms
-            .and_then(silence_ms)
-            .is_some_and(|silence_ms| silence_ms >= SILENCE_MS)
+    /// The ground's time since the latest line of the followed robot, ms; `None` if it is unknown.
+    pub(super) fn silence_ms(&self) -> Option<u64> {
+        Some(self.now_ms?.saturating_sub(self.line_ms?))
     }
 
     /// Takes the time of a line, whether it is the next one by its sequence, and its length; returns the maximum number of lines that the robot

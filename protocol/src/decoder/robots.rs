@@ -1,29 +1,42 @@
 //! Distinguishes the lines of robots that share a channel.
 
+use super::reckoning::SILENCE_MS;
 use super::{LATE_LINES_MAX, Received};
 use crate::telemetry::SEQUENCE_MODULUS;
 
-/// Number of consecutive lines of the other robot after which it replaces the followed one: five seconds of a busy radio.
-const REPLACED_AFTER: u8 = 15;
+/// Minimum number of another robot's lines after which it replaces the followed one, unless that is heard between them: a minute of a busy
+/// radio. A robot that is silent for less, as behind a wall, stays the followed one.
+const REPLACED_AFTER: u8 = 180;
+
+/// Minimum silence of a followed robot that is replaced, if the ground's time is known, ms: a fast radio brings its lines sooner.
+const REPLACED_AFTER_MS: u64 = 59_000;
+
+/// Maximum number of other robots that are known at the same time.
+pub const OTHERS_MAX: usize = 4;
 
 /// Maximum number of lines missing between two lines that are taken for the same robot's without its id.
 const NEAR: u8 = 8;
 
-/// The followed robot and another robot on its channel. Most lines contain their robot's id. Any other line belongs to the
-/// robot with the same boot counter; if both robots have it, to the one whose sequence the line continues more closely. If it continues no
+/// The followed robot and other robots on its channel. Most lines contain their robot's id. Any other line belongs to the
+/// robot with the same boot counter; if several robots have it, to the one whose sequence the line continues most closely. If it continues no
 /// known robot, the next line decides: the robot may have restarted, or was not heard for long, or another robot may be on the channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Robots {
     own: Option<Robot>,
-    other: Option<Robot>,
-    /// Number of lines of the other robot since the latest line of the followed one.
-    in_a_row: u8,
+    /// The other robots, in the order in which they appeared.
+    others: [Option<Robot>; OTHERS_MAX],
+    /// Whether no other robot replaces the followed one.
+    is_held: bool,
+    /// Id of the robot that was followed before.
+    replaced_id: Option<u8>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Robot {
     id: u8,
     latest: Place,
+    /// Number of lines with this robot's id since the latest line of the followed robot.
+    in_a_row: u8,
 }
 
 /// A line's place in a robot's life.
@@ -64,8 +77,8 @@ impl Place {
 pub(super) enum Sender {
     /// The followed robot.
     Own,
-    /// Another robot.
-    Other,
+    /// Another robot, by its place among the other robots.
+    Other(usize),
     /// Another robot, which is followed from this line on.
     Successor,
     /// The next line decides, with [`Robots::sent_own`].
@@ -73,31 +86,55 @@ pub(super) enum Sender {
 }
 
 impl Robots {
-    /// Takes a line; returns its sender. The first robot received is followed. After a silence, an only robot's lines are not expected to be
-    /// near each other.
-    pub(super) fn take(&mut self, received: &Received, is_after_silence: bool) -> Sender {
+    /// Takes a line after `silence_ms` without a line of the followed robot, if the ground's time is known; returns its sender. The first
+    /// robot received is followed. After a silence, an only robot's lines are not expected to be near each other.
+    pub(super) fn take(&mut self, received: &Received, silence_ms: Option<u64>) -> Sender {
         let latest = Place::of(received);
         let Some(id) = id_of(received) else {
-            let sender = self.sender_of(latest, is_after_silence);
+            let sender = self.sender_of(latest, is_silence(silence_ms));
             self.follow(sender, latest);
             return sender;
         };
-        let robot = Some(Robot { id, latest });
-        if self.own.is_none_or(|own| own.id == id) {
-            self.own = robot;
-            self.in_a_row = 0;
-            return Sender::Own;
-        }
-        self.other = robot;
-        self.in_a_row += 1;
-        if self.in_a_row < REPLACED_AFTER {
-            return Sender::Other;
-        }
-        *self = Self {
-            own: robot,
-            ..Self::default()
+        let mut robot = Robot {
+            id,
+            latest,
+            in_a_row: 0,
         };
+        let Some(own) = self.own.filter(|own| own.id != id) else {
+            self.own = Some(robot);
+            for other in self.others.iter_mut().flatten() {
+                other.in_a_row = 0;
+            }
+            return Sender::Own;
+        };
+        let place = self.place_of(id);
+        let before = self.others[place].filter(|other| other.id == id);
+        robot.in_a_row = before.map_or(0, |before| before.in_a_row).saturating_add(1);
+        let is_long = silence_ms.is_none_or(|silence_ms| silence_ms >= REPLACED_AFTER_MS);
+        if self.is_held || robot.in_a_row < REPLACED_AFTER || !is_long {
+            self.others[place] = Some(robot);
+            return Sender::Other(place);
+        }
+        self.own = Some(robot);
+        self.others[place] = Some(own);
+        self.replaced_id = Some(own.id);
+        for other in self.others.iter_mut().flatten() {
+            other.in_a_row = 0;
+        }
         Sender::Successor
+    }
+
+    /// Keeps the followed robot, or lets another one replace it again.
+    pub(super) const fn hold(&mut self, is_held: bool) {
+        self.is_held = is_held;
+    }
+
+    /// The place of another robot's id among the other robots; if there is none, the first free place or the last one.
+    fn place_of(&self, id: u8) -> usize {
+        let mut others = self.others.iter();
+        let known = others.position(|other| other.is_some_and(|other| other.id == id));
+        let free = || self.others.iter().position(Option::is_none);
+        known.or_else(free).unwrap_or(OTHERS_MAX - 1)
     }
 
     /// The sender of a line without an id.
@@ -105,25 +142,41 @@ impl Robots {
         let Some(own) = self.own else {
             return Sender::Own;
         };
-        match self.other {
-            None if line.continues(own.latest)
-                || is_after_silence && line.boot == own.latest.boot =>
-            {
+        let is_own_boot = line.boot == own.latest.boot;
+        if self.others[0].is_none() {
+            let is_own = line.continues(own.latest) || is_after_silence && is_own_boot;
+            return if is_own {
                 Sender::Own
+            } else {
+                Sender::Undecided
+            };
+        }
+        let skipped = |robot: Robot| line.skipped_since(robot.latest);
+        let others = self.others.iter().enumerate();
+        let nearest = others
+            .filter_map(|(place, other)| Some((place, (*other)?)))
+            .filter(|(_, other)| other.latest.boot == line.boot)
+            .min_by_key(|(_, other)| skipped(*other));
+        match nearest {
+            Some((place, other)) => {
+                // After a silence of the followed robot, the other one is more likely.
+                let is_own = is_own_boot
+                    && (skipped(own) < skipped(other)
+                        || !is_after_silence && skipped(own) == skipped(other));
+                if is_own {
+                    Sender::Own
+                } else {
+                    Sender::Other(place)
+                }
             }
-            Some(other) if line.boot == own.latest.boot => {
-                let is_own = line.boot != other.latest.boot
-                    || line.skipped_since(own.latest) <= line.skipped_since(other.latest);
-                if is_own { Sender::Own } else { Sender::Other }
-            }
-            Some(other) if line.boot == other.latest.boot => Sender::Other,
-            None | Some(_) => Sender::Undecided,
+            None if is_own_boot => Sender::Own,
+            None => Sender::Undecided,
         }
     }
 
     fn follow(&mut self, sender: Sender, line: Place) {
         let robot = match sender {
-            Sender::Other => &mut self.other,
+            Sender::Other(place) => &mut self.others[place],
             Sender::Own | Sender::Successor => &mut self.own,
             Sender::Undecided => return,
         };
@@ -137,7 +190,7 @@ impl Robots {
         &mut self,
         undecided: &Received,
         next: &Received,
-        is_after_silence: bool,
+        silence_ms: Option<u64>,
     ) -> Option<bool> {
         let own = self.own?;
         let (line, next_line) = (Place::of(undecided), Place::of(next));
@@ -147,7 +200,13 @@ impl Robots {
             Some(id) if id != own.id => {
                 return follows.then_some(false);
             }
-            None if self.sender_of(next_line, is_after_silence) == Sender::Other => return None,
+            None if matches!(
+                self.sender_of(next_line, is_silence(silence_ms)),
+                Sender::Other(_)
+            ) =>
+            {
+                return None;
+            }
             // The robot is where it was before, unless it numbers its lines through and shows a wrong boot.
             _ if next_line.continues(own.latest)
                 && !(follows && next_line.skipped_since(line) < skipped) =>
@@ -162,10 +221,25 @@ impl Robots {
         Some(is_own)
     }
 
-    /// Id of the other robot; `None` if there is none.
-    pub(super) fn other_id(&self) -> Option<u8> {
-        self.other.map(|robot| robot.id)
+    /// Id of the followed robot; `None` before the first line that shows it.
+    pub(super) fn own_id(&self) -> Option<u8> {
+        self.own.map(|robot| robot.id)
     }
+
+    /// Ids of the other robots.
+    pub(super) fn other_ids(&self) -> [Option<u8>; OTHERS_MAX] {
+        self.others.map(|other| other.map(|robot| robot.id))
+    }
+
+    /// Id of the robot that was followed before the present one; `None` if there is none.
+    pub(super) const fn replaced_id(&self) -> Option<u8> {
+        self.replaced_id
+    }
+}
+
+/// Whether a time without a line of the followed robot is a silence.
+fn is_silence(silence_ms: Option<u64>) -> bool {
+    silence_ms.is_some_and(|silence_ms| silence_ms >= SILENCE_MS)
 }
 
 /// The id in a line. No robot has the id 0.

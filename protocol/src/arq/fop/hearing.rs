@@ -122,12 +122,19 @@ impl Fop {
         self.failsafe_silence_us = Some(known_us.min(silence_us));
     }
 
-    /// Whether a line is from the robot of this station; learns the robot's id until a session is open.
+    /// Whether a line is from the robot of this station; learns the robot's id while nothing is sent to a robot.
     fn is_ours(&mut self, received: &Received) -> bool {
         let Some(robot_id) = received.robot_id() else {
             return true;
         };
-        if self.config.robot_id.is_none() && !self.is_open() && self.robot_id != Some(robot_id) {
+        let may_change = self.robot_id.is_none() || !self.holds_robot();
+        if self.config.robot_id.is_none() && may_change && self.robot_id != Some(robot_id) {
+            // Nothing of the robot before is true of this one.
+            if self.robot_id.is_some() {
+                self.latest_ack = None;
+                self.era = None;
+                self.failsafe_silence_us = None;
+            }
             self.robot_id = Some(robot_id);
             self.abilities = None;
             self.follow_rate();
