@@ -16,10 +16,12 @@ use groundwave::capture::topics::{Topic, TopicMessage};
 use groundwave::capture::{Capture, Existing, Recorder};
 use groundwave::event::{CommandStatus, Event};
 use groundwave::request::Request;
+use groundwave::station::Station;
 use groundwave::statistics::Resync;
+use groundwave_protocol::arq::Config;
 use groundwave_protocol::command::{Command as Sequenced, Key, Message, Order};
 use groundwave_protocol::status_codes::Mode;
-use groundwave_protocol::telemetry::{Ack, Body, Line, TextLine};
+use groundwave_protocol::telemetry::{AbilitiesLine, Ack, Body, Line, TextLine};
 use mcap::records::Metadata;
 use prost::Message as _;
 use serde_json::Value;
@@ -251,6 +253,55 @@ fn airtime_of_a_recording_is_of_its_rate() {
             (pct - expected_pct).abs() < 0.01 * expected_pct,
             "{baud}: {pct}"
         );
+    }
+}
+
+/// A robot's line I that shows 9600 baud.
+fn fast_abilities(sequence: u8) -> [u8; 80] {
+    let line = Line {
+        sequence,
+        body: Body::Abilities(AbilitiesLine {
+            rate_bytes_per_s: 960,
+            ..AbilitiesLine::FULL
+        }),
+        ack: Ack::default(),
+    };
+    line.encode()
+}
+
+/// Behind a network the port's rate is unknown, and the airtime follows the robot's own rate; with a port's rate, the lower one.
+#[test]
+fn airtime_without_a_ports_rate_is_of_the_robots_rate() {
+    for (baud, expected_pct) in [(None, 25.0), (Some(2400), 100.0), (Some(19_200), 25.0)] {
+        let path = scratch("airtime-of-the-robot").join("run.mcap");
+        let mut session = session();
+        let notes = baud.map(|baud: u32| ("baud".into(), baud.to_string()));
+        session.notes.extend(notes);
+        let mut recorder = Recorder::start(&path, Existing::Refuse, &session).unwrap();
+        let mut station = Station::new(Config::new(1), false);
+        if let Some(baud) = baud {
+            station.set_baud(baud);
+        }
+        for n in 0..90_u8 {
+            let now = Duration::from_millis(u64::from(n) * 1000 / 3);
+            let bytes = if n % 15 == 0 {
+                fast_abilities(n)
+            } else {
+                line(n)
+            };
+            station.handle_bytes(now, &bytes);
+            recorder.handle_rx(now, wall(now), &bytes);
+        }
+        recorder.finish().unwrap();
+        let info = Info::read(&mut Capture::open(&path).unwrap());
+        let events = std::iter::from_fn(|| station.poll_event());
+        let live = events.filter_map(|event| match event {
+            Event::Statistics(seen) => Some(seen.airtime_down_pct),
+            _ => None,
+        });
+        for pct in [info.airtime_down_pct.unwrap(), live.last().unwrap()] {
+            assert!((pct - expected_pct).abs() < 2.0, "{baud:?}: {pct}");
+        }
     }
 }
 

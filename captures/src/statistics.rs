@@ -9,7 +9,8 @@
 //!   some were sent before. Hand drive and keepalives are not counted. The station repeats frames while it
 //!   waits for an acknowledgement, also on a link without loss.
 //! - *Confirmation*: time from the queueing of a command to its confirmation.
-//! - *Airtime*: share of the time in which the radio carried bytes, noise included, at the port's baud rate (2400 if unknown). Bytes that arrive
+//! - *Airtime*: share of the time in which the radio carried bytes, noise included, at the lower baud rate of port and robot
+//!   (line I), or 2400 if both are unknown. Bytes that arrive
 //!   together were in the air before. Bytes handed to the device count as sent.
 
 mod airtime;
@@ -211,6 +212,10 @@ fn is_one_at_most(ids: &[Option<u8>; OTHERS_MAX]) -> bool {
     ids.iter().flatten().count() <= 1
 }
 
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde calls it with a reference"
+)]
 fn serialize_ids<S: Serializer>(
     ids: &[Option<u8>; OTHERS_MAX],
     serializer: S,

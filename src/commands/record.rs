@@ -55,7 +55,10 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
     } else {
         (Some(output.clone()), None)
     };
-    let port_baud = spec.baud(baud);
+    let (port_baud, rate) = (
+        spec.baud(baud),
+        spec.rate(options.radio.link.asked_baud(config)),
+    );
     let keep = KeepOptions {
         tee,
         mcap,
@@ -65,7 +68,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         notes: simulator
             .iter()
             .filter_map(simulated::truth_note)
-            .chain(recording::baud_note(port_baud))
+            .chain(recording::baud_note(rate))
             .chain(config.own.note())
             .collect(),
         configuration: config.text.clone(),
@@ -84,6 +87,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let link = Link::start(spec, baud, connection, sink, inputs);
         let driver = Driver::new(name, link, from_link, radio, started, keeper.sent_sink());
         let driver = driver
+            .at_baud(rate)
             .advising(port_baud)
             .reading(config.own.recognizer()?, BTreeMap::new())
             .observed_by(keeper.event_sink())

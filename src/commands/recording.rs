@@ -16,9 +16,9 @@ use crate::hint::shell_word;
 use crate::io::signals::is_terminated;
 use crate::runtime::{KeepOptions, Keeper};
 
-/// Metadata for a recording: the baud rate of a port.
-pub(super) fn baud_note(port_baud: Option<u32>) -> Option<(String, String)> {
-    port_baud.map(|baud| (Session::BAUD.to_owned(), baud.to_string()))
+/// Metadata for a recording: the baud rate of the link, if it is known.
+pub(super) fn baud_note(baud: Option<u32>) -> Option<(String, String)> {
+    baud.map(|baud| (Session::BAUD.to_owned(), baud.to_string()))
 }
 
 /// Opens the recordings that the options name.

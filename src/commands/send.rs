@@ -41,7 +41,7 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
         Connection::Link(link @ LinkSpec::Stdin) => Err(receive_only(link)),
         Connection::Link(link) if !radio.can_send() => Err(receive_only(link)),
         Connection::Link(link) => {
-            let baud = options.radio.link.baud(config);
+            let baud = options.radio.link.asked_baud(config);
             let opened = own_link::open(link, baud, &options.radio.link, radio)?;
             match (opened.station(), link) {
                 (Some(address), _) => {
@@ -50,7 +50,7 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
                 }
                 (None, LinkSpec::Unix(_)) => Err(receive_only(link)),
                 (None, _) => {
-                    let (driver, simulator) = opened.start(baud, radio);
+                    let (driver, simulator) = opened.start(radio);
                     let driver =
                         driver.reading(config.own.recognizer()?, config.own.commands.clone());
                     block_on(own_link::deliver(options, driver, simulator, &mut script))

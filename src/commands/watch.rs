@@ -57,7 +57,7 @@ pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Faul
             Connection::Via(address) => Some(address.clone()),
             Connection::Link(_) => None,
         },
-        baud: options.radio.link.baud(config),
+        baud: options.radio.link.asked_baud(config),
         opening: options.radio.link.clone(),
         radio: options.radio.radio(config),
         started,
@@ -122,7 +122,7 @@ pub(super) fn demo(options: &Demo, settings: &config::Config) -> Result<(), Faul
         ),
         spec: simulated::link_to(address(&server, 0)),
         via: None,
-        baud: BAUD,
+        baud: None,
         opening: LinkArgs::default(),
         radio: Radio {
             kind: options.simulated.radio,
@@ -167,7 +167,8 @@ struct Plan {
     spec: LinkSpec,
     /// Address of the station that the operator named; a different kind of server there is refused.
     via: Option<Address>,
-    baud: u32,
+    /// Baud rate, if one is asked for.
+    baud: Option<u32>,
     opening: LinkArgs,
     radio: Radio,
     started: Instant,
@@ -196,7 +197,8 @@ impl Plan {
     /// Opens the link, then servers and recordings. If the link cannot be opened, no empty file is left behind.
     async fn open(&self) -> Result<(Driver, Keeper), Fault> {
         let (inputs, from_link) = tokio::sync::mpsc::channel(256);
-        let connection = connect(&self.spec, self.baud, &self.opening)?;
+        let baud = self.baud.unwrap_or(BAUD);
+        let connection = connect(&self.spec, baud, &self.opening)?;
         if let Some(address) = self.via.as_ref().filter(|_| !connection.is_shared()) {
             let error = ShareClientError::NoStation(address.clone());
             return Err(Fault::new(Exit::NoLink, error));
@@ -207,9 +209,9 @@ impl Plan {
         }
         let share = sharing::listen(&self.sharing)?;
         let foxglove = sharing::foxglove(&self.sharing, &self.name).await?;
-        let port_baud = self.spec.baud(self.baud);
+        let rate = self.spec.rate(self.baud);
         let mut notes = self.notes.clone();
-        notes.extend(recording::baud_note(port_baud));
+        notes.extend(recording::baud_note(rate));
         notes.extend(self.config.own.note());
         let keeper = recording::open(
             &self.recording,
@@ -220,7 +222,7 @@ impl Plan {
         )?;
         let link = Link::start(
             self.spec.clone(),
-            self.baud,
+            baud,
             connection,
             sharing::sink(share.as_ref(), keeper.sink()),
             inputs,
@@ -233,7 +235,8 @@ impl Plan {
             self.started,
             keeper.sent_sink(),
         )
-        .advising(port_baud)
+        .at_baud(rate)
+        .advising(self.spec.baud(baud))
         .reading(
             self.config.own.recognizer()?,
             self.config.own.commands.clone(),

@@ -139,7 +139,7 @@ impl Driver {
         self
     }
 
-    /// Sets the port's rate, if the station determines it; frames are paced and airtime is measured by this rate.
+    /// Sets the link's rate, if it is known; frames are paced and airtime is measured by this rate.
     #[must_use]
     pub fn at_baud(mut self, baud: Option<u32>) -> Self {
         if let Some(baud) = baud {
@@ -150,13 +150,12 @@ impl Driver {
 
     /// Enables notices about a link without intact lines. `baud` is the port's rate, if the station sets it.
     #[must_use]
-    pub fn advising(self, baud: Option<u32>) -> Self {
-        let mut this = self.at_baud(baud);
-        this.advising = Some(Advising {
+    pub fn advising(mut self, baud: Option<u32>) -> Self {
+        self.advising = Some(Advising {
             baud,
             has_complained: false,
         });
-        this
+        self
     }
 
     /// Reads the lines of a robot that does not use Groundwave's protocol, and sends its command strings.
@@ -260,6 +259,8 @@ impl Driver {
             problem = next_problem(self.alarm_hook.as_mut()) => self.tell_hook(problem),
             () = sleep_to(deadline) => {}
         }
+        // A silence during a suspension is not the robot's.
+        self.detect_suspension();
         let now = self.now();
         self.link.hand_over_at_once(self.station.takes_turns());
         self.station.handle_timeout(now);

@@ -14,7 +14,6 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use groundwave_lines::{Content, OwnCommand, Recognizer, runs};
-use groundwave_protocol::BYTES_PER_S;
 use groundwave_protocol::arq::{Config, Duplex, Fop};
 use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
@@ -79,8 +78,8 @@ pub struct Station {
     reported_other: OtherRobot,
     outages: Outages,
     examiner: Examiner,
-    /// Rate of the link, bit/s.
-    baud: u32,
+    /// Rate of the port, bit/s; `None` if it is unknown, as behind a network.
+    baud: Option<u32>,
     meter: LinkMeter,
     reported_statistics: Option<(Moment, Statistics)>,
     events: VecDeque<Event>,
@@ -131,16 +130,17 @@ impl Station {
             reported_other: OtherRobot::default(),
             outages: Outages::default(),
             examiner: Examiner::default(),
-            baud: BYTES_PER_S * BITS_PER_BYTE,
+            baud: None,
             meter: LinkMeter::default(),
             reported_statistics: None,
             events: VecDeque::new(),
         }
     }
 
-    /// Sets the radio's baud rate, for the pace of frames and the airtime; the default is 2400.
+    /// Sets the port's baud rate, for the pace of frames and the airtime. Without one, both follow the robot's line I; until then the
+    /// rate is 2400.
     pub fn set_baud(&mut self, baud: u32) {
-        self.baud = baud;
+        self.baud = Some(baud);
         self.meter.set_baud(baud);
         self.fop.set_rate(baud / BITS_PER_BYTE);
     }
@@ -394,7 +394,8 @@ impl Station {
             && let Body::Abilities(robot) = &line.body
         {
             let own_baud = robot.rate_bytes_per_s * BITS_PER_BYTE;
-            self.meter.set_baud(self.baud.min(own_baud));
+            self.meter
+                .set_baud(self.baud.map_or(own_baud, |port| port.min(own_baud)));
         }
         if let Received::Line(line, _) = received
             && let Body::Parameter(parameter) = &line.body

@@ -49,6 +49,8 @@ pub(super) struct Survey {
     since_line_feed: u64,
     /// Number of bytes at time zero.
     first_bytes: u64,
+    /// Rate that the robot's latest line I shows.
+    own_bytes_per_s: Option<u32>,
     gaps: Gaps,
     noise: statistics::Gaps,
     outages: OutageList,
@@ -135,7 +137,10 @@ impl Survey {
             Body::Text(_) => self.lines.t += 1,
             Body::Parameter(_) => self.lines.p += 1,
             Body::Song(_) => self.lines.s += 1,
-            Body::Abilities(_) => self.lines.i += 1,
+            Body::Abilities(robot) => {
+                self.lines.i += 1;
+                self.own_bytes_per_s = Some(robot.rate_bytes_per_s);
+            }
             Body::Field(_) => self.lines.f += 1,
             Body::Values(_) => self.lines.v += 1,
         }
@@ -190,7 +195,9 @@ impl Survey {
         let after_first = seen.bytes - self.first_bytes;
         let said = |what: &str| capture.session()?.get(what).cloned();
         let baud = said(Session::BAUD).and_then(|baud| baud.parse::<u32>().ok());
-        let bytes_per_s = baud.map_or(BYTES_PER_S, |baud| baud / BITS_PER_BYTE);
+        let port_bytes_per_s = baud.map(|baud| baud / BITS_PER_BYTE);
+        let slower = [port_bytes_per_s, self.own_bytes_per_s];
+        let bytes_per_s = slower.into_iter().flatten().min().unwrap_or(BYTES_PER_S);
         let share_pct = |bytes| plausible_share_pct(bytes, capture.end(), bytes_per_s);
         let airtime_down_pct = capture.uplink().and_then(|_| share_pct(after_first));
         let version = said("software_version").map(|version| format!(" {version}"));

@@ -138,7 +138,7 @@ pub struct Fop {
     /// The robot's abilities, from its latest line I.
     abilities: Option<AbilitiesLine>,
     /// Rate of the link, bytes per second.
-    link_bytes_per_s: u32,
+    link_bytes_per_s: Option<u32>,
     heard_us: u64,
     downlink: Quality,
     duplex: Duplex,
@@ -189,7 +189,7 @@ impl Fop {
             era: None,
             latest_line: 0,
             abilities: None,
-            link_bytes_per_s: BYTES_PER_S,
+            link_bytes_per_s: None,
             heard_us: 0,
             downlink: Quality::default(),
             duplex: config.duplex,
@@ -244,9 +244,10 @@ impl Fop {
         self.duplex
     }
 
-    /// Sets the rate of the link, bytes per second. Frames follow the robot's own rate if that is lower.
+    /// Sets the rate of the link, bytes per second. Frames follow the robot's own rate if that is lower. Without a rate, as behind a
+    /// network, they follow the robot's, and 2400 baud until it is known.
     pub fn set_rate(&mut self, bytes_per_s: u32) {
-        self.link_bytes_per_s = bytes_per_s;
+        self.link_bytes_per_s = Some(bytes_per_s);
         self.follow_rate();
     }
 
@@ -265,8 +266,8 @@ impl Fop {
 
     fn follow_rate(&mut self) {
         let own = self.abilities.map(|robot| robot.rate_bytes_per_s);
-        let rate = own.map_or(self.link_bytes_per_s, |own| own.min(self.link_bytes_per_s));
-        self.pacer.set_rate(rate);
+        let slower = [own, self.link_bytes_per_s].into_iter().flatten().min();
+        self.pacer.set_rate(slower.unwrap_or(BYTES_PER_S));
     }
 
     fn is_half_duplex(&self) -> bool {
@@ -521,9 +522,11 @@ mod tests {
     use crate::telemetry::{Body, Line};
 
     /// The byte time after a line I with this rate, and the maximum time of a task without progress, microseconds.
-    fn pace(link_bytes_per_s: u32, own_bytes_per_s: u32) -> (u64, u64) {
+    fn pace(link_bytes_per_s: impl Into<Option<u32>>, own_bytes_per_s: u32) -> (u64, u64) {
         let mut fop = Fop::new(Config::new(1));
-        fop.set_rate(link_bytes_per_s);
+        if let Some(link_bytes_per_s) = link_bytes_per_s.into() {
+            fop.set_rate(link_bytes_per_s);
+        }
         let line = Line {
             sequence: 0,
             body: Body::Abilities(AbilitiesLine {
@@ -543,6 +546,7 @@ mod tests {
         assert_eq!(pace(240, 99_999), (4166, 15_000_000));
         assert_eq!(pace(11_520, 11_520), (86, 15_000_000));
         assert_eq!(pace(11_520, 240), (4166, 15_000_000));
+        assert_eq!(pace(None, 960), (1041, 15_000_000));
         let (us_per_byte, give_up_us) = pace(11_520, 120);
         assert_eq!(us_per_byte, 8333);
         assert!((30_000_000..30_010_000).contains(&give_up_us));

@@ -37,7 +37,7 @@ impl Operator {
             .map_err(|error| Fault::new(Exit::Usage, error))?;
         let (way, config) = &way.at(config)?;
         let radio = options.radio.radio(config);
-        let baud = options.radio.link.baud(config);
+        let baud = options.radio.link.asked_baud(config);
         let link = way.link();
         if !radio.can_send() || link == LinkSpec::Stdin {
             return Err(receive_only(&link));
@@ -47,7 +47,7 @@ impl Operator {
             let error = ShareClientError::NoStation(address.clone());
             return Err(Fault::new(Exit::NoLink, error));
         }
-        let (driver, simulator) = opened.start(baud, radio);
+        let (driver, simulator) = opened.start(radio);
         if !driver.can_send() {
             return Err(receive_only(&link));
         }

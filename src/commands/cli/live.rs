@@ -20,7 +20,7 @@ use crate::share::Address;
 /// Options for opening a link.
 #[derive(Clone, Debug, Default, Args)]
 pub struct LinkArgs {
-    /// Baud rate of the serial device [default: 2400]
+    /// Baud rate of the serial device [default: 2400], or of a serial server on the network [default: the robot's]
     #[arg(long, value_parser = parse_baud)]
     pub baud: Option<u32>,
     /// Wait until the link exists, without limit or at most for a time (--wait=30s)
@@ -32,7 +32,13 @@ impl LinkArgs {
     /// The port's baud rate, from the command line or else the configuration.
     #[must_use]
     pub fn baud(&self, config: &Config) -> u32 {
-        self.baud.or(config.link.baud).unwrap_or(BAUD)
+        self.asked_baud(config).unwrap_or(BAUD)
+    }
+
+    /// The baud rate on the command line or else in the configuration.
+    #[must_use]
+    pub fn asked_baud(&self, config: &Config) -> Option<u32> {
+        self.baud.or(config.link.baud)
     }
 }
 
@@ -137,6 +143,9 @@ pub struct Watch {
     #[command(flatten)]
     pub radio: RadioArgs,
     /// Write events as JSON lines to standard output instead of showing a dashboard
+    ///
+    /// An outage has an event when it begins (`end_s` is null) and one when it has ended and its lost lines are known. Both have the same
+    /// `begin_s`; the second one has the final cause. An outage that lasts at the end has only the first one.
     #[arg(long)]
     pub headless: bool,
     /// Ring the bell for alarms and songs; key b switches it

@@ -16,7 +16,7 @@ use super::report::{Report, SCAN_TIMEOUT, scan_result};
 use super::script::Script;
 use super::step::{Line, Step};
 use crate::event::{CommandId, CommandStatus, Event, Failure, LinkEvent};
-use crate::io::link::{Connection, Link, LinkSpec};
+use crate::io::link::{BAUD, Connection, Link, LinkSpec};
 use crate::radio::Radio;
 use crate::request::Request;
 use crate::runtime::Driver;
@@ -30,6 +30,8 @@ const REFUSAL_TIMEOUT: Duration = Duration::from_secs(6);
 pub(in super::super) struct Opened {
     name: String,
     spec: LinkSpec,
+    /// Baud rate, if one is asked for.
+    baud: Option<u32>,
     connection: Connection,
     simulator: Embedded,
 }
@@ -37,15 +39,16 @@ pub(in super::super) struct Opened {
 /// Opens a link; starts a simulated robot if the link is `sim`.
 pub(in super::super) fn open(
     link: &LinkSpec,
-    baud: u32,
+    baud: Option<u32>,
     options: &LinkArgs,
     radio: Radio,
 ) -> Result<Opened, Fault> {
     let (spec, simulator) = embed(link, radio.kind)?;
-    let connection = connect(&spec, baud, options)?;
+    let connection = connect(&spec, baud.unwrap_or(BAUD), options)?;
     Ok(Opened {
         name: link.to_string(),
         spec,
+        baud,
         connection,
         simulator,
     })
@@ -58,15 +61,16 @@ impl Opened {
     }
 
     /// Starts a station on the link.
-    pub(in super::super) fn start(self, baud: u32, radio: Radio) -> (Driver, Embedded) {
+    pub(in super::super) fn start(self, radio: Radio) -> (Driver, Embedded) {
         let (inputs, from_link) = tokio::sync::mpsc::channel(64);
         let no_sink = Box::new(|_, _: &[u8]| ());
-        let port_baud = self.spec.baud(baud);
+        let rate = self.spec.rate(self.baud);
+        let baud = self.baud.unwrap_or(BAUD);
         let link = Link::start(self.spec, baud, self.connection, no_sink, inputs);
         let unrecorded = Box::new(|_, _: &[u8]| ());
         let started = Instant::now();
         let driver = Driver::new(self.name, link, from_link, radio, started, unrecorded);
-        (driver.at_baud(port_baud), self.simulator)
+        (driver.at_baud(rate), self.simulator)
     }
 }
 

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use super::BAUD;
 use crate::share::Address;
 
 /// The address of a radio.
@@ -28,6 +29,17 @@ impl LinkSpec {
         match self {
             Self::Serial(_) => Some(asked),
             _ => None,
+        }
+    }
+
+    /// The rate at which bytes leave this program's end of the link: a serial device's, or that of a serial server on the network if
+    /// `asked` says it; `None` if it is unknown.
+    #[must_use]
+    pub fn rate(&self, asked: Option<u32>) -> Option<u32> {
+        match self {
+            Self::Serial(_) => Some(asked.unwrap_or(BAUD)),
+            Self::Tcp(_) => asked,
+            Self::Unix(_) | Self::Stdin | Self::Sim => None,
         }
     }
 
@@ -101,6 +113,16 @@ impl fmt::Display for LinkSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_rate_is_known_for_a_device_or_if_it_is_said() {
+        let of = |spec: &str, asked| spec.parse::<LinkSpec>().unwrap().rate(asked);
+        assert_eq!(of("/dev/ttyUSB0", None), Some(2400));
+        assert_eq!(of("/dev/ttyUSB0", Some(9600)), Some(9600));
+        assert_eq!(of("tcp:robot:4000", None), None);
+        assert_eq!(of("tcp:robot:4000", Some(9600)), Some(9600));
+        assert_eq!(of("sim", Some(9600)), None);
+    }
 
     #[test]
     fn each_form_of_address_is_recognized() {
