@@ -4,12 +4,12 @@
 
 use std::io::{self, Write as _};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use groundwave_captures::words::counted;
 use tokio::sync::mpsc;
 
 use crate::hint;
@@ -20,27 +20,26 @@ const WAITING_MAX: usize = 64;
 /// Maximum run time of the command for one event.
 const TIME_MAX: Duration = Duration::from_secs(30);
 
-/// Maximum run time of the command after the station begins to end; the command must not outlive the station.
+/// Maximum total run time of the command for the queued events after the station begins to end; the command must not outlive the station.
 const LAST_TIME_MAX: Duration = Duration::from_secs(1);
 
 /// Period of the checks whether the command has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Runs a shell command for each event. Dropping the hook waits at most a second for the running command, then ends the command.
+/// Runs a shell command for each event. Dropping the hook passes the queued events for at most a second, then ends the running command and
+/// says on standard error how many events were not passed.
 pub struct AlarmHook {
     events: Option<SyncSender<String>>,
     problems: mpsc::UnboundedReceiver<String>,
-    is_ending: Arc<AtomicBool>,
+    ending_since: Arc<OnceLock<Instant>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Drop for AlarmHook {
     fn drop(&mut self) {
-        self.is_ending.store(true, Ordering::Relaxed);
-        self.events = None;
-        if let Some(thread) = self.thread.take() {
-            // A panic has been reported.
-            let _ = thread.join();
+        for problem in self.finish() {
+            // Standard error may be closed.
+            let _ = writeln!(io::stderr(), "{problem}");
         }
     }
 }
@@ -51,17 +50,18 @@ impl AlarmHook {
     /// # Errors
     /// If no thread can be started.
     pub fn start(command: &str) -> io::Result<Self> {
-        Self::start_for(command, TIME_MAX)
+        Self::start_for(command, TIME_MAX, LAST_TIME_MAX)
     }
 
-    fn start_for(command: &str, time_max: Duration) -> io::Result<Self> {
+    fn start_for(command: &str, time_max: Duration, last_time_max: Duration) -> io::Result<Self> {
         let (events, queue) = sync_channel(WAITING_MAX);
         let (tell, problems) = mpsc::unbounded_channel();
-        let is_ending = Arc::new(AtomicBool::new(false));
+        let ending_since = Arc::new(OnceLock::new());
         let runner = Runner {
             command: command.to_owned(),
             time_max,
-            is_ending: Arc::clone(&is_ending),
+            last_time_max,
+            ending_since: Arc::clone(&ending_since),
         };
         let thread = thread::Builder::new()
             .name("alarm hook".to_owned())
@@ -69,7 +69,7 @@ impl AlarmHook {
         Ok(Self {
             events: Some(events),
             problems,
-            is_ending,
+            ending_since,
             thread: Some(thread),
         })
     }
@@ -90,6 +90,17 @@ impl AlarmHook {
         }
     }
 
+    /// Passes the queued events while there is time, and ends the thread; returns the problems not told yet.
+    fn finish(&mut self) -> Vec<String> {
+        self.ending_since.get_or_init(Instant::now);
+        self.events = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic has been reported.
+            let _ = thread.join();
+        }
+        std::iter::from_fn(|| self.problems.try_recv().ok()).collect()
+    }
+
     /// The next problem of the command. Cancel-safe.
     pub async fn next_problem(&mut self) -> String {
         match self.problems.recv().await {
@@ -103,32 +114,48 @@ impl AlarmHook {
 struct Runner {
     command: String,
     time_max: Duration,
-    is_ending: Arc<AtomicBool>,
+    last_time_max: Duration,
+    /// Time at which the station began to end.
+    ending_since: Arc<OnceLock<Instant>>,
 }
 
 impl Runner {
-    /// Runs the command for each event until the queue is closed.
+    /// Runs the command for each event until the queue is closed and empty, or the time after the end is over.
     fn serve(&self, queue: &Receiver<String>, tell: &mpsc::UnboundedSender<String>) {
+        let mut not_passed = 0;
         for event in queue {
-            if self.is_ending() {
-                return;
+            if self.is_over() {
+                not_passed += 1;
+                continue;
             }
             let problem = match self.run(&event) {
                 Ok(Some(status)) if status.success() => continue,
                 Ok(Some(status)) => format!("ended with {status}"),
+                Ok(None) if self.is_over() => {
+                    "had not ended at the end of the session and was ended".to_owned()
+                }
                 Ok(None) => format!(
                     "took longer than {} s and was ended",
                     self.time_max.as_secs()
                 ),
                 Err(error) => format!("failed: {}", hint::words(&error)),
             };
-            // Nobody hears of it at the end of the session.
+            // The station may have panicked.
             let _ = tell.send(format!("alarm hook `{}` {problem}", self.command));
+        }
+        if not_passed > 0 {
+            let events = counted(not_passed, "alarm event");
+            let _ = tell.send(format!(
+                "alarm hook `{}`: {events} not passed, because the session ended",
+                self.command
+            ));
         }
     }
 
-    fn is_ending(&self) -> bool {
-        self.is_ending.load(Ordering::Relaxed)
+    /// Whether the time after the end of the station is over.
+    fn is_over(&self) -> bool {
+        let since = self.ending_since.get();
+        since.is_some_and(|since| since.elapsed() >= self.last_time_max)
     }
 
     /// Runs the command with an event on its standard input; returns `None` if the command took too long.
@@ -143,14 +170,11 @@ impl Runner {
             let _ = writeln!(input, "{event}");
         }
         let begun = Instant::now();
-        let mut ending_since = None;
         while begun.elapsed() < self.time_max {
             if let Some(status) = child.try_wait()? {
                 return Ok(Some(status));
             }
-            if self.is_ending()
-                && ending_since.get_or_insert_with(Instant::now).elapsed() >= LAST_TIME_MAX
-            {
+            if self.is_over() {
                 break;
             }
             thread::sleep(LOOK_EVERY);
@@ -210,12 +234,26 @@ mod tests {
     }
 
     #[test]
+    fn queued_events_are_passed_at_the_end_of_the_session() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("told");
+        let command = format!("cat >> {path:?}");
+        // A busy machine may need longer than the usual second.
+        let mut hook = AlarmHook::start_for(&command, TIME_MAX, TIME_MAX).unwrap();
+        for event in ["a", "b", "c"] {
+            hook.pass(event.to_owned()).unwrap();
+        }
+        assert_eq!(hook.finish(), Vec::<String>::new());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "a\nb\nc\n");
+    }
+
+    #[test]
     fn a_command_that_hangs_does_not_outlive_the_program() {
         use rustix::process::{Pid, test_kill_process_group};
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("pid");
         let command = format!("echo $$ > {path:?}.new; mv {path:?}.new {path:?}; exec sleep 1000");
-        let hook = AlarmHook::start(&command).unwrap();
+        let mut hook = AlarmHook::start_for(&command, TIME_MAX, Duration::ZERO).unwrap();
         hook.pass("a".to_owned()).unwrap();
         let pid = loop {
             if let Ok(pid) = std::fs::read_to_string(&path) {
@@ -223,7 +261,15 @@ mod tests {
             }
             thread::yield_now();
         };
-        drop(hook);
+        for event in ["b", "c"] {
+            hook.pass(event.to_owned()).unwrap();
+        }
+        let problems = hook.finish();
+        let ended = "had not ended at the end of the session and was ended";
+        assert!(problems[0].ends_with(ended), "{problems:?}");
+        let lost = ": 2 alarm events not passed, because the session ended";
+        assert!(problems[1].ends_with(lost), "{problems:?}");
+        assert_eq!(problems.len(), 2);
         assert!(test_kill_process_group(Pid::from_raw(pid).unwrap()).is_err());
     }
 
@@ -236,7 +282,8 @@ mod tests {
 
     #[tokio::test]
     async fn a_slow_command_delays_nothing_and_is_ended() {
-        let mut hook = AlarmHook::start_for("cat; sleep 1000", Duration::ZERO).unwrap();
+        let mut hook =
+            AlarmHook::start_for("cat; sleep 1000", Duration::ZERO, Duration::ZERO).unwrap();
         hook.pass("x".repeat(1000)).unwrap();
         let problem = hook.next_problem().await;
         assert!(
