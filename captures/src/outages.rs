@@ -14,8 +14,12 @@ use crate::event::{Moment, OutageCause};
 use crate::messages::{OutageMessage, StationEvent};
 use crate::words::{lost_words, plural};
 
-/// Minimum duration of an outage.
-pub const OUTAGE_AFTER: Moment = Moment::from_secs(2);
+/// Minimum duration of an outage. Pauses at 2400 baud are whole lines long, a third of a second; the limit is between five lost lines and six,
+/// so that the jitter of a line's arrival does not decide.
+pub const OUTAGE_AFTER: Moment = Moment::from_millis(2150);
+
+/// Duration from which an outage is reported before its end: a line that arrived in time has been read by then.
+const BEGUN_AFTER: Moment = Moment::from_millis(2400);
 
 /// Maximum time between the end of an outage and the end of the suspension that explains it; bytes that waited are read first.
 const EXPLAINED_WITHIN: Moment = Moment::from_millis(250);
@@ -106,8 +110,10 @@ pub struct Outages {
     unplugged_at: Option<Moment>,
     /// Time at which this station was suspended; `None` if that was before the latest line.
     suspended_at: Option<Moment>,
-    /// Whether the beginning of the current outage has been reported.
-    has_begun: bool,
+    /// Reported beginning of the current outage.
+    begun: Option<Moment>,
+    /// Reported beginnings whose ends have not been reported.
+    told: Vec<Moment>,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
     /// Outages with a known number of lost lines that a suspension may still explain.
@@ -138,6 +144,15 @@ impl Likelihood {
     }
 }
 
+/// Beginning of an outage whose cause came at a time after the latest line: the cause, or the line if the outage was reported before.
+fn begin_of(line_at: Moment, cause_at: Moment) -> Moment {
+    if cause_at >= line_at + BEGUN_AFTER {
+        line_at
+    } else {
+        cause_at.max(line_at)
+    }
+}
+
 /// Counts and time at a line.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
@@ -149,6 +164,21 @@ struct Seen {
     restarts: u64,
     noise_bytes: u64,
     replaced_robot: Option<u8>,
+}
+
+impl Seen {
+    fn of(now: Moment, counters: &Counters) -> Self {
+        Self {
+            at: now,
+            shown_lost: counters.lost().min.saturating_sub(counters.hidden.min),
+            hidden: counters.hidden,
+            unsettled: counters.unsettled,
+            unclocked_gaps: counters.unclocked_gaps,
+            restarts: counters.restarts,
+            noise_bytes: counters.noise_bytes,
+            replaced_robot: counters.replaced_robot,
+        }
+    }
 }
 
 impl Outages {
@@ -180,7 +210,9 @@ impl Outages {
         match explained {
             Some(outage) => {
                 outage.cause = OutageCause::Suspended;
-                outage.begin = outage.begin.max(since);
+                if !self.told.contains(&outage.begin) {
+                    outage.begin = begin_of(outage.begin, since);
+                }
             }
             None => self.suspended_at = Some(since),
         }
@@ -195,16 +227,7 @@ impl Outages {
     /// Takes a line and the decoder's totals right after it.
     pub fn handle_line(&mut self, now: Moment, received: &Received, counters: &Counters) {
         self.report(now);
-        let seen = Seen {
-            at: now,
-            shown_lost: counters.lost().min.saturating_sub(counters.hidden.min),
-            hidden: counters.hidden,
-            unsettled: counters.unsettled,
-            unclocked_gaps: counters.unclocked_gaps,
-            restarts: counters.restarts,
-            noise_bytes: counters.noise_bytes,
-            replaced_robot: counters.replaced_robot,
-        };
+        let seen = Seen::of(now, counters);
         let Some(latest) = self.latest.replace(seen) else {
             return;
         };
@@ -228,7 +251,7 @@ impl Outages {
             self.settle();
         }
         let (unplugged_at, suspended_at) = (self.unplugged_at.take(), self.suspended_at.take());
-        self.has_begun = false;
+        let begun = self.begun.take();
         let pause = now.saturating_sub(latest.at);
         // Lines that waited while this station was suspended do not count as an outage.
         let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
@@ -240,20 +263,27 @@ impl Outages {
             max: lost,
             is_open: is_unclocked,
         };
-        if pause >= OUTAGE_AFTER || is_interrupted || is_unclocked || has_restarted && !is_told {
+        if pause >= OUTAGE_AFTER
+            || is_interrupted
+            || is_unclocked
+            || has_restarted && !is_told
+            || begun.is_some()
+        {
             let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
             let (cause, begin) = match (suspended_at, unplugged_at) {
-                (Some(at), _) => (OutageCause::Suspended, at),
-                (None, Some(at)) => (OutageCause::Unplugged, at),
+                (Some(at), _) => (OutageCause::Suspended, begin_of(latest.at, at)),
+                (None, Some(at)) => (OutageCause::Unplugged, begin_of(latest.at, at)),
                 (None, None) if has_restarted => (OutageCause::Rebooted, latest.at),
-                (None, None) if pause < OUTAGE_AFTER => (OutageCause::Gap, latest.at),
+                (None, None) if pause < OUTAGE_AFTER && begun.is_none() => {
+                    (OutageCause::Gap, latest.at)
+                }
                 (None, None) if has_noise => (OutageCause::Damaged, latest.at),
                 (None, None) => (OutageCause::Silent, latest.at),
             };
             let outage = Outage {
                 cause,
                 // Times of a damaged capture may go back.
-                begin: begin.min(now).max(latest.at),
+                begin: begun.unwrap_or(begin).min(now).max(latest.at),
                 end: Some(now.max(latest.at)),
                 lost: shown,
             };
@@ -317,7 +347,15 @@ impl Outages {
     fn give_up_settling(&mut self) {
         self.add_hidden(self.latest.map_or_else(Lost::default, |it| it.unsettled));
         self.settle();
-        self.found.extend(self.settled.drain(..));
+        while let Some(outage) = self.settled.pop_front() {
+            self.give(outage);
+        }
+    }
+
+    /// Reports an outage that has ended.
+    fn give(&mut self, outage: Outage) {
+        self.told.retain(|begin| *begin != outage.begin);
+        self.found.push_back(outage);
     }
 
     /// Makes the number of lost lines final for the outages that have ended.
@@ -331,7 +369,10 @@ impl Outages {
         while let Some(at) = self.report_at()
             && at <= now
         {
-            self.found.extend(self.settled.pop_front());
+            let Some(outage) = self.settled.pop_front() else {
+                return;
+            };
+            self.give(outage);
         }
     }
 
@@ -348,7 +389,10 @@ impl Outages {
             && at <= now
         {
             let since = self.latest.map_or(now, |latest| latest.at);
-            self.begin(OutageCause::Silent, since);
+            match self.suspended_at {
+                Some(at) => self.begin(OutageCause::Suspended, begin_of(since, at)),
+                None => self.begin(OutageCause::Silent, since),
+            }
         }
     }
 
@@ -361,15 +405,17 @@ impl Outages {
             .min()
     }
 
-    /// Time at which the present silence becomes an outage.
+    /// Time at which the present silence is reported as an outage.
     fn begin_at(&self) -> Option<Moment> {
-        let latest = self.latest.filter(|_| !self.has_begun)?;
-        Some(latest.at + OUTAGE_AFTER)
+        let latest = self.latest.filter(|_| self.begun.is_none())?;
+        Some(latest.at + BEGUN_AFTER)
     }
 
+    /// Reports the beginning of an outage, unless one is reported already; its end will have the same beginning.
     fn begin(&mut self, cause: OutageCause, begin: Moment) {
-        if self.latest.is_some() {
-            self.has_begun = true;
+        if self.latest.is_some() && self.begun.is_none() {
+            self.begun = Some(begin);
+            self.told.push(begin);
             self.found.push_back(Outage {
                 cause,
                 begin,
@@ -386,7 +432,7 @@ impl Outages {
         self.latest = None;
     }
 
-    /// The next outage: returned when it begins, if [`Self::handle_timeout`] is called or the link is lost, and when it has ended.
+    /// The next outage, which is returned twice with the same beginning: when it begins, if [`Self::handle_timeout`] is called or the link is lost, and when it has ended.
     pub fn poll(&mut self) -> Option<Outage> {
         self.found.pop_front()
     }

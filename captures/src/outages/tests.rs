@@ -223,6 +223,136 @@ fn an_outage_is_reported_when_it_begins_and_when_its_lines_are_known() {
     );
 }
 
+/// The outages of a stream in which a number of lines is lost, and the next line comes early or late by some milliseconds.
+fn with_jitter(lost: u64, jitter_ms: i64) -> Vec<Outage> {
+    let (mut robot, mut decoder, mut list) =
+        (Robot::new(), Decoder::default(), OutageList::default());
+    for n in 0..300_u64 {
+        let at_ms = n * 1000 / 3;
+        let line = robot.line(at_ms);
+        if (100..100 + lost).contains(&n) {
+            continue;
+        }
+        let late_ms = if n == 100 + lost { jitter_ms } else { 0 };
+        let now = Moment::from_millis(at_ms.saturating_add_signed(late_ms));
+        let mut bytes = &line[..];
+        while let Some(received) = decoder.next_own_line(&mut bytes) {
+            list.handle_line(now, &received, decoder.counters());
+        }
+    }
+    list.into_outages(Moment::from_secs(100))
+}
+
+#[test]
+fn jitter_does_not_decide_whether_equal_gaps_are_outages() {
+    for jitter_ms in [-100, -1, 0, 1, 100] {
+        assert_eq!(with_jitter(5, jitter_ms), [], "{jitter_ms} ms");
+        assert_eq!(with_jitter(6, jitter_ms).len(), 1, "{jitter_ms} ms");
+    }
+}
+
+#[test]
+fn each_reported_beginning_is_that_of_an_outage_that_ends() {
+    use Fate::{Arrive, Noise, Reboot, Silence, Suspend, Unplug};
+    for (fates, cause) in [
+        (
+            &[(60, Silence), (64, Unplug), (70, Arrive)][..],
+            OutageCause::Unplugged,
+        ),
+        (
+            &[(60, Silence), (64, Suspend), (70, Arrive)],
+            OutageCause::Suspended,
+        ),
+        (&[(60, Suspend), (70, Arrive)], OutageCause::Suspended),
+        (&[(60, Silence), (70, Reboot)], OutageCause::Rebooted),
+        (&[(60, Noise), (70, Arrive)], OutageCause::Damaged),
+        (&[(60, Unplug), (70, Reboot)], OutageCause::Unplugged),
+    ] {
+        let found = session(fates);
+        let (begun, ended): (Vec<&Outage>, Vec<&Outage>) =
+            found.iter().partition(|it| it.end.is_none());
+        assert!(begun.len() <= 1, "{found:?}");
+        assert_eq!(ended[0].cause, cause, "{found:?}");
+        assert!(
+            begun.iter().all(|it| it.begin == ended[0].begin),
+            "{found:?}"
+        );
+    }
+}
+
+/// A station that wakes reports the silence at once, before the lines that waited and the suspension are known.
+#[test]
+fn a_reported_beginning_stays_also_if_the_silence_was_a_suspension() {
+    for (is_told_first, is_explained_first) in
+        [(true, true), (true, false), (false, true), (false, false)]
+    {
+        let (mut robot, mut decoder, mut outages) =
+            (Robot::new(), Decoder::default(), Outages::default());
+        let mut found = Vec::new();
+        let since = Moment::from_millis(20_100);
+        for n in 0..200_u64 {
+            let at_ms = n * 1000 / 3;
+            let now = Moment::from_millis(at_ms);
+            let line = robot.line(at_ms);
+            if (61..90).contains(&n) {
+                continue;
+            }
+            if n == 90 {
+                if is_told_first {
+                    outages.handle_timeout(now);
+                }
+                if is_explained_first {
+                    outages.handle_suspension(since);
+                    outages.handle_timeout(now);
+                }
+            }
+            let mut bytes = &line[..];
+            while let Some(received) = decoder.next_own_line(&mut bytes) {
+                outages.handle_line(now, &received, decoder.counters());
+            }
+            if n == 90 && !is_explained_first {
+                outages.handle_suspension(since);
+            }
+            outages.handle_timeout(now);
+            found.extend(std::iter::from_fn(|| outages.poll()));
+        }
+        let case = (is_told_first, is_explained_first);
+        let begin = if is_told_first {
+            Moment::from_secs(20)
+        } else {
+            since
+        };
+        let ended: Vec<_> = found.iter().filter(|it| it.end.is_some()).collect();
+        assert_eq!(ended.len(), 1, "{case:?} {found:?}");
+        assert_eq!(ended[0].cause, OutageCause::Suspended, "{case:?}");
+        assert!(
+            found.iter().all(|it| it.begin == begin),
+            "{case:?} {found:?}"
+        );
+    }
+}
+
+#[test]
+fn an_outage_is_reported_as_begun_only_when_it_is_certain() {
+    let (mut robot, mut decoder, mut outages) =
+        (Robot::new(), Decoder::default(), Outages::default());
+    for (line_ms, looks_ms) in [(1000, 3390), (3390, 5600)] {
+        let now = Moment::from_millis(line_ms);
+        let line = robot.line(line_ms);
+        let mut bytes = &line[..];
+        while let Some(received) = decoder.next_own_line(&mut bytes) {
+            outages.handle_line(now, &received, decoder.counters());
+        }
+        outages.handle_timeout(Moment::from_millis(looks_ms));
+        assert_eq!(outages.poll(), None);
+    }
+    outages.handle_timeout(Moment::from_millis(5800));
+    assert_eq!(
+        outages.poll().map(|it| it.begin),
+        Some(Moment::from_millis(3390))
+    );
+}
+
 #[test]
 fn one_that_lasts_at_the_end_has_no_end() {
     for (fate, cause) in [
