@@ -84,7 +84,9 @@ impl fmt::Display for Outage {
         match (self.cause, self.lost.max) {
             // How many lines the robot sent before is unknown.
             (OutageCause::Rebooted, 0) => Ok(()),
-            (OutageCause::Rebooted, _) => write!(f, ": {lost} line{plural} lost since the boot"),
+            (OutageCause::Rebooted, max) if max == self.lost.min => {
+                write!(f, ": {lost} line{plural} lost since the boot")
+            }
             _ => write!(f, ": {lost} line{plural} lost"),
         }
     }

@@ -109,8 +109,10 @@ pub struct Decoder {
     life: Life,
     /// Number of lines counted as lost in the longest gap since the latest line C.
     longest_step: u64,
-    /// State after the longest gap, and the number of damaged lines in it, in case the gap was a boot.
-    after_longest: Option<(AtCounters, u64)>,
+    /// State after the longest gap, in case the gap was a boot.
+    after_longest: Option<AfterGap>,
+    /// Maximum number of lines sent and lost before a boot in a silence, until the next line C.
+    before_boot: u64,
     reckoning: Reckoning,
     robots: Robots,
     /// The latest line, if it is not counted yet.
@@ -134,6 +136,7 @@ impl Default for Decoder {
             life: Life::default(),
             longest_step: 0,
             after_longest: None,
+            before_boot: 0,
             reckoning: Reckoning::default(),
             robots: Robots::default(),
             undecided: None,
@@ -170,6 +173,7 @@ impl Decoder {
         self.newest = None;
         self.fresh = 0;
         self.longest_step = 0;
+        self.before_boot = 0;
         self.reckoning.forget();
         self.reckoning.forget_time();
         self.counters.give_up_settling();
@@ -432,12 +436,13 @@ impl Decoder {
             if !is_boot {
                 self.counters.unsettled = Lost::default();
                 self.reckoning.forget();
-                if let Some((boot, damaged)) = self.after_longest
+                if let Some(gap) = self.after_longest
                     && self.longest_step > 0
                 {
                     self.counters.lines_lost -= self.longest_step;
-                    self.counters.damaged_in_gaps -= damaged;
-                    self.begin_life(boot, damaged);
+                    self.counters.damaged_in_gaps -= gap.damaged;
+                    self.before_boot = gap.most.saturating_sub(gap.boot.lines_before());
+                    self.begin_life(gap.boot, gap.damaged);
                 }
             }
             if let Some(newest) = &mut self.newest {
@@ -451,7 +456,9 @@ impl Decoder {
             } else {
                 self.counters.give_up_settling();
             }
-            let hidden = self.reckoning.take_uptime(uptime_s, &self.counters);
+            let mut hidden = self.reckoning.take_uptime(uptime_s, &self.counters);
+            // Lines before a boot are in the same silence as those after it.
+            hidden.max = hidden.max.max(core::mem::take(&mut self.before_boot));
             self.counters.hidden = self.counters.hidden.and(hidden);
         }
         if has_restarted || received.uptime_s().is_some() {
@@ -484,8 +491,11 @@ impl Decoder {
             if is_boot {
                 // The sequence restarts after a reboot, so there is no gap.
                 self.counters.give_up_settling();
-                let most = if sequence == 0 { 0 } else { most };
-                self.add_unsettled(u64::from(sequence), most, length);
+                let most_after = if sequence == 0 { 0 } else { most };
+                self.add_unsettled(u64::from(sequence), most_after, length);
+                self.before_boot = most.saturating_sub(u64::from(sequence));
+                let unsettled = &mut self.counters.unsettled.max;
+                *unsettled = (*unsettled).max(self.before_boot);
                 let boot = self.reckoning.boot(sequence, &self.counters, length);
                 self.begin_life(boot, self.damaged);
             } else {
@@ -512,7 +522,11 @@ impl Decoder {
             if lost > self.longest_step {
                 self.longest_step = lost;
                 let boot = self.reckoning.boot(sequence, &self.counters, length);
-                self.after_longest = Some((boot, damaged));
+                self.after_longest = Some(AfterGap {
+                    boot,
+                    damaged,
+                    most,
+                });
             }
             return false;
         }
@@ -603,6 +617,16 @@ struct Newest {
     arrived: u8,
     /// Whether the next line may be late, because there was no interruption since this line.
     is_late_possible: bool,
+}
+
+/// The state after a gap.
+#[derive(Clone, Copy, Debug)]
+struct AfterGap {
+    boot: AtCounters,
+    /// Number of damaged lines in the gap.
+    damaged: u64,
+    /// Maximum number of lines that the robot can have sent in the gap; 0 if it was no silence.
+    most: u64,
 }
 
 /// A line whose sender the next line decides, and the state when it arrived.

@@ -605,6 +605,67 @@ fn a_robot_that_follows_another_one_has_not_restarted() {
     assert_eq!(counters.robot, Some(9));
 }
 
+/// The silence limits the number of lines sent before a boot in it.
+#[test]
+fn lines_before_a_boot_in_a_silence_are_unknown() {
+    // The same boot counter modulo 8 shows the boot only in line C.
+    for (silent_s, boot) in [(3600, 4), (60, 4), (60, 3), (12, 4)] {
+        let mut robot = Robot::new(7);
+        let mut decoder = Decoder::default();
+        for _ in 0..60 {
+            hear_next(&mut decoder, &mut robot);
+        }
+        let heard_until = robot.clock;
+        let mut after = Robot {
+            boot,
+            clock: 0,
+            ..Robot::new(7)
+        };
+        after.lines(30);
+        // The ground's clock goes on through the boot.
+        let zero = heard_until + silent_s * 240 - after.clock;
+        let mut ranges = Vec::new();
+        for _ in 0..40 {
+            decoder.set_time((zero + after.clock) * 1000 / 240);
+            hear(&mut decoder, &after.next());
+            ranges.push(decoder.counters().lost());
+        }
+        let (counters, case) = (decoder.counters(), (silent_s, boot));
+        assert_eq!(counters.restarts, 1, "{case:?}");
+        let lost = counters.lost();
+        assert_eq!((lost.min, lost.is_open), (30, false), "{case:?}");
+        let sent = silent_s * 3;
+        assert!(
+            (sent..sent + sent / 5 + 15).contains(&lost.max),
+            "{case:?}: {lost:?}"
+        );
+        if boot == 4 {
+            assert!(ranges.iter().all(|it| it.max == lost.max), "{ranges:?}");
+        }
+    }
+}
+
+/// A robot that boots at once has lost nothing.
+#[test]
+fn a_boot_without_a_silence_loses_no_unknown_number_of_lines() {
+    let mut robot = Robot::new(7);
+    let mut decoder = Decoder::default();
+    for _ in 0..60 {
+        hear_next(&mut decoder, &mut robot);
+    }
+    let zero = robot.clock + 240;
+    let mut after = Robot {
+        boot: 4,
+        clock: 0,
+        ..Robot::new(7)
+    };
+    for _ in 0..40 {
+        decoder.set_time((zero + after.clock) * 1000 / 240);
+        hear(&mut decoder, &after.next());
+    }
+    assert_eq!(decoder.counters().lost(), exactly(0));
+}
+
 /// The robot's own lines are neither damaged nor noise of damaged lines.
 #[test]
 fn lines_of_the_robots_own_are_no_damaged_ones() {
