@@ -266,6 +266,15 @@ pub(crate) fn recorded_word<'a>(field: &str, value: &'a str) -> &'a str {
     }
 }
 
+/// The command's word for a field's value; the reverse of [`recorded_word`].
+fn command_word<'a>(field: &str, value: &'a str) -> &'a str {
+    match (field, value) {
+        ("mode", "go_home") => "home",
+        ("mode", "forage") => "dock",
+        _ => value,
+    }
+}
+
 /// Checks that a field can be compared with a value.
 pub(crate) fn check_comparison(name: &str, relation: &str, value: &str) -> Result<(), String> {
     compare(name, relation, value).map(|_| ())
@@ -299,12 +308,10 @@ fn compare(name: &str, relation: &str, value: &str) -> Result<Term, String> {
             return Err(format!("{} is a number, and `{value}` is none", field.name));
         }
         _ if !field.words.is_empty() && !field.words.contains(&value) => {
-            let all = field.words.join(", ");
-            let question = suggest::question_or(
-                value,
-                field.words.iter().copied(),
-                format!("it can be {all}"),
-            );
+            let words = field.words.iter();
+            let words = words.map(|word| command_word(field.name, word));
+            let all = words.clone().collect::<Vec<_>>().join(", ");
+            let question = suggest::question_or(value, words, format!("it can be {all}"));
             return Err(format!("{} is never `{value}`{question}", field.name));
         }
         _ => Than::Word(value.to_owned()),
@@ -414,6 +421,7 @@ A03 +000.0 +001.7 000 +12 +00 +05 +05 081 081 35 46 ....... P----..- (```$DL!L
         for (words, error) in [
             ("batery_v < 12", "did you mean `battery_v`"),
             ("mode prowel", "did you mean `prowl`"),
+            ("mode xyzzy", "home, dock"),
             ("battery ~ 12", "compares nothing"),
             ("battery < low", "is a number"),
             ("mode < home", "compare it with ="),

@@ -43,11 +43,7 @@ impl Ui {
 
     /// The chosen alarm, while the arrows choose one: before a choice the first raised one.
     pub(crate) fn chosen_alarm(&self, facts: &Facts) -> Option<usize> {
-        let first = || {
-            let first = self.listed(facts).into_iter().next();
-            first.filter(|shown| shown.raised.is_some())
-        };
-        let chosen = self.alarm.or_else(|| first().map(|shown| shown.index));
+        let chosen = self.alarm.or_else(|| self.first_raised(facts));
         chosen.filter(|_| self.chooses_alarms())
     }
 
@@ -58,14 +54,23 @@ impl Ui {
         listed
     }
 
-    /// Index of the alarm that a key acts on: the chosen one in the panel of alarms, else the one under the status line.
+    /// Index of the alarm that a key acts on: the chosen one in the panel of alarms, else the one under the status line, else the first
+    /// raised one.
     fn concerned(&self, facts: &Facts) -> Option<usize> {
         if self.chooses_alarms() {
             return self.chosen_alarm(facts);
         }
         let calling = facts.alarms.calling(&self.attended);
-        let (rule, _) = calling.first()?;
-        facts.alarms.find(&rule.code)
+        match calling.first() {
+            Some((rule, _)) => facts.alarms.find(&rule.code),
+            None => self.first_raised(facts),
+        }
+    }
+
+    fn first_raised(&self, facts: &Facts) -> Option<usize> {
+        let first = self.listed(facts).into_iter().next();
+        let first = first.filter(|shown| shown.raised.is_some());
+        first.map(|shown| shown.index)
     }
 
     pub(super) fn acknowledge_all(&mut self, facts: &Facts, now: Moment) -> Vec<Effect> {
@@ -103,8 +108,11 @@ impl Ui {
 
     /// Shelves an alarm, for a longer time at each press; the last press unshelves it.
     pub(super) fn shelve_one(&mut self, facts: &Facts, now: Moment) -> Vec<Effect> {
-        let shelved = self.last_shelved.filter(|_| !self.chooses_alarms());
-        let Some(index) = self.concerned(facts).or(shelved) else {
+        let is_calling = !facts.alarms.calling(&self.attended).is_empty();
+        let shelved = self
+            .last_shelved
+            .filter(|_| !self.chooses_alarms() && !is_calling);
+        let Some(index) = shelved.or_else(|| self.concerned(facts)) else {
             self.warn("no alarm to shelve");
             return Vec::new();
         };
@@ -196,7 +204,15 @@ impl Ui {
         };
         Some(match (*verb, rest) {
             ("acknowledge", [] | ["all"]) => Ok(self.acknowledge_all(facts, now)),
-            ("acknowledge", name) => find(name).map(|index| self.acknowledge(facts, now, &[index])),
+            ("acknowledge", name) => find(name).and_then(|index| {
+                let shown = facts.alarms.all(&self.attended).nth(index);
+                match shown {
+                    Some(shown) if shown.raised.is_none() => {
+                        Err(format!("{} is not on", shown.rule.name))
+                    }
+                    _ => Ok(self.acknowledge(facts, now, &[index])),
+                }
+            }),
             ("unshelve" | "shelve", []) => Err(format!(
                 "`{verb}` needs the name of an alarm: {verb} battery_low"
             )),

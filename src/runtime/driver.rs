@@ -441,7 +441,13 @@ impl Driver {
             let mut value = alarm.to_json();
             value["name"] = alarm.name.as_str().into();
             value["link"] = self.name.as_str().into();
-            value["time"] = utc(SystemTime::now()).into();
+            let now = SystemTime::now();
+            value["time"] = utc(now).into();
+            if alarm.has_begin()
+                && let Some(begin) = now.checked_sub(alarm.ago)
+            {
+                value["begin"] = utc(begin).into();
+            }
             if let Err(problem) = hook.pass(value.to_string()) {
                 self.tell_hook(problem);
             }

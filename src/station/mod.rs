@@ -325,11 +325,12 @@ impl Station {
         }
         let is_new = |id: &u8| before.ids().all(|known| known != *id);
         for id in other.ids().filter(is_new) {
-            let mut text =
-                format!("robot {id} also sends on this channel; its lines are kept apart");
-            if let Some(own) = self.decoder.counters().robot {
-                text += &format!(", robot {own} is followed");
-            }
+            let own = self.decoder.counters().robot;
+            let followed = own.map(|own| format!(", robot {own} is followed"));
+            let text = format!(
+                "robot {id} also sends on this channel; its lines are kept apart{}",
+                followed.unwrap_or_default()
+            );
             self.notice(NoticeCode::OtherRobot, Level::Warning, &text);
         }
     }

@@ -390,6 +390,35 @@ fn alarms_are_acknowledged_one_by_one() {
 }
 
 #[test]
+fn an_acknowledged_alarm_can_be_shelved_by_its_key() {
+    let mut scene = scene();
+    scene.state.power = Power::Critical;
+    scene.hear();
+    scene.type_text("A");
+    for shelved_for in [Some(600), Some(3600), Some(28_800), None] {
+        let effects = scene.type_text("Z");
+        let Some(Effect::Alarm(event)) = effects.first() else {
+            panic!("{effects:?}");
+        };
+        assert_eq!(event.code, "battery_critical");
+        assert_eq!(event.shelved_for, shelved_for.map(Moment::from_secs));
+    }
+}
+
+#[test]
+fn an_alarm_that_is_not_on_is_not_acknowledged() {
+    let mut scene = scene();
+    scene.hear();
+    let effects = say(&mut scene, ":acknowledge battery_low");
+    assert!(
+        !effects
+            .iter()
+            .any(|effect| matches!(effect, Effect::Alarm(_))),
+        "{effects:?}"
+    );
+}
+
+#[test]
 fn alarms_are_acknowledged_all_at_once() {
     let mut scene = scene();
     scene.state.power = Power::Critical;
