@@ -164,6 +164,10 @@ impl OtherRobot {
     pub fn names(&self) -> Option<String> {
         let mut ids: Vec<String> = self.ids().map(|id| id.to_string()).collect();
         let last = ids.pop()?;
+        // Lines of the followed robot are among them, from before it was followed.
+        if self.replaced_robot.is_some() {
+            return Some("other robots".to_owned());
+        }
         Some(if ids.is_empty() {
             format!("robot {last}")
         } else {
@@ -189,13 +193,7 @@ impl OtherRobot {
     pub(super) fn write_rows(&self, output: &mut impl io::Write) -> io::Result<()> {
         if let Some(names) = self.names() {
             let lines = counted(self.other_lines, "line");
-            // Lines of the followed robot are among them, from before it was followed.
-            let of = if self.replaced_robot.is_some() {
-                "other robots".to_owned()
-            } else {
-                names
-            };
-            writeln!(output, "others     {lines} of {of}, kept apart")?;
+            writeln!(output, "others     {lines} of {names}, kept apart")?;
         }
         if let Some(change) = self.change() {
             writeln!(output, "followed   {change}")?;
