@@ -39,19 +39,24 @@ impl Floor {
     /// The floor in views, oldest first.
     pub(crate) fn new(views: &[(Pose, Readings)]) -> Self {
         let mut it = Self::default();
+        it.add(views);
+        it
+    }
+
+    /// Adds what another run saw: its views, oldest first.
+    pub(crate) fn add(&mut self, views: &[(Pose, Readings)]) {
         let mut last: Option<(Pose, Readings)> = None;
         for (at, (pose, readings)) in views.iter().enumerate() {
-            readings.update(&mut it.grid, *pose);
+            readings.update(&mut self.grid, *pose);
             let from = last.filter(|(from, _)| from.distance_in(*pose) < STRAIGHT_IN);
-            it.drive(from.map_or(*pose, |(from, _)| from), *pose);
+            self.drive(from.map_or(*pose, |(from, _)| from), *pose);
             let was_safe = last.is_none_or(|(_, last)| drop_arc(last.cliff).is_none());
             if let Some(arc) = drop_arc(readings.cliff).filter(|_| was_safe) {
                 let around = &views[at.saturating_sub(AROUND)..(at + AROUND).min(views.len())];
-                it.drop_at(*pose, arc, around);
+                self.drop_at(*pose, arc, around);
             }
             last = Some((*pose, *readings));
         }
-        it
     }
 
     /// Marks the cells of a straight path.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use groundwave_protocol::telemetry::Line;
 
-use crate::compass::Compass;
+use crate::compass::{Compass, Seen};
 use crate::floor_map::FloorMap;
 
 /// Least time between two copies of the estimate.
@@ -28,6 +28,8 @@ pub struct SessionMap {
     pub map: FloorMap,
     /// Time up to which it has what was seen, if the heading is not known well at the end.
     pub until: Option<Duration>,
+    /// What it is made of, for a map of several runs.
+    pub(crate) seen: Seen,
 }
 
 /// Reason why there is no map.
@@ -90,7 +92,8 @@ impl Mapper {
             None if self.compass.knows_walls() => return Err(NoMap::HeadingUnknown),
             None => return Err(NoMap::WallsUnknown),
         };
-        let map = compass.floor_map().ok_or(NoMap::WallsUnknown)?;
-        Ok(SessionMap { map, until })
+        let seen = compass.seen().ok_or(NoMap::WallsUnknown)?;
+        let map = seen.floor_map().ok_or(NoMap::WallsUnknown)?;
+        Ok(SessionMap { map, until, seen })
     }
 }

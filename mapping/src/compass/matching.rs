@@ -4,18 +4,29 @@
 //! likelihood of the walls seen, and the mean and covariance of the posterior are the result. A wall seen is the foot of its
 //! normal, and only walls that face the same way are compared.
 
-/// Side of a cell and step of the displacements, inches.
-const CELL_IN: f64 = 2.0;
+/// How finely walls are compared.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    /// Side of a cell and step of the displacements, inches.
+    pub(super) cell_in: f64,
+    /// Standard deviation of a wall's distance, inches.
+    pub(super) deviation_in: f64,
+    /// Cells before and behind a foot in which the map would have shown another wall.
+    pub(super) window: i64,
+}
 
-/// Standard deviation of a wall's distance, and half of the length along a wall for which a foot speaks, inches.
-const DEVIATION_IN: f64 = 2.5;
+/// The scale of a stretch and the map around it: a window of 36 in.
+const FINE: Scale = Scale {
+    cell_in: 2.0,
+    deviation_in: 2.5,
+    window: 18,
+};
+
+/// Half of the length along a wall for which a foot speaks, inches.
 const HALF_LENGTH_IN: f64 = 12.0;
 
 /// Cells on either side of a foot over which its deviation spreads it.
 const SPREAD: i64 = 4;
-
-/// Cells before and behind a foot in which the map would have shown another wall: 36 in.
-const WINDOW: i64 = 18;
 
 /// Number of feet, spread over the window, that stand for walls that the map has missed; and the least ratio of likelihoods.
 const UNKNOWN: f32 = 2.0;
@@ -44,18 +55,18 @@ const KEPT: f64 = 25.0;
 pub(super) type Matrix = [[f64; 2]; 2];
 
 /// The foot of a wall's normal.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Foot {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Foot {
     /// Side of the house that the sonar faced: quarter turns from +Y.
-    pub(super) facing: usize,
-    pub(super) x_in: f64,
-    pub(super) y_in: f64,
-    pub(super) weight: f64,
+    pub(crate) facing: usize,
+    pub(crate) x_in: f64,
+    pub(crate) y_in: f64,
+    pub(crate) weight: f64,
 }
 
 impl Foot {
     /// The foot after a displacement.
-    pub(super) fn moved(self, (x_in, y_in): (f64, f64)) -> Self {
+    pub(crate) fn moved(self, (x_in, y_in): (f64, f64)) -> Self {
         Self {
             x_in: self.x_in + x_in,
             y_in: self.y_in + y_in,
@@ -84,18 +95,26 @@ pub(super) fn inverse(matrix: Matrix) -> Option<Matrix> {
 }
 
 /// Logarithms of likelihood ratios, for each facing: a wall here against a wall anywhere.
-struct Evidence {
+pub(super) struct Evidence {
+    scale: Scale,
     from: (f64, f64),
-    columns: usize,
+    pub(super) columns: usize,
     rows: usize,
-    ratios: [Vec<f32>; 4],
+    pub(super) ratios: [Vec<f32>; 4],
 }
 
 impl Evidence {
     /// The evidence of a map's feet in a rectangle, for the facings that were seen.
-    fn new(seen: &[Foot], map: &[Foot], from: (f64, f64), to: (f64, f64)) -> Self {
-        let cells = |from: f64, to: f64| ((to - from) / CELL_IN) as usize + 2;
+    pub(super) fn new(
+        scale: Scale,
+        seen: &[Foot],
+        map: &[Foot],
+        from: (f64, f64),
+        to: (f64, f64),
+    ) -> Self {
+        let cells = |from: f64, to: f64| ((to - from) / scale.cell_in) as usize + 2;
         let mut it = Self {
+            scale,
             from,
             columns: cells(from.0, to.0),
             rows: cells(from.1, to.1),
@@ -109,10 +128,17 @@ impl Evidence {
         it
     }
 
+    /// The ratio at a foot; `None` outside of the rectangle.
+    pub(super) fn ratio(&self, foot: &Foot) -> Option<f32> {
+        let (column, row) = self.cell(foot)?;
+        let ratios = &self.ratios[foot.facing];
+        Some(ratios[row * self.columns + column])
+    }
+
     fn cell(&self, foot: &Foot) -> Option<(usize, usize)> {
         let (column, row) = (
-            (foot.x_in - self.from.0) / CELL_IN,
-            (foot.y_in - self.from.1) / CELL_IN,
+            (foot.x_in - self.from.0) / self.scale.cell_in,
+            (foot.y_in - self.from.1) / self.scale.cell_in,
         );
         let is_inside =
             column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
@@ -136,7 +162,12 @@ impl Evidence {
         // Steps and numbers of cells across and along the walls.
         let (x, y) = ((1, self.columns), (self.columns, self.rows));
         let ((across, acrosses), (along, alongs)) = if facing % 2 == 1 { (x, y) } else { (y, x) };
-        let half = (HALF_LENGTH_IN / CELL_IN) as usize;
+        let Scale {
+            cell_in,
+            deviation_in,
+            window,
+        } = self.scale;
+        let half = (HALF_LENGTH_IN / cell_in) as usize;
         let mut walls = vec![0.0_f32; size];
         for line in 0..acrosses {
             let at = |cell: usize| line * across + cell * along;
@@ -155,12 +186,12 @@ impl Evidence {
         }
         let kernel: Vec<f32> = (-SPREAD..=SPREAD)
             .map(|off| {
-                let off = off as f64 * CELL_IN / DEVIATION_IN;
+                let off = off as f64 * cell_in / deviation_in;
                 libm::exp(-off * off / 2.0) as f32
             })
             .collect();
         let whole = kernel.iter().sum::<f32>();
-        let width = (2 * WINDOW + 1) as f32;
+        let width = (2 * window + 1) as f32;
         let mut sums = vec![0.0; acrosses + 1];
         for line in 0..alongs {
             let at = |cell: usize| line * along + cell * across;
@@ -173,7 +204,7 @@ impl Evidence {
             let clamped = |cell: i64| cell.clamp(0, acrosses as i64) as usize;
             for cell in 0..acrosses {
                 let middle = cell as i64;
-                let count = sums[clamped(middle + WINDOW + 1)] - sums[clamped(middle - WINDOW)];
+                let count = sums[clamped(middle + window + 1)] - sums[clamped(middle - window)];
                 if count < 0.1 {
                     continue;
                 }
@@ -194,9 +225,10 @@ impl Evidence {
 /// the displacement. `idle` is the share of matches in which the map says nothing.
 pub(super) fn compare(seen: &[Foot], map: &[Foot], prior: Matrix, idle: f64) -> Option<Match> {
     let inverse = inverse(prior)?;
-    let steps = |variance: f64| ((3.0 * libm::sqrt(variance)).min(REACH_IN) / CELL_IN) as usize;
+    let steps =
+        |variance: f64| ((3.0 * libm::sqrt(variance)).min(REACH_IN) / FINE.cell_in) as usize;
     let (columns, rows) = (steps(prior[0][0]), steps(prior[1][1]));
-    let reach_in = |steps: usize| steps as f64 * CELL_IN + MARGIN_IN;
+    let reach_in = |steps: usize| steps as f64 * FINE.cell_in + MARGIN_IN;
     let (mut low, mut high) = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
     for foot in seen {
         low = (low.0.min(foot.x_in), low.1.min(foot.y_in));
@@ -207,7 +239,7 @@ pub(super) fn compare(seen: &[Foot], map: &[Foot], prior: Matrix, idle: f64) -> 
     if seen.is_empty() || to.0 - from.0 > WIDTH_MAX_IN || to.1 - from.1 > WIDTH_MAX_IN {
         return None;
     }
-    let evidence = Evidence::new(seen, map, from, to);
+    let evidence = Evidence::new(FINE, seen, map, from, to);
     let width = 2 * columns + 1;
     let mut sums = vec![0.0_f32; width * (2 * rows + 1)];
     for foot in seen {
@@ -224,7 +256,7 @@ pub(super) fn compare(seen: &[Foot], map: &[Foot], prior: Matrix, idle: f64) -> 
     }
     let place = |at: usize| {
         let (column, row) = (at % width, at / width);
-        let step = |cell: usize, middle: usize| (cell as f64 - middle as f64) * CELL_IN;
+        let step = |cell: usize, middle: usize| (cell as f64 - middle as f64) * FINE.cell_in;
         (step(column, columns), step(row, rows))
     };
     let expected = |(x, y): (f64, f64)| {

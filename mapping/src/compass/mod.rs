@@ -1,6 +1,7 @@
 //! A compass from the walls of a rectangular house: how far the odometer's heading is off, and the position from matches with
 //! the walls seen before.
 
+mod align;
 mod directions;
 mod dock;
 mod drift;
@@ -9,6 +10,7 @@ mod matching;
 mod reckoning;
 mod resets;
 mod route;
+mod seen;
 mod statement;
 mod submaps;
 mod symmetric;
@@ -24,14 +26,18 @@ use crate::pose::Pose;
 use crate::sensors::Readings;
 use crate::sensors::sonar::{self, TRACK_IN};
 use crate::trail::Trail;
+pub use align::NoPlace;
+pub(crate) use align::{align, thinned};
 use directions::{Belief, Change};
 use dock::Dock;
 use drift::{Drift, Motion};
 use lines::{is_touching, position_in, turn_deg};
+pub(crate) use matching::Foot;
 pub use reckoning::Ellipse;
 use reckoning::Reckoning;
 use resets::Resets;
 pub use route::{Destination, NoRoute, PlannedRoute};
+pub(crate) use seen::{Frame, Seen};
 pub use statement::{CorrectedPose, Interval, Wheels};
 use tracker::{Leg, Tracker};
 use walls::{DIRECTIONS, Stretch};

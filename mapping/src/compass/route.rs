@@ -6,6 +6,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::telemetry::StateLine;
 
 use super::Compass;
+use super::seen::Seen;
 use super::tracker::Leg;
 use crate::floor::Floor;
 use crate::floor_map::FloorMap;
@@ -150,14 +151,15 @@ impl Compass {
     /// If the heading is not known any more ([`Self::heading_error_deg`]), what was seen since then may be misplaced.
     #[must_use]
     pub fn floor_map(&self) -> Option<FloorMap> {
+        self.seen()?.floor_map()
+    }
+
+    /// What was seen since the pose was set, in the house's frame. `None` before the directions of enough walls are known.
+    pub(crate) fn seen(&self) -> Option<Seen> {
         let (_, last) = self.last.as_ref()?;
         let tracker = self.tracker.as_ref()?;
         let house = self.drift.house(tracker.reference_deg);
-        let (mut views, _) = tracker.seen(&self.unfinished_leg(last));
-        for (pose, _) in &mut views {
-            *pose = tracker.pose_in_world(*pose, house);
-        }
-        FloorMap::new(&Floor::new(&views))
+        Some(tracker.all(&self.unfinished_leg(last), house))
     }
 
     /// The largest piece of floor that was seen but where the robot has never been: true X and Y of a place in it, inches, and its area,

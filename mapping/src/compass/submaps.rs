@@ -350,6 +350,15 @@ impl Submaps {
         })
     }
 
+    /// Feet of all submaps, in the house's frame.
+    pub(super) fn feet(&self) -> impl Iterator<Item = Foot> {
+        let submaps = self.feet.iter().enumerate();
+        submaps.flat_map(|(at, feet)| {
+            let origin = self.origin(at);
+            feet.iter().map(move |foot| foot.moved(origin))
+        })
+    }
+
     fn place(&self, patch: &Patch) -> (f64, f64) {
         let origin = self.origin_or_house(patch.submap);
         (origin.0 + patch.offset_in.0, origin.1 + patch.offset_in.1)

@@ -8,6 +8,7 @@ use super::dock;
 use super::drift::Estimate;
 use super::matching::Matrix;
 use super::reckoning::{self, Ellipse};
+use super::seen::{Frame, Seen};
 use super::submaps::Submaps;
 use super::walls::Stretch;
 use crate::pose::{Pose, turned};
@@ -229,11 +230,34 @@ impl Tracker {
 
     /// All that was seen, in the house's frame, oldest first, and the position in it after an unfinished leg.
     pub(super) fn seen(&self, leg: &Leg) -> (Vec<(Pose, Readings)>, (f64, f64)) {
+        let submaps = self.with_views(leg);
+        (submaps.views().collect(), submaps.position_in())
+    }
+
+    /// The same with the walls.
+    pub(super) fn all(&self, leg: &Leg, house: Estimate) -> Seen {
+        let submaps = self.with_views(leg);
+        Seen {
+            views: submaps.views().collect(),
+            feet: submaps.feet().collect(),
+            frame: self.frame(house),
+        }
+    }
+
+    fn with_views(&self, leg: &Leg) -> Submaps {
         let mut submaps = Submaps::clone(&self.newest);
         self.reckon(&mut submaps, leg, |submaps, leg, direction_deg| {
             submaps.add_views(leg.views(direction_deg));
         });
-        (submaps.views().collect(), submaps.position_in())
+        submaps
+    }
+
+    /// Place of the house in the world.
+    fn frame(&self, house: Estimate) -> Frame {
+        Frame {
+            origin_in: self.origin_in,
+            house_rad: house.value.to_radians(),
+        }
     }
 
     /// A point of the world in the house's frame.
@@ -244,18 +268,12 @@ impl Tracker {
 
     /// A point of the house's frame in the world.
     pub(super) fn in_world(&self, (x_in, y_in): (f64, f64), house: Estimate) -> (f64, f64) {
-        let pose = Pose {
+        let pose = self.frame(house).in_world(Pose {
             x_in,
             y_in,
             ..Pose::default()
-        };
-        let pose = self.pose_in_world(pose, house);
+        });
         (pose.x_in, pose.y_in)
-    }
-
-    /// A pose in the house's frame, in the world.
-    pub(super) fn pose_in_world(&self, pose: Pose, house: Estimate) -> Pose {
-        pose.turned(-house.value.to_radians()).moved(self.origin_in)
     }
 
     /// Position in the world after an unfinished leg, and where the true one is. The direction of the house turns both

@@ -14,7 +14,7 @@ use crate::pose::Pose;
 const NO_ECHO: u8 = u8::MAX;
 
 /// What a line A says of the obstacles around the robot.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Readings {
     sonars_in: [u8; 2],
     wheels_in_s: (i8, i8),
