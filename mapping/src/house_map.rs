@@ -49,13 +49,13 @@ impl Placement {
 impl HouseMap {
     /// The map of one run.
     #[must_use]
-    pub fn new(run: SessionMap) -> Self {
-        let SessionMap { map, seen, .. } = run;
+    pub fn new(run: &SessionMap) -> Self {
+        let seen = &run.seen;
         Self {
             frame: seen.frame,
             feet: thinned(&seen.feet),
             floor: Floor::new(&seen.views_at(|pose| seen.frame.in_world(pose))),
-            map,
+            map: run.map.clone(),
         }
     }
 

@@ -1,23 +1,24 @@
 //! The maps against the true walls of simulated houses.
 
-use std::collections::{BTreeSet, HashSet};
+mod outlines;
+
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use groundwave_mapping::{DriveMap, FloorCell, LocalMap, Mapper, NoMap};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{Body, StateLine};
+use outlines::{FOUND_IN, Fit, Place, along, distance_in, edges};
 use sr04_sim::{Outline, Pose, Simulation, SimulationConfig, World};
 
 /// Distance from the robot within which walls count, inches.
 const NEAR_IN: f64 = 72.0;
 
-/// A wall is found by a cell whose middle is this close, inches: one cell and half of its diagonal.
-const FOUND_IN: f64 = 5.2;
+/// Steps of the shifts that are tried for a map laid over the true one: 48 in, and finer ones around them.
+const FIT_STEPS: i32 = 8;
 
 /// Time of a line on the air: its pose is older by this when it ends.
 const LINE_MS: u64 = 350;
-
-type Place = (f64, f64);
 
 /// Counts over all moments.
 #[derive(Clone, Copy, Debug, Default)]
@@ -199,7 +200,8 @@ impl Tour {
         let cells: Vec<Place> = map
             .flat_map(|map| map.middles_in(FloorCell::Obstacle))
             .collect();
-        let laid = laid_over(&cells, &self.surfaces);
+        let fit = Fit::best(&cells, &self.surfaces, FIT_STEPS);
+        let laid: Vec<Place> = cells.iter().map(|cell| fit.true_place(*cell)).collect();
         [&cells, &laid].map(|cells| {
             let passed = self.passed.iter().map(|at| self.surfaces[*at]);
             let invented = cells.iter().filter(|cell| !is_near(**cell, &self.surfaces));
@@ -211,43 +213,6 @@ impl Tour {
             }
         })
     }
-}
-
-/// Cells turned and shifted as a whole so that most of them are near a surface: up to 13 degrees and 51 in.
-fn laid_over(cells: &[Place], surfaces: &[Place]) -> Vec<Place> {
-    let inch = |place: Place| (place.0.round() as i32, place.1.round() as i32);
-    let reach = FOUND_IN as i32;
-    let near: HashSet<(i32, i32)> = surfaces
-        .iter()
-        .flat_map(|place| {
-            let (x, y) = inch(*place);
-            (-reach..=reach).flat_map(move |dx| (-reach..=reach).map(move |dy| (x + dx, y + dy)))
-        })
-        .collect();
-    let moved = |turn_deg: i32, shift: Place| {
-        let (sin, cos) = f64::from(turn_deg).to_radians().sin_cos();
-        let places = cells.iter();
-        places.map(move |(x, y)| (x * cos + y * sin + shift.0, y * cos - x * sin + shift.1))
-    };
-    let count = |(turn, shift): &(i32, Place)| {
-        moved(*turn, *shift)
-            .filter(|cell| near.contains(&inch(*cell)))
-            .count()
-    };
-    // Coarse steps first, then fine ones around the best.
-    let mut best = (0, (0.0, 0.0));
-    for (turns, steps, step_in) in [(6, 8, 6.0), (1, 1, 3.0)] {
-        let (turn, (x, y)) = best;
-        let shifts =
-            move |from: f64| (-steps..=steps).map(move |at| from + f64::from(at) * step_in);
-        let tries = (-turns..=turns).flat_map(|at| {
-            let turn = turn + at * if turns > 1 { 2 } else { 1 };
-            shifts(x).flat_map(move |x| shifts(y).map(move |y| (turn, (x, y))))
-        });
-        best = tries.max_by_key(count).unwrap_or(best);
-    }
-    let (turn, shift) = best;
-    moved(turn, shift).collect()
 }
 
 /// The figures of docs/acceptance.md, of houses that were not used for tuning.
@@ -312,51 +277,6 @@ fn walls_of_houses_are_in_their_floor_maps() {
     assert!(invented < 0.4 && found > 0.5, "{invented:.3}, {found:.3}");
 }
 
-/// The straight edges of the true outlines.
-fn edges(outlines: &[Outline]) -> Vec<[Place; 2]> {
-    let ring = |corners: &[Place]| -> Vec<[Place; 2]> {
-        let next = corners.iter().cycle().skip(1);
-        corners
-            .iter()
-            .zip(next)
-            .map(|(from, to)| [*from, *to])
-            .collect()
-    };
-    let edges = outlines.iter().flat_map(|outline| match outline {
-        Outline::Segment { from, to, .. } => vec![[(from.x_in, from.y_in), (to.x_in, to.y_in)]],
-        Outline::Block { from, to } => ring(&[
-            (from.x_in, from.y_in),
-            (to.x_in, from.y_in),
-            (to.x_in, to.y_in),
-            (from.x_in, to.y_in),
-        ]),
-        Outline::Circle {
-            center, radius_in, ..
-        } => {
-            let corners: Vec<Place> = (0..8)
-                .map(|eighth| {
-                    let (sin, cos) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();
-                    (center.x_in + radius_in * cos, center.y_in + radius_in * sin)
-                })
-                .collect();
-            ring(&corners)
-        }
-    });
-    edges.collect()
-}
-
-/// Points on an edge, about an inch apart.
-fn along([from, to]: [Place; 2]) -> impl Iterator<Item = Place> {
-    let steps = distance_in(from, to).ceil().max(1.0) as u32;
-    (0..=steps).map(move |step| {
-        let share = f64::from(step) / f64::from(steps);
-        (
-            from.0 + (to.0 - from.0) * share,
-            from.1 + (to.1 - from.1) * share,
-        )
-    })
-}
-
 /// Whether no edge is between two places.
 fn is_in_sight(from: Place, to: Place, edges: &[[Place; 2]]) -> bool {
     // The edge on which the place is does not hide it.
@@ -370,10 +290,6 @@ fn is_in_sight(from: Place, to: Place, edges: &[[Place; 2]]) -> bool {
         let (at, on) = (cross(offset, edge) / both, cross(offset, sight) / both);
         (0.0..1.0).contains(&at) && (0.0..1.0).contains(&on)
     })
-}
-
-fn distance_in(one: Place, other: Place) -> f64 {
-    (one.0 - other.0).hypot(one.1 - other.1)
 }
 
 /// The houses are not among those on which the models were tuned (seeds below 10,000).
