@@ -10,7 +10,7 @@ mod setup;
 mod simulation;
 
 pub use captures::{
-    Captures, Cut, Export, ExportFormat, Info, Output, Recover, Replay, Songs, Verify,
+    Captures, Cut, Export, ExportFormat, Info, Map, Output, Recover, Replay, Songs, Verify,
 };
 pub use live::{Check, LinkArgs, RadioArgs, Record, RecordingArgs, Sharing, Watch};
 pub use runs::{Compare, Label, Runs};
@@ -95,6 +95,8 @@ Examples:
     Compare(Compare),
     /// Export captures as tables, pictures, recordings or raw text.
     Export(Export),
+    /// Make one map of the floor from several captures.
+    Map(Map),
     /// Cut a time range out of captures.
     Cut(Cut),
     /// Check captures for damage and gaps.

@@ -1,6 +1,6 @@
 //! `export`: exports captures as tables, pictures, recordings and raw text.
 
-mod floor_map;
+pub(super) mod floor_map;
 mod recorded;
 
 use std::io::{self, Write};

@@ -11,6 +11,7 @@ mod export;
 mod info;
 mod label;
 mod man;
+mod map;
 mod ports;
 mod record;
 mod recover;
@@ -157,6 +158,7 @@ fn dispatch(cli: &Cli) -> Result<(), Fault> {
         Verb::Info(info) => info::run(info),
         Verb::Recover(recover) => recover::run(recover),
         Verb::Export(export) => export::run(export),
+        Verb::Map(map) => map::run(map),
         Verb::Cut(cut) => cut::run(cut),
         Verb::Check(check) => check::run(check, &config()?),
         Verb::Verify(verify) => verify::run(verify),

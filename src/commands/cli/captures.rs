@@ -124,6 +124,30 @@ pub enum ExportFormat {
     Raw,
 }
 
+/// Arguments of `map`.
+#[derive(Debug, Args)]
+#[command(after_help = laid_out("\
+Examples:
+  groundwave map monday.mcap tuesday.mcap              writes monday.yaml and monday.pgm
+  groundwave map 'evenings/*.mcap' -o house.png        writes house.png and house.yaml
+
+The map has the form of `export --to map`. Its origin is the home of the first run on it. Each later run is turned and shifted as a whole
+until its walls fit the map, and added. A run is left out and named if its walls fit no place clearly best: it was in another house or in rooms that are not on the
+map yet, or was too short. Put the longest run first.
+Exit codes: 0 all runs are on the map, 1 a run was left out or read only in part, 2 a file is not a capture or has
+nothing for a map. The map of the other runs is written."))]
+pub struct Map {
+    /// Captures to read.
+    #[command(flatten)]
+    pub captures: Captures,
+    /// Write to FILE, NAME.yaml or NAME.png, and the second file beside it [default: the first capture's name]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
+}
+
 /// Arguments of `cut`.
 #[derive(Debug, Args)]
 #[command(after_help = laid_out("\

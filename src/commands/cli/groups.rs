@@ -35,6 +35,7 @@ const CAPTURES: Group = (
         ("label", "name, annotate, void"),
         ("compare", "compare two runs"),
         ("export", "tables, pictures, MCAP"),
+        ("map", "one map of several runs"),
         ("cut", "cut out a time range"),
         ("verify", "check for damage, gaps"),
         ("recover", "finish, repair"),

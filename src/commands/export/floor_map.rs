@@ -26,11 +26,14 @@ const FREE: u8 = 254;
 ///
 /// # Errors
 /// If a target is neither, or the second file must not be written.
-pub(super) fn seconds(targets: &[Target], captures: &[PathBuf]) -> Result<Vec<Target>, Fault> {
+pub(in super::super) fn seconds(
+    targets: &[Target],
+    captures: &[PathBuf],
+) -> Result<Vec<Target>, Fault> {
     let usage = |problem: String| Fault::new(Exit::Usage, problem);
     let other = |target: &Target| {
         let Target::File(path, force) = target else {
-            let problem = "--to map writes two files; name the first one with -o NAME.yaml";
+            let problem = "a map is written as two files; name the first one with -o NAME.yaml";
             return Err(usage(problem.into()));
         };
         let name = path.display();
@@ -46,7 +49,7 @@ pub(super) fn seconds(targets: &[Target], captures: &[PathBuf]) -> Result<Vec<Ta
             second(path, *force, "pgm", captures)
         } else {
             Err(usage(format!(
-                "{name}: --to map writes a YAML file and an image beside it; choose a name such as floor.yaml (with a PGM image) or floor.png"
+                "{name}: a map is a YAML file and an image beside it; choose a name such as floor.yaml (with a PGM image) or floor.png"
             )))
         }
     };
@@ -58,13 +61,20 @@ fn is_png(path: &Path) -> bool {
     extension.eq_ignore_ascii_case("png")
 }
 
-/// Writes the YAML file and the image.
-pub(super) fn export(
-    path: &Path,
-    progress: &Progress,
-    target: &Target,
-    second: &Target,
-) -> Result<Made, Fault> {
+/// What a capture has for a map.
+pub(in super::super) struct ReadRun {
+    pub(in super::super) made: SessionMap,
+    /// Time from which on it was seen, if the robot got a new pose or was restarted.
+    since: Option<Duration>,
+    /// Reason why the capture was read only in part.
+    pub(in super::super) problem: Option<Fault>,
+}
+
+/// Reads what a capture has for a map.
+///
+/// # Errors
+/// If the capture cannot be read or has nothing for a map.
+pub(in super::super) fn read(path: &Path, progress: &Progress) -> Result<ReadRun, Fault> {
     let mut capture = input::open_capture(path, progress)?;
     let mut mapper = Mapper::default();
     let (_, counters, problem) = Track::read_with(&mut capture, Vec::new(), |now, received| {
@@ -74,33 +84,56 @@ pub(super) fn export(
     });
     let problem = problem.map(Fault::from);
     let since = mapper.since();
-    let made = match mapper.finish() {
-        Ok(made) => made,
-        Err(reason) => {
-            return Err(problem.unwrap_or_else(|| no_map(path, &counters, since, reason)));
-        }
-    };
+    match mapper.finish() {
+        Ok(made) => Ok(ReadRun {
+            made,
+            since,
+            problem,
+        }),
+        Err(reason) => Err(problem.unwrap_or_else(|| no_map(path, &counters, since, reason))),
+    }
+}
+
+/// Writes the map of one capture.
+pub(super) fn export(
+    path: &Path,
+    progress: &Progress,
+    target: &Target,
+    second: &Target,
+) -> Result<Made, Fault> {
+    let run = read(path, progress)?;
+    let files = write(&run.made.map, target, second)?;
+    let (size, parts) = (size(&run.made.map), parts(&run));
+    Ok(Made {
+        what: format!("{size}{parts}; {files}"),
+        problem: run.problem,
+        mistakes: None,
+    })
+}
+
+/// Writes the YAML file and the image; returns words for the second file.
+pub(in super::super) fn write(
+    map: &FloorMap,
+    target: &Target,
+    second: &Target,
+) -> Result<String, Fault> {
     let is_png = matches!(target, Target::File(path, _) if is_png(path));
     let (yaml, image, pixels) = if is_png {
-        let png = png(&made.map).map_err(|error| {
+        let png = png(map).map_err(|error| {
             Fault::new(Exit::Failed, format!("cannot encode the image: {error}"))
         })?;
         (second, target, png)
     } else {
-        (target, second, pgm(&made.map))
+        (target, second, pgm(map))
     };
     let base = |target: &Target| match target {
         Target::File(path, _) => path.file_name().unwrap_or_default().display().to_string(),
         Target::Standard => String::new(),
     };
-    let text = description(&made.map, &base(image));
+    let text = description(map, &base(image));
     write_pair([(image, &pixels), (yaml, text.as_bytes())])?;
     let kind = if is_png { "description" } else { "image" };
-    Ok(Made {
-        what: format!("{}; {kind} {}", content(&made, since), base(second)),
-        problem,
-        mistakes: None,
-    })
+    Ok(format!("{kind} {}", base(second)))
 }
 
 fn no_map(path: &Path, counters: &Counters, since: Option<Duration>, reason: NoMap) -> Fault {
@@ -171,22 +204,25 @@ fn description(map: &FloorMap, image: &str) -> String {
     )
 }
 
-/// What a map has of a capture.
-fn content(made: &SessionMap, since: Option<Duration>) -> String {
+/// The size of a map, in words.
+pub(in super::super) fn size(map: &FloorMap) -> String {
     let feet = |cells: usize| cells as f64 * CELL_IN / 12.0;
-    let size = format!(
+    format!(
         "map of {:.0} x {:.0} ft",
-        feet(made.map.columns),
-        feet(made.map.cells.len() / made.map.columns)
-    );
-    let from = since.map(|since| {
+        feet(map.columns),
+        feet(map.cells.len() / map.columns)
+    )
+}
+
+/// Which part of a capture is on a map, each clause after a comma; empty for all of it.
+pub(in super::super) fn parts(run: &ReadRun) -> String {
+    let from = run.since.map(|since| {
         let since = clock_words(since);
-        format!("from {since} on, after a new pose or a restart")
+        format!(", from {since} on, after a new pose or a restart")
     });
-    let until = made.until.map(|until| {
+    let until = run.made.until.map(|until| {
         let until = clock_words(until);
-        format!("up to {until}, because the heading was not known well after that")
+        format!(", up to {until}, because the heading was not known well after that")
     });
-    let parts = [Some(size), from, until];
-    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    from.into_iter().chain(until).collect()
 }
