@@ -31,6 +31,8 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["verify", "gone"], NO_FILE),
     (2, &["verify", CAPTURE, "--raw", "gone"], NO_FILE),
     (2, &["songs", "."], IS_FOLDER),
+    (2, &["map", "gone", "-o", "a.yaml"], NO_FILE),
+    (2, &["map", CAPTURE, "-o", "a.pgm"], "a map is a YAML file and an image beside it"),
     (2, &["export", "a.txt", "--to", "svg"], "there is nothing to draw"),
     (2, &["cut", CAPTURE, "--from", "x"], "is not a time; try 90s"),
     (2, &["cut", CAPTURE, "--from", "2m", "--to", "1m"], "--from must be before --to"),

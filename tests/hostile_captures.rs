@@ -47,6 +47,7 @@ fn assert_bounded(capture: &Path, what: &str) {
     let folder = capture.parent().unwrap();
     let (capture, folder) = (capture.to_str().unwrap(), folder.to_str().unwrap());
     let made = format!("{folder}/made");
+    let both = format!("{made}/both.png");
     for arguments in [
         &["info", capture][..],
         &["verify", capture],
@@ -96,6 +97,7 @@ fn assert_bounded(capture: &Path, what: &str) {
             &made,
             "--force",
         ],
+        &["map", capture, capture, "-o", &both, "--force"],
         &["songs", capture],
         &["runs", folder],
         &["label", capture, "--note", "x", "--at", "1"],

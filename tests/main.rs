@@ -39,6 +39,7 @@ mod kills;
 mod ledger;
 mod levels;
 mod link;
+mod map;
 mod outages;
 mod outputs;
 mod own_lines;
