@@ -10,8 +10,8 @@ use crate::pose::Pose;
 
 /// The map of a house, in the world's frame of its first run: home of that run is the origin.
 ///
-/// Each later run is placed as a whole by its walls. A run takes up to 64 submaps of walls and 12,288 views, less than 1.5 MB, until it
-/// is added; then it costs only the cells that it adds.
+/// Each later run is placed as a whole by its walls. Until it is added, a run takes less than 1 MB besides its own floor map: up to
+/// 8,192 feet of walls and 12,288 views. Then it costs only the cells that it adds, at most 8 MiB for each of three grids in all.
 #[derive(Clone, Debug)]
 pub struct HouseMap {
     frame: Frame,
@@ -80,7 +80,9 @@ impl HouseMap {
         self.feet
             .extend(feet.iter().map(|foot| alignment.foot(foot)));
         self.feet = thinned(&self.feet);
-        self.map = FloorMap::new(&self.floor).unwrap_or_else(|| run.map.clone());
+        if let Some(map) = FloorMap::new(&self.floor) {
+            self.map = map;
+        }
         Ok(Placement {
             turn_deg: 180.0 - (180.0 - origin.theta_rad.to_degrees()).rem_euclid(360.0),
             shift_in: (origin.x_in, origin.y_in),

@@ -77,7 +77,7 @@ impl fmt::Display for NoPlace {
             Self::OtherWalls => {
                 "too few of its walls fit the map (another house, other rooms, or too short)"
             }
-            Self::TooLarge => "it is wider than 200 ft",
+            Self::TooLarge => "it or the map is wider than 200 ft",
         })
     }
 }
