@@ -131,11 +131,12 @@ Examples:
   groundwave map monday.mcap tuesday.mcap              writes monday.yaml and monday.pgm
   groundwave map 'evenings/*.mcap' -o house.png        writes house.png and house.yaml
 
-The map has the form of `export --to map`. Its origin is the home of the first run on it. Each later run is turned and shifted as a whole
-until its walls fit the map, and added. A run is left out and named if its walls fit no place clearly best: it was in another house or in rooms that are not on the
-map yet, or was too short. Put the longest run first.
+The map has the form of `export --to map`. Its origin is the home of the first run on it. Each later run is turned and
+shifted as a whole until its walls fit the map, and added. A run is left out and named if its walls fit no place clearly
+best: it was in another house or in rooms that are not on the map yet, or was too short. The others are on the map. Put
+the longest run first.
 Exit codes: 0 all runs are on the map, 1 a run was left out or read only in part, 2 a file is not a capture or has
-nothing for a map. The map of the other runs is written."))]
+nothing for a map."))]
 pub struct Map {
     /// Captures to read.
     #[command(flatten)]

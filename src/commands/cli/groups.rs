@@ -65,8 +65,8 @@ pub(super) fn template() -> String {
     left.extend(rows(SIMULATOR));
     let mut text =
         "{about}\n{usage-heading} {usage}; `groundwave help VERB` explains one\n\n".to_owned();
+    // The last verb of the captures stands in the row that is empty above the set-up: the help fits a small screen.
     beside(&mut text, &left, &rows(CAPTURES));
-    text.push('\n');
     beside(&mut text, &rows(SETUP), &rows(SETUP_GOES_ON));
     text += "\nOptions:\n{options}{after-help}";
     text
