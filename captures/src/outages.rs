@@ -114,8 +114,6 @@ pub struct Outages {
     suspended_at: Option<Moment>,
     /// Reported beginning of the current outage.
     begun: Option<Moment>,
-    /// Reported beginnings whose ends have not been reported.
-    told: Vec<Moment>,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
     /// Outages with a known number of lost lines that a suspension may still explain.
@@ -146,7 +144,8 @@ impl Likelihood {
     }
 }
 
-/// Beginning of an outage whose cause came at a time after the latest line: the cause, or the line if the outage was reported before.
+/// Beginning of an outage in which the link was lost at a time after the latest line: that time, or the line if the silence had been
+/// reported before.
 fn begin_of(line_at: Moment, cause_at: Moment) -> Moment {
     if cause_at >= line_at + BEGUN_AFTER {
         line_at
@@ -210,12 +209,8 @@ impl Outages {
             .filter(is_silence)
             .find(|it| it.end.is_some_and(|end| end > since));
         match explained {
-            Some(outage) => {
-                outage.cause = OutageCause::Suspended;
-                if !self.told.contains(&outage.begin) {
-                    outage.begin = begin_of(outage.begin, since);
-                }
-            }
+            // Its beginning may have been reported.
+            Some(outage) => outage.cause = OutageCause::Suspended,
             None => self.suspended_at = Some(since),
         }
     }
@@ -273,7 +268,8 @@ impl Outages {
         {
             let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
             let (cause, begin) = match (suspended_at, unplugged_at) {
-                (Some(at), _) => (OutageCause::Suspended, begin_of(latest.at, at)),
+                (Some(_), None) => (OutageCause::Suspended, latest.at),
+                (Some(_), Some(at)) => (OutageCause::Suspended, begin_of(latest.at, at)),
                 (None, Some(at)) => (OutageCause::Unplugged, begin_of(latest.at, at)),
                 (None, None) if has_restarted => (OutageCause::Rebooted, latest.at),
                 (None, None) if pause < OUTAGE_AFTER && begun.is_none() => {
@@ -349,15 +345,7 @@ impl Outages {
     fn give_up_settling(&mut self) {
         self.add_hidden(self.latest.map_or_else(Lost::default, |it| it.unsettled));
         self.settle();
-        while let Some(outage) = self.settled.pop_front() {
-            self.give(outage);
-        }
-    }
-
-    /// Reports an outage that has ended.
-    fn give(&mut self, outage: Outage) {
-        self.told.retain(|begin| *begin != outage.begin);
-        self.found.push_back(outage);
+        self.found.extend(self.settled.drain(..));
     }
 
     /// Makes the number of lost lines final for the outages that have ended.
@@ -371,10 +359,7 @@ impl Outages {
         while let Some(at) = self.report_at()
             && at <= now
         {
-            let Some(outage) = self.settled.pop_front() else {
-                return;
-            };
-            self.give(outage);
+            self.found.extend(self.settled.pop_front());
         }
     }
 
@@ -391,10 +376,11 @@ impl Outages {
             && at <= now
         {
             let since = self.latest.map_or(now, |latest| latest.at);
-            match self.suspended_at {
-                Some(at) => self.begin(OutageCause::Suspended, begin_of(since, at)),
-                None => self.begin(OutageCause::Silent, since),
-            }
+            let cause = match self.suspended_at {
+                Some(_) => OutageCause::Suspended,
+                None => OutageCause::Silent,
+            };
+            self.begin(cause, since);
         }
     }
 
@@ -417,7 +403,6 @@ impl Outages {
     fn begin(&mut self, cause: OutageCause, begin: Moment) {
         if self.latest.is_some() && self.begun.is_none() {
             self.begun = Some(begin);
-            self.told.push(begin);
             self.found.push_back(Outage {
                 cause,
                 begin,
