@@ -72,7 +72,8 @@ fn trial(line: &str) -> Trial {
     let mut words = line.split_whitespace();
     match (words.next().unwrap(), words.next()) {
         ("groundwave", Some("watch")) if line.contains("--foxglove") => Trial::Parse,
-        ("groundwave", Some("calibrate")) => Trial::Parse,
+        // Maps need captures of ten minutes and more.
+        ("groundwave", Some("calibrate" | "map")) => Trial::Parse,
         ("groundwave", Some("demo" | "watch" | "replay")) | ("cargo", Some("run")) => {
             Trial::Dashboard
         }
