@@ -228,7 +228,10 @@ impl Ground {
             let status = match same {
                 _ if it.now >= until => SuggestionStatus::Expired,
                 Some(new) => {
-                    self.suggestion = Some((new.clone(), until));
+                    // A route begins where the robot is.
+                    let is_route = new.waypoints().is_some();
+                    let kept = if is_route { new.clone() } else { suggestion };
+                    self.suggestion = Some((kept, until));
                     return;
                 }
                 None => SuggestionStatus::Ended,
