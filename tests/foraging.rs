@@ -126,7 +126,7 @@ fn day(seed: u64, advise: Advise) -> Option<(f64, u32)> {
     Some((24.0, dockings))
 }
 
-/// The figures of docs/acceptance.md; houses that were not used for tuning.
+/// Prints how many robots lasted for a day, alone and with the ground; houses that were not used for tuning.
 #[test]
 #[ignore = "takes an hour"]
 fn days_in_many_houses() {
