@@ -107,6 +107,7 @@ impl Automatic {
 
     /// Takes driving by hand.
     pub(super) fn take_drive(&mut self, now: Moment) {
+        self.has_arrived = false;
         self.silent_until = now + SILENT;
     }
 

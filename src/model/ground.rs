@@ -215,13 +215,16 @@ impl Ground {
         if !is_heard(it.robot, it.now) && !it.link.is_frozen() {
             return;
         }
-        let pose = match self.statement {
-            Some(Statement::Pose(pose)) => Some(pose),
-            _ => None,
-        };
-        self.dock.watch(it, pose, &self.compass);
-        self.held.watch(it, pose, &self.compass);
-        self.unvisited.watch(it, &self.compass);
+        // They plan routes, which a replay and a receive-only link cannot send.
+        if it.link.can_send {
+            let pose = match self.statement {
+                Some(Statement::Pose(pose)) => Some(pose),
+                _ => None,
+            };
+            self.dock.watch(it, pose, &self.compass);
+            self.held.watch(it, pose, &self.compass);
+            self.unvisited.watch(it, &self.compass);
+        }
         let wanted = self.wanted(it);
         if let Some((suggestion, until)) = self.suggestion.take() {
             let same = wanted.as_ref().filter(|new| new.code == suggestion.code);

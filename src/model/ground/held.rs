@@ -22,6 +22,9 @@ const LOOK_EVERY: Moment = Moment::from_secs(30);
 /// Time between two samples of the position.
 const SAMPLE_EVERY: Moment = Moment::from_secs(5);
 
+/// Longest time without lines after which it is still known that the robot has not left.
+const PAUSE_MAX: Moment = Moment::from_secs(30);
+
 /// Maximum number of remembered places.
 const PLACES_MAX: usize = 64;
 
@@ -115,9 +118,14 @@ impl Stay {
             }
             self.places.push_back(here_in);
         }
-        let newest = self.recent.back();
-        if newest.is_some_and(|(at, ..)| now.saturating_sub(*at) < SAMPLE_EVERY) {
-            return;
+        if let Some((at, ..)) = self.recent.back() {
+            let pause = now.saturating_sub(*at);
+            if pause < SAMPLE_EVERY {
+                return;
+            }
+            if pause > PAUSE_MAX {
+                self.end();
+            }
         }
         self.recent.push_back((now, here_in, moves));
         let is_over = |at: Moment| now.saturating_sub(at) > HELD;
@@ -201,6 +209,10 @@ mod tests {
             assert!(stay.held(now).is_none(), "{what}");
         }
         let (mut stay, now) = stay(5.0, 600, true);
+        let mut after = stay.clone();
+        let later = now + Moment::from_mins(4);
+        after.take(later, (120.0, 0.0), true);
+        assert!(after.held(later).is_none(), "it was not heard");
         stay.end();
         assert!(stay.held(now).is_none(), "it does something else");
     }
