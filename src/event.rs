@@ -9,6 +9,7 @@ use groundwave_lines::OwnLine;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::decoder::Counters;
 use groundwave_protocol::telemetry::{AckLine, Line};
+use serde::{Deserialize, Serialize};
 
 pub use groundwave_captures::event::{
     AlarmEvent, AlarmStatus, CommandId, CommandStatus, Failure, Figure, Landmark, Level, LineRate,
@@ -113,6 +114,8 @@ pub enum Event {
     Mark(Mark),
     /// The status of an alarm changed.
     Alarm(AlarmEvent),
+    /// An operator of another program on this link answered an alarm; it is reported as [`Event::Alarm`], too.
+    AlarmAnswer(AlarmAnswer),
     /// The status of a suggestion changed.
     Suggestion(SuggestionEvent),
     /// The ground's estimate of the robot's pose, at most once a second.
@@ -143,6 +146,65 @@ pub enum Event {
     },
     /// Only time has passed.
     Tick,
+}
+
+/// An operator's answer to an alarm, given in another program on the link.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AlarmAnswer {
+    /// Stable code of the alarm.
+    pub alarm: String,
+    /// The answer.
+    pub answer: Answer,
+    /// Name of the program, for display.
+    pub by: String,
+}
+
+/// An operator's answer to an alarm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Answer {
+    /// The alarm is known until it begins again.
+    Acknowledged,
+    /// The alarm is put off for this time, seconds.
+    #[serde(rename = "shelved_s")]
+    Shelved(u64),
+    /// The alarm is not put off any more.
+    Unshelved,
+}
+
+/// Maximum time for which an alarm is shelved.
+pub const SHELF_MAX: Moment = Moment::from_hours(24);
+
+impl Answer {
+    /// The answer in the event that reports it; `None` if it is no answer.
+    #[must_use]
+    pub fn of(event: &AlarmEvent) -> Option<Self> {
+        match event.status {
+            AlarmStatus::Acknowledged => Some(Self::Acknowledged),
+            AlarmStatus::Shelved => Some(Self::Shelved(event.shelved_for?.as_secs().max(1))),
+            AlarmStatus::Unshelved => Some(Self::Unshelved),
+            AlarmStatus::Begun | AlarmStatus::Ended => None,
+        }
+    }
+
+    /// The status that the alarm has then.
+    #[must_use]
+    pub const fn status(self) -> AlarmStatus {
+        match self {
+            Self::Acknowledged => AlarmStatus::Acknowledged,
+            Self::Shelved(_) => AlarmStatus::Shelved,
+            Self::Unshelved => AlarmStatus::Unshelved,
+        }
+    }
+
+    /// Time for which the alarm is shelved.
+    #[must_use]
+    pub const fn shelved_for(self) -> Option<Moment> {
+        match self {
+            Self::Shelved(seconds) => Some(Moment::from_secs(seconds)),
+            Self::Acknowledged | Self::Unshelved => None,
+        }
+    }
 }
 
 /// An object on the screen under the mouse.
@@ -190,7 +252,9 @@ pub enum Effect {
     DriveEnd,
     /// Cancel the current command and the waiting ones.
     CancelCommands,
-    /// Report that the operator acknowledged or shelved an alarm; the report comes back as [`Event::Alarm`].
+    /// Report the operator's answer to an alarm, also to other programs on the link; the report comes back as [`Event::Alarm`].
+    AnswerAlarm(AlarmEvent),
+    /// Report that the time of a shelved alarm is over; the report comes back as [`Event::Alarm`].
     Alarm(AlarmEvent),
     /// Report that the operator accepted a suggestion; the report comes back as [`Event::Suggestion`].
     Suggestion(SuggestionEvent),

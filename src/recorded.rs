@@ -6,9 +6,9 @@ use groundwave_protocol::Waypoint;
 use crate::event::{CommandId, CommandStatus, Event, Mark, Moment, Notice, NoticeCode};
 use crate::request::Request;
 
-/// The recorded form of an event; `None` for an event derived from the bytes.
+/// The recorded form of an event `at` a time of the session; `None` for an event derived from the bytes.
 #[must_use]
-pub fn to_recorded(event: &Event) -> Option<StationEvent> {
+pub fn to_recorded(at: Moment, event: &Event) -> Option<StationEvent> {
     match event {
         Event::Asked { id, request, by } => Some(asked(*id, request, by.clone()).into()),
         Event::Command { id, status } => Some(UplinkEvent::of_command(*id, status).into()),
@@ -21,7 +21,7 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
         )),
         Event::Mark(mark) => Some((*mark).into()),
         Event::Suspended(duration) => Some(StationEvent::suspended(*duration)),
-        Event::Alarm(alarm) => Some(alarm.into()),
+        Event::Alarm(alarm) => Some(StationEvent::alarm(at, alarm)),
         Event::Suggestion(suggestion) => Some(suggestion.into()),
         Event::Estimate(estimate) => Some(StationEventKind::Estimate(*estimate).into()),
         Event::Floor(floor) => Some(StationEventKind::Floor((**floor).clone()).into()),
@@ -29,9 +29,9 @@ pub fn to_recorded(event: &Event) -> Option<StationEvent> {
     }
 }
 
-/// The event of a recorded form; `None` for an event derived from the bytes, or of a newer version.
+/// The event of a recorded form, recorded `at` a time of the session; `None` for an event derived from the bytes, or of a newer version.
 #[must_use]
-pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
+pub fn from_recorded(at: Moment, recorded: &StationEvent) -> Option<Event> {
     match recorded.kind.as_ref()? {
         StationEventKind::Command(event) => command(event),
         StationEventKind::Link(link) => link.event().map(Event::Link),
@@ -39,7 +39,7 @@ pub fn from_recorded(recorded: &StationEvent) -> Option<Event> {
         StationEventKind::Reception(_)
         | StationEventKind::Estimate(_)
         | StationEventKind::Floor(_) => None,
-        StationEventKind::Alarm(alarm) => alarm.event().map(Event::Alarm),
+        StationEventKind::Alarm(alarm) => alarm.event(at).map(Event::Alarm),
         StationEventKind::Suggestion(suggestion) => suggestion.event().map(Event::Suggestion),
         StationEventKind::Mark(mark) => Some(Event::Mark(Mark::from(*mark))),
         StationEventKind::Suspension(it) => {
@@ -114,8 +114,9 @@ mod tests {
     use crate::request::testing::samples;
 
     fn assert_comes_back(event: &Event) {
-        let recorded = to_recorded(event).expect("it belongs into a capture");
-        assert_eq!(from_recorded(&recorded).as_ref(), Some(event));
+        let at = Duration::from_hours(1);
+        let recorded = to_recorded(at, event).expect("it belongs into a capture");
+        assert_eq!(from_recorded(at, &recorded).as_ref(), Some(event));
     }
 
     #[test]
@@ -169,11 +170,12 @@ mod tests {
                 name: "battery low".to_owned(),
                 level: Level::Alarm,
                 status,
-                ago: Duration::from_millis(5250),
+                began_at: value.map(|_| Duration::from_millis(5250)),
                 value,
                 limit: value,
                 unit: "V".to_owned(),
                 shelved_for: (status == AlarmStatus::Shelved).then_some(Duration::from_mins(10)),
+                by: (status == AlarmStatus::Acknowledged).then(|| "pid 7".to_owned()),
             }));
         }
         for (code, figures) in [

@@ -84,7 +84,7 @@ impl Session {
             Event::Floor(floor) => self.floors.push((now, (**floor).clone())),
             _ => return,
         }
-        let recorded = to_recorded(report).unwrap();
+        let recorded = to_recorded(now, report).unwrap();
         let at_ns = now.as_nanos() as u64;
         let keep = |message: TopicMessage<'_>| {
             match message.topic {
@@ -219,7 +219,7 @@ fn recording_with_estimates_is_verified_cut_and_read() {
                 counts[1] += u64::from(matches!(report, Event::Floor(_)));
                 let hall = matches!(report, Event::Floor(_)).then(|| Event::Floor(hall.clone()));
                 for event in iter::once(report).chain(hall) {
-                    let recorded = to_recorded(&event).unwrap();
+                    let recorded = to_recorded(now, &event).unwrap();
                     writer.handle_event(at_ns, &recorded).unwrap();
                 }
             }

@@ -31,7 +31,7 @@ fn alarms(seed: u64, hours: u64, is_left_dead: bool) -> Vec<(String, Duration)> 
             }
             let line = Box::new(line);
             facts.update(now, &Event::Line { line, raw });
-            let alarms = facts.alarm_events(now);
+            let alarms = facts.alarm_events();
             let new = alarms.filter(|alarm| alarm.status == AlarmStatus::Begun);
             begun.extend(new.map(|alarm| (alarm.code, now)));
         },

@@ -225,7 +225,7 @@ fn record_eventful(path: &Path) -> [Value; 2] {
                 station.handle_bytes(now, &line);
             }
             Err(event) => {
-                recorder.handle_event(now, wall(now), &to_recorded(&event).unwrap());
+                recorder.handle_event(now, wall(now), &to_recorded(now, &event).unwrap());
                 match event {
                     Event::Link(link) => station.handle_link(now, link),
                     Event::Suspended(duration) => station.handle_suspension(now, duration),
@@ -269,7 +269,7 @@ fn an_outage_until_the_end_of_a_recording_is_listed() {
             recorder.handle_rx(now, wall(now), &line);
         }
         let now = Duration::from_secs(at_s);
-        recorder.handle_event(now, wall(now), &to_recorded(&event).unwrap());
+        recorder.handle_event(now, wall(now), &to_recorded(now, &event).unwrap());
         recorder.finish().unwrap();
         lasts_until_the_end(&path, code);
     }
@@ -471,7 +471,7 @@ fn marks_are_exported() {
         let now = Duration::from_secs(at_s);
         let ago = Duration::from_secs(ago_s);
         let mark = Event::Mark(Mark { ago, is_set });
-        recorder.handle_event(now, wall(now), &to_recorded(&mark).unwrap());
+        recorder.handle_event(now, wall(now), &to_recorded(now, &mark).unwrap());
     }
     recorder.finish().unwrap();
     let exported = |to: &str| {

@@ -438,6 +438,9 @@ fn the_alarm_hook_gets_each_event() {
     assert_eq!(event["limit"], 25.0);
     assert_eq!(event["link"], *sim.path);
     assert!(event["time"].as_str().unwrap().ends_with('Z'), "{event}");
+    // Both are UTC in the same form.
+    let (begin, time) = (event["begin"].as_str().unwrap(), &event["time"]);
+    assert!(begin <= time.as_str().unwrap(), "{event}");
 }
 
 #[test]

@@ -134,6 +134,49 @@ fn exit_codes_over_a_shared_link_are_those_of_an_own_link() {
     assert!(err.contains("cannot reach a station at"), "{err}");
 }
 
+/// An answer to an alarm is known to the station and to every program on its link, with the begin of the alarm; only the station runs the hook.
+#[test]
+fn an_alarm_is_answered_for_all_programs_on_the_link() {
+    let folder = scratch("answers");
+    let (socket, told) = (path_in(&folder, "s"), folder.join("told.json"));
+    let config = folder.join("config.toml");
+    let text = format!(
+        "[limits]\nbattery_low_dv = 250\nbattery_for_s = 0\n[alarms]\nrun = \"cat >> {}\"\n",
+        told.display()
+    );
+    fs::write(&config, text).unwrap();
+    let config = config.to_str().unwrap();
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &["--config", config]);
+    let mut second = Telling::start(&["watch", "--via", &socket, "--headless", "--config", config]);
+    let begins = |value: &Value| value["code"] == "battery_low" && value["status"] == "begun";
+    let begun = [&mut station, &mut second].map(|it| it.wait_for("the alarm", begins));
+    let mut client = UnixStream::connect(&socket).unwrap();
+    client
+        .write_all(b"{\"groundwave\":1}\n{\"alarm\":\"battery_low\",\"answer\":\"acknowledged\"}\n")
+        .unwrap();
+    for (it, begun) in [&mut station, &mut second].into_iter().zip(begun) {
+        let answered = it.wait_for("the answer", |value| value["status"] == "acknowledged");
+        assert_eq!(answered["code"], "battery_low");
+        assert_eq!(answered["begin_s"], begun["begin_s"]);
+        assert!(
+            answered["by"].as_str().unwrap().starts_with("pid "),
+            "{answered}"
+        );
+    }
+    for it in [station, second] {
+        let mut process = it.process;
+        kill_process(Pid::from_child(&process.0), Signal::TERM).unwrap();
+        assert!(process.0.wait().unwrap().success());
+    }
+    let told = fs::read_to_string(&told).unwrap();
+    let statuses = told
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let statuses: Vec<_> = statuses.map(|event| event["status"].clone()).collect();
+    assert_eq!(statuses, ["begun", "acknowledged"], "by the station alone");
+}
+
 #[test]
 fn receive_only_station_refuses_commands() {
     let folder = scratch("listens");

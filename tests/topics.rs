@@ -3,6 +3,7 @@
 use crate::streams;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
+use std::time::Duration;
 
 use foxglove::messages::{
     FrameTransforms, Grid, LaserScan, Log, PoseInFrame, PosesInFrame, SceneUpdate,
@@ -201,7 +202,7 @@ fn messages_are_as_derived_encoders_write_them() {
         let waypoints = (0..count).map(|n| Waypoint::new(n, -n).unwrap()).collect();
         let status = CommandStatus::Confirmed { digest: Some(99) };
         for event in [asked(waypoints), Event::Command { id: ID, status }] {
-            let event = to_recorded(&event).unwrap();
+            let event = to_recorded(Duration::ZERO, &event).unwrap();
             deriver
                 .handle_event(START_NS, &event, keep(&mut kept))
                 .unwrap();
@@ -350,7 +351,7 @@ fn markers_show_body_bumps_and_the_confirmed_list() {
     ];
     let statuses = statuses.map(|status| Event::Command { id: ID, status });
     for event in [asked(waypoints.to_vec())].into_iter().chain(statuses) {
-        let event = to_recorded(&event).unwrap();
+        let event = to_recorded(Duration::ZERO, &event).unwrap();
         deriver
             .handle_event(START_NS, &event, keep(&mut kept))
             .unwrap();
@@ -427,11 +428,11 @@ fn a_part_starts_again_with_the_state_of_the_robot() {
 
 #[test]
 fn events_that_are_no_part_of_a_capture_are_left_out() {
-    assert_eq!(to_recorded(&Event::Tick), None);
+    assert_eq!(to_recorded(Duration::ZERO, &Event::Tick), None);
     let lost = Event::Link(LinkEvent::Lost {
         reason: "unplugged".to_owned(),
     });
-    assert!(to_recorded(&lost).unwrap().is_urgent());
+    assert!(to_recorded(Duration::ZERO, &lost).unwrap().is_urgent());
 }
 
 /// Topics from lines that the station decoded equal those from the bytes.

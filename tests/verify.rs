@@ -149,7 +149,7 @@ fn lines_sent_while_the_link_was_lost_count_as_lost() {
     let now = Duration::from_secs(30);
     let reason = "unplugged".to_owned();
     let lost = Event::Link(LinkEvent::Lost { reason });
-    let lost = to_recorded(&lost).unwrap();
+    let lost = to_recorded(Duration::ZERO, &lost).unwrap();
     recorder.handle_event(now, wall(now), &lost);
     recorder.handle_rx(2 * now, wall(2 * now), after);
     recorder.finish().unwrap();

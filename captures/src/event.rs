@@ -293,8 +293,8 @@ pub struct AlarmEvent {
     pub level: Level,
     /// The new status.
     pub status: AlarmStatus,
-    /// Time from the beginning of the cause to this event; zero if the alarm is not active.
-    pub ago: Moment,
+    /// Time of the session at which its cause began; `None` for an answer to an alarm that is not on.
+    pub began_at: Option<Moment>,
     /// Latest measured value.
     pub value: Option<f64>,
     /// Limit of the value.
@@ -303,15 +303,11 @@ pub struct AlarmEvent {
     pub unit: String,
     /// Time for which the alarm is shelved.
     pub shelved_for: Option<Moment>,
+    /// The other program whose operator answered, for display; `None` for the own operator.
+    pub by: Option<String>,
 }
 
 impl AlarmEvent {
-    /// Whether the alarm's cause has a begin: an answer to an alarm may concern none that is shown.
-    #[must_use]
-    pub const fn has_begin(&self) -> bool {
-        matches!(self.status, AlarmStatus::Begun | AlarmStatus::Ended) || !self.ago.is_zero()
-    }
-
     /// The event as JSON for other programs; absent values are left out.
     #[must_use]
     pub fn to_json(&self) -> Value {
@@ -329,6 +325,9 @@ impl AlarmEvent {
         if let Some(time) = self.shelved_for {
             value["shelved_s"] = json!(time.as_secs_f64());
         }
+        if let Some(by) = &self.by {
+            value["by"] = json!(by);
+        }
         value
     }
 }
@@ -339,6 +338,9 @@ impl fmt::Display for AlarmEvent {
         write!(f, "{}: {}", self.name, self.status.code())?;
         if let Some(time) = self.shelved_for {
             write!(f, " for {} s", time.as_secs())?;
+        }
+        if let Some(by) = &self.by {
+            write!(f, " by {by}")?;
         }
         if let (Some(value), Some(limit)) = (self.value, self.limit) {
             let unit = &self.unit;

@@ -103,9 +103,9 @@ pub struct AlarmMessage {
     /// A code of [`AlarmStatus`].
     #[prost(string, tag = 4)]
     pub status: String,
-    /// Time from the beginning of the cause to this message, nanoseconds.
-    #[prost(uint64, tag = 5)]
-    pub ago_ns: u64,
+    /// Time from the beginning of the cause to this message, nanoseconds; absent from an answer to an alarm that is not on.
+    #[prost(uint64, optional, tag = 5)]
+    pub ago_ns: Option<u64>,
     /// Latest measured value.
     #[prost(double, optional, tag = 6)]
     pub value: Option<f64>,
@@ -118,6 +118,9 @@ pub struct AlarmMessage {
     /// Time for which the alarm is shelved, nanoseconds.
     #[prost(uint64, optional, tag = 9)]
     pub shelved_ns: Option<u64>,
+    /// The other program whose operator answered.
+    #[prost(string, optional, tag = 10)]
+    pub by: Option<String>,
 }
 
 /// A [`LinkEvent`].
@@ -198,19 +201,21 @@ impl NoticeMessage {
 }
 
 impl AlarmMessage {
-    /// The event; `None` for a status of a newer version.
+    /// The event, recorded `at` a time of the session; `None` for a status of a newer version.
     #[must_use]
-    pub fn event(&self) -> Option<AlarmEvent> {
+    pub fn event(&self, at: Moment) -> Option<AlarmEvent> {
+        let began_at = |ns| at.saturating_sub(Moment::from_nanos(ns));
         Some(AlarmEvent {
             code: self.code.clone(),
             name: self.name.clone(),
             level: Level::from_code(&self.severity).unwrap_or(Level::Info),
             status: AlarmStatus::from_code(&self.status)?,
-            ago: Moment::from_nanos(self.ago_ns),
+            began_at: self.ago_ns.map(began_at),
             value: self.value,
             limit: self.limit,
             unit: self.unit.clone(),
             shelved_for: self.shelved_ns.map(Moment::from_nanos),
+            by: self.by.clone(),
         })
     }
 }
@@ -252,18 +257,22 @@ impl From<&SuggestionEvent> for StationEvent {
     }
 }
 
-impl From<&AlarmEvent> for StationEvent {
-    fn from(event: &AlarmEvent) -> Self {
+impl StationEvent {
+    /// The recorded form of a change of an alarm `at` a time of the session.
+    #[must_use]
+    pub fn alarm(at: Moment, event: &AlarmEvent) -> Self {
+        let ago = |began_at| nanoseconds(at.saturating_sub(began_at));
         StationEventKind::Alarm(AlarmMessage {
             code: event.code.clone(),
             name: event.name.clone(),
             severity: event.level.code().to_owned(),
             status: event.status.code().to_owned(),
-            ago_ns: nanoseconds(event.ago),
+            ago_ns: event.began_at.map(ago),
             value: event.value,
             limit: event.limit,
             unit: event.unit.clone(),
             shelved_ns: event.shelved_for.map(nanoseconds),
+            by: event.by.clone(),
         })
         .into()
     }

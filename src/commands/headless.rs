@@ -307,8 +307,8 @@ fn other_json(at: Moment, event: &Event) -> Option<Value> {
         }
         Event::Alarm(alarm) => {
             let mut value = alarm.to_json();
-            if alarm.has_begin() {
-                value["begin_s"] = seconds(at.saturating_sub(alarm.ago));
+            if let Some(began_at) = alarm.began_at {
+                value["begin_s"] = seconds(began_at);
             }
             value
         }

@@ -91,8 +91,8 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
             .advising(port_baud)
             .reading(config.own.recognizer()?, BTreeMap::new())
             .observed_by(keeper.event_sink())
-            .hooked(config.start_alarm_hook()?)
             .shared(share)
+            .hooked(config.start_alarm_hook()?)
             .watched(foxglove);
         let _finish = keeper.finish_on_drop();
         let result = Box::pin(until_done(options, driver, &keeper, config)).await;

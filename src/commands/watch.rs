@@ -242,8 +242,8 @@ impl Plan {
             self.config.own.commands.clone(),
         )
         .observed_by(keeper.event_sink())
-        .hooked(self.config.start_alarm_hook()?)
         .shared(share)
+        .hooked(self.config.start_alarm_hook()?)
         .simulating(self.truth.clone())
         .watched(foxglove);
         Ok((driver, keeper))

@@ -82,9 +82,9 @@ pub(crate) struct AlarmChange {
 
 impl AlarmChange {
     /// The event that reports the change.
-    pub(super) fn event(&self, now: Moment) -> AlarmEvent {
+    pub(super) fn event(&self) -> AlarmEvent {
         AlarmEvent {
-            ago: now.saturating_sub(self.began_at),
+            began_at: Some(self.began_at),
             value: self.value,
             limit: self.value.map(|_| self.rule.bounds.raise),
             ..self.rule.event(if self.is_active {
@@ -175,7 +175,6 @@ impl Alarms {
     pub(super) fn answered(
         &self,
         seen: &Attended,
-        now: Moment,
         index: usize,
         status: AlarmStatus,
     ) -> Option<AlarmEvent> {
@@ -183,9 +182,7 @@ impl Alarms {
         let is_shown = shown.raised.is_some() && shown.rule.is_measured();
         let value = shown.value.filter(|_| is_shown);
         Some(AlarmEvent {
-            ago: shown
-                .raised
-                .map_or(Moment::ZERO, |raised| now.saturating_sub(raised.at)),
+            began_at: shown.raised.map(|raised| raised.at),
             value,
             limit: value.map(|_| shown.rule.bounds.raise),
             ..shown.rule.event(status)

@@ -8,7 +8,7 @@ use super::alarms::{Shown, code};
 use super::keys::Action;
 use super::news::Passing;
 use super::{Facts, Panel, Ui, age};
-use crate::event::{AlarmEvent, AlarmStatus, Effect, Moment};
+use crate::event::{AlarmAnswer, AlarmEvent, AlarmStatus, Answer, Effect, Moment, SHELF_MAX};
 use crate::suggest;
 
 /// Times for which the key shelves an alarm, at successive presses.
@@ -17,9 +17,6 @@ const SHELF_TIMES: [Duration; 3] = [
     Duration::from_hours(1),
     Duration::from_hours(8),
 ];
-
-/// Maximum time for which an alarm is shelved.
-const SHELF_MAX: Duration = Duration::from_hours(24);
 
 impl Ui {
     /// Whether the arrows choose an alarm.
@@ -99,11 +96,25 @@ impl Ui {
 
     fn acknowledge(&mut self, facts: &Facts, now: Moment, indices: &[usize]) -> Vec<Effect> {
         // An acknowledged alarm that is over is not shown any more.
-        let events = self.answers(facts, now, indices, AlarmStatus::Acknowledged);
+        let answers = self.reports(facts, indices, AlarmStatus::Acknowledged);
         for &index in indices {
             self.attended.acknowledge(now, &facts.alarms, index);
         }
-        events
+        answers.into_iter().map(Effect::AnswerAlarm).collect()
+    }
+
+    /// Takes another operator's answer to an alarm of this program.
+    pub(super) fn take_answer(&mut self, facts: &Facts, now: Moment, answer: &AlarmAnswer) {
+        let Some(index) = facts.alarms.find(&answer.alarm) else {
+            return;
+        };
+        match answer.answer {
+            Answer::Acknowledged => self.attended.acknowledge(now, &facts.alarms, index),
+            Answer::Shelved(_) | Answer::Unshelved => {
+                let until = answer.answer.shelved_for().map(|time| now + time);
+                self.attended.shelve(&facts.alarms, index, until);
+            }
+        }
     }
 
     /// Shelves an alarm, for a longer time at each press; the last press unshelves it.
@@ -146,32 +157,27 @@ impl Ui {
             Some(_) => AlarmStatus::Shelved,
             None => AlarmStatus::Unshelved,
         };
-        let answer = facts.alarms.answered(&self.attended, now, index, status);
+        let answer = facts.alarms.answered(&self.attended, index, status);
         let event = answer.map(|answer| AlarmEvent {
             shelved_for: time,
             ..answer
         });
-        event.map(Effect::Alarm).into_iter().collect()
+        event.map(Effect::AnswerAlarm).into_iter().collect()
     }
 
-    /// The events that report the operator's answer to alarms.
-    fn answers(
-        &self,
-        facts: &Facts,
-        now: Moment,
-        indices: &[usize],
-        status: AlarmStatus,
-    ) -> Vec<Effect> {
-        let answers = indices
-            .iter()
-            .filter_map(|&index| facts.alarms.answered(&self.attended, now, index, status));
-        answers.map(Effect::Alarm).collect()
+    /// The events that report a new status of alarms.
+    fn reports(&self, facts: &Facts, indices: &[usize], status: AlarmStatus) -> Vec<AlarmEvent> {
+        let indices = indices.iter();
+        indices
+            .filter_map(|&index| facts.alarms.answered(&self.attended, index, status))
+            .collect()
     }
 
-    /// Unshelves alarms whose time is over.
+    /// Unshelves alarms whose time is over; other programs on the link know the time, too.
     pub(super) fn unshelve_expired(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
         let expired = self.attended.expire(now);
-        self.answers(facts, now, &expired, AlarmStatus::Unshelved)
+        let reports = self.reports(facts, &expired, AlarmStatus::Unshelved);
+        reports.into_iter().map(Effect::Alarm).collect()
     }
 
     /// Whether every alarm raised by the latest event is shelved.

@@ -9,7 +9,7 @@ use groundwave_protocol::life::Life;
 use groundwave_protocol::status_codes::{Link as Letter, Mode};
 use groundwave_protocol::telemetry::{Body, Line, StateLine};
 
-use super::alarms::{AlarmChange, Alarms, Inputs};
+use super::alarms::{AlarmChange, Alarms, Attended, Inputs};
 use super::chart::Chart;
 use super::config::{Advise, Config};
 use super::fields::Fields;
@@ -25,8 +25,8 @@ use super::robot::{Robot, STATE_STALE};
 use super::tally::Counted;
 use super::{age, failsafe, why, words};
 use crate::event::{
-    AlarmEvent, AlarmStatus, CommandId, CommandStatus, Event, Level, LinkEvent, Moment, Recording,
-    SuggestionEvent, SuggestionStatus,
+    AlarmAnswer, AlarmEvent, AlarmStatus, CommandId, CommandStatus, Event, Level, LinkEvent,
+    Moment, Recording, SuggestionEvent, SuggestionStatus,
 };
 use crate::playback::Tally;
 use crate::request::{Request, Tuning};
@@ -272,10 +272,21 @@ impl Facts {
     }
 
     /// Alarms that the latest event raised or ended.
-    pub fn alarm_events(&self, now: Moment) -> impl Iterator<Item = AlarmEvent> {
-        self.alarm_changes
-            .iter()
-            .map(move |change| change.event(now))
+    pub fn alarm_events(&self) -> impl Iterator<Item = AlarmEvent> {
+        self.alarm_changes.iter().map(AlarmChange::event)
+    }
+
+    /// The event that reports another operator's answer to an alarm; `None` if this program has no such alarm.
+    #[must_use]
+    pub fn answer_event(&self, answer: &AlarmAnswer) -> Option<AlarmEvent> {
+        let index = self.alarms.find(&answer.alarm)?;
+        let status = answer.answer.status();
+        let event = self.alarms.answered(&Attended::default(), index, status)?;
+        Some(AlarmEvent {
+            shelved_for: answer.answer.shelved_for(),
+            by: Some(answer.by.clone()),
+            ..event
+        })
     }
 
     /// Checks the suggestions; returns whether the screen changes.
@@ -321,13 +332,16 @@ impl Facts {
     /// Logs the operator's answer to an alarm; returns whether there was one.
     fn take_alarm(&mut self, now: Moment, alarm: &AlarmEvent) -> bool {
         let name = &alarm.name;
-        let text = match (alarm.status, alarm.shelved_for) {
+        let mut text = match (alarm.status, alarm.shelved_for) {
             (AlarmStatus::Begun | AlarmStatus::Ended, _) => return false,
             (AlarmStatus::Shelved, Some(time)) => {
                 format!("{name}: shelved for {}", age::words(time))
             }
             (status, _) => format!("{name}: {}", status.code()),
         };
+        if let Some(by) = &alarm.by {
+            text = format!("{text} by {by}");
+        }
         self.log.add(now, Level::Info, Subject::Alarm, text);
         true
     }

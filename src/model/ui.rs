@@ -177,6 +177,7 @@ impl Ui {
                 changed = self.size != (width, height);
                 self.size = (width, height);
             }
+            Event::AlarmAnswer(answer) => self.take_answer(facts, now, &answer),
             Event::Files { beginning, files } => changed = self.take_files(&beginning, files),
             Event::RouteLoaded { path, route } => {
                 effects.extend(self.take_route(&path, route));

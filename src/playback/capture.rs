@@ -127,7 +127,7 @@ impl CaptureState {
             Some(Piece::Received([]) | Piece::Repeated(_)) | None => {}
             Some(Piece::Received(bytes)) => self.station.handle_bytes(self.at, bytes),
             Some(Piece::Sent(bytes)) => self.station.handle_sent(self.at, bytes),
-            Some(Piece::Event(event)) => match from_recorded(&event) {
+            Some(Piece::Event(event)) => match from_recorded(self.at, &event) {
                 Some(Event::Link(event)) => self.take_link(event),
                 Some(Event::Mark(mark)) => self.marks.take(self.at, mark),
                 Some(Event::Suspended(duration)) => {

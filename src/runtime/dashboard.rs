@@ -272,15 +272,8 @@ impl Running {
             | Effect::CancelCommands => {
                 self.send(effect);
             }
-            Effect::Alarm(alarm) => match self.source.driver() {
-                Some(driver) => driver.tell(Event::Alarm(alarm)),
-                // A replay has its own events.
-                None => return Ok(false),
-            },
-            Effect::Suggestion(suggestion) => {
-                if let Some(driver) = self.source.driver() {
-                    driver.tell(Event::Suggestion(suggestion));
-                }
+            Effect::AnswerAlarm(_) | Effect::Alarm(_) | Effect::Suggestion(_) => {
+                self.report(effect);
             }
             Effect::Playback(control) => {
                 let events = self.source.handle(control);
@@ -291,7 +284,7 @@ impl Running {
                 let mut leave = false;
                 for event in events {
                     if let (Event::Mark(_), Some(keeper)) = (&event, &self.keeper) {
-                        keeper.event_sink()(Instant::now(), &event);
+                        keeper.event_sink()(Instant::now(), self.source.host_now(), &event);
                     }
                     leave |= self.tell(event)?;
                 }
@@ -460,6 +453,18 @@ impl Running {
         });
     }
 
+    /// Reports an answer to an alarm or a suggestion. A replay has its own events.
+    fn report(&mut self, effect: Effect) {
+        match (effect, self.source.driver()) {
+            (Effect::AnswerAlarm(alarm), Some(driver)) => driver.answer_alarm(alarm),
+            (Effect::Alarm(alarm), Some(driver)) => driver.tell(Event::Alarm(alarm)),
+            (Effect::Suggestion(suggestion), Some(driver)) => {
+                driver.tell(Event::Suggestion(suggestion));
+            }
+            _ => {}
+        }
+    }
+
     /// Labels a capture, with an entry in its log at the shown moment.
     fn label(&self, capture: String, remark: Remark, ago: Moment) {
         let notice = |level, text| Event::Notice(Notice::new(NoticeCode::Label, level, text));
@@ -468,7 +473,7 @@ impl Running {
         let at = match (&self.source, &self.keeper) {
             (Source::Capture(_), _) => Some(self.source.now().saturating_sub(ago)),
             (Source::Live(_), Some(keeper)) => {
-                keeper.event_sink()(now, &said);
+                keeper.event_sink()(now, self.source.host_now(), &said);
                 let at = keeper.moment_of(Path::new(&capture), now);
                 at.map(|at| at.saturating_sub(ago))
             }

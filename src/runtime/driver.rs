@@ -12,8 +12,8 @@ use super::live::{self, Live};
 use super::share_server::{ShareServer, Wanted};
 use crate::capture::name::utc;
 use crate::event::{
-    CommandId, Event, Failure, GROUND, Level, LinkEvent, Moment, Notice, NoticeCode, Reception,
-    Truth,
+    AlarmAnswer, AlarmEvent, Answer, CommandId, Event, Failure, GROUND, Level, LinkEvent, Moment,
+    Notice, NoticeCode, Reception, Truth,
 };
 use crate::io::alarm_hook::AlarmHook;
 use crate::io::foxglove::{Call, Foxglove};
@@ -21,7 +21,7 @@ use crate::io::link::{Link, LinkInput};
 use crate::io::share::{FromClient, Share};
 use crate::radio::{Radio, random_owner};
 use crate::request::Request;
-use crate::share::{Heard, Welcome};
+use crate::share::{Heard, OPERATOR, Welcome};
 use crate::station::Station;
 use crate::statistics::Statistics;
 
@@ -37,8 +37,8 @@ const SUSPENDED_AFTER: Duration = Duration::from_secs(5);
 /// Takes every byte sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 
-/// Takes every event, for the recorder.
-pub type EventSink = Box<dyn FnMut(Instant, &Event)>;
+/// Takes every event, its instant and the session's time then, for the recorder.
+pub type EventSink = Box<dyn FnMut(Instant, Moment, &Event)>;
 
 /// Notices about a link without intact lines.
 struct Advising {
@@ -64,6 +64,8 @@ pub struct Driver {
     link: Link,
     /// Whether the station that shares this link (if there is one) sends commands.
     station_sends: bool,
+    /// Whether that station runs the operator's command for alarms, so that this one does not.
+    station_runs_hook: bool,
     /// Time at which that station began, ms since 1970, if it tells.
     station_began_ms: Option<u64>,
     inputs: Receiver<LinkInput>,
@@ -96,6 +98,7 @@ impl Driver {
         sent: SentSink,
     ) -> Self {
         let station_sends = sends(link.share());
+        let station_runs_hook = link.share().is_some_and(|it| it.runs_alarm_hook);
         let can_send = radio.can_send() && link.can_send() && station_sends;
         let truth = link.share().and_then(truth_of);
         let station_began_ms = link.share().and_then(|welcome| welcome.began_ms);
@@ -105,6 +108,7 @@ impl Driver {
             station,
             link,
             station_sends,
+            station_runs_hook,
             station_began_ms,
             inputs,
             name,
@@ -188,9 +192,12 @@ impl Driver {
         self
     }
 
-    /// Passes every event of an alarm to the operator's command.
+    /// Passes every event of an alarm to the operator's command. Call after [`Self::shared`].
     #[must_use]
     pub fn hooked(mut self, hook: Option<AlarmHook>) -> Self {
+        if let (Some(_), Some(server)) = (&hook, &mut self.share) {
+            server.set_runs_alarm_hook();
+        }
         self.alarm_hook = hook;
         self
     }
@@ -343,6 +350,11 @@ impl Driver {
                     let now = self.now();
                     self.station.handle_drive(now, velocity_in_s, rotation_in_s);
                 }
+                Wanted::Answered(answered) => {
+                    let alarm = &answered.alarm;
+                    self.station.handle_answer(alarm, answered.answer);
+                    self.events.push_back(Event::AlarmAnswer(answered));
+                }
                 Wanted::Tell(notice) => self.events.push_back(Event::Notice(notice)),
             }
         }
@@ -389,6 +401,7 @@ impl Driver {
                 share,
             } => {
                 self.station_sends = sends(share.as_ref());
+                self.station_runs_hook = share.as_ref().is_some_and(|it| it.runs_alarm_hook);
                 let began_ms = share.as_ref().and_then(|welcome| welcome.began_ms);
                 let before_ms = std::mem::replace(&mut self.station_began_ms, began_ms);
                 if before_ms.is_some() && before_ms != began_ms {
@@ -437,15 +450,16 @@ impl Driver {
 
     /// Adds an event that is not the station's own; [`Self::poll_event`] returns it.
     pub fn tell(&mut self, event: Event) {
-        if let (Event::Alarm(alarm), Some(hook)) = (&event, &self.alarm_hook) {
+        if let (Event::Alarm(alarm), Some(hook), false) =
+            (&event, &self.alarm_hook, self.station_runs_hook)
+        {
             let mut value = alarm.to_json();
             value["name"] = alarm.name.as_str().into();
             value["link"] = self.name.as_str().into();
             let now = SystemTime::now();
             value["time"] = utc(now).into();
-            if alarm.has_begin()
-                && let Some(begin) = now.checked_sub(alarm.ago)
-            {
+            let ago = alarm.began_at.map(|at| self.now().saturating_sub(at));
+            if let Some(begin) = ago.and_then(|ago| now.checked_sub(ago)) {
                 value["begin"] = utc(begin).into();
             }
             if let Err(problem) = hook.pass(value.to_string()) {
@@ -453,6 +467,24 @@ impl Driver {
             }
         }
         self.events.push_back(event);
+    }
+
+    /// Reports the operator's answer to an alarm, also to the other programs on this link.
+    pub fn answer_alarm(&mut self, event: AlarmEvent) {
+        if let Some(answer) = Answer::of(&event) {
+            let answered = AlarmAnswer {
+                alarm: event.code.clone(),
+                answer,
+                by: OPERATOR.to_owned(),
+            };
+            if let Some(server) = &mut self.share {
+                server.handle_answer(&answered);
+                self.serve_share();
+            }
+            self.station.handle_answer(&event.code, answer);
+        }
+        self.tell(Event::Alarm(event));
+        self.flush();
     }
 
     fn tell_hook(&mut self, problem: String) {
@@ -518,7 +550,8 @@ impl Driver {
         }
         let event = event.or_else(|| self.events.pop_front())?;
         if let Some(observer) = &mut self.observer {
-            observer(Instant::now(), &event);
+            let at = Instant::now();
+            observer(at, at.saturating_duration_since(self.started), &event);
         }
         let now = self.now();
         if let Some(live) = &mut self.live {

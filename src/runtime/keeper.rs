@@ -156,10 +156,10 @@ impl Keeper {
     #[must_use]
     pub fn event_sink(&self) -> EventSink {
         let keeper = self.clone();
-        Box::new(move |at, event| {
+        Box::new(move |at, now, event| {
             if let Event::Line { line, .. } = event {
                 keeper.lock().handle_line(line);
-            } else if let Some(event) = recorded::to_recorded(event) {
+            } else if let Some(event) = recorded::to_recorded(now, event) {
                 keeper.lock().handle_event(at, &event);
             }
         })

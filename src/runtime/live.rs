@@ -97,7 +97,7 @@ impl Live {
         } else if let Event::Outage(outage) = event {
             let zero_ns = self.since_1970_ns(Moment::ZERO);
             let Ok(()) = self.deriver.handle_outage(at_ns, zero_ns, outage, publish);
-        } else if let Some(event) = recorded::to_recorded(event) {
+        } else if let Some(event) = recorded::to_recorded(now, event) {
             let Ok(()) = self.deriver.handle_event(at_ns, &event, publish);
         }
     }

@@ -34,7 +34,11 @@ impl Reports {
     /// The events that follow from an event which the facts have taken.
     #[must_use]
     pub fn take(&mut self, now: Moment, event: &Event, facts: &Facts) -> Vec<Event> {
-        let alarms = facts.alarm_events(now).map(Event::Alarm);
+        let answer = match event {
+            Event::AlarmAnswer(answer) => facts.answer_event(answer),
+            _ => None,
+        };
+        let alarms = facts.alarm_events().chain(answer).map(Event::Alarm);
         let suggestions = facts.suggestion_events().iter().cloned();
         let mut events: Vec<_> = alarms.chain(suggestions.map(Event::Suggestion)).collect();
         if let Event::Line { line, .. } = event

@@ -3,7 +3,8 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::event::{
-    CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Truth,
+    AlarmAnswer, CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice,
+    NoticeCode, Truth,
 };
 use crate::io::share::{FromClient, Share};
 use crate::request::Request;
@@ -28,6 +29,8 @@ pub(super) enum Wanted {
         /// Speed of the left wheel minus that of the right wheel, in/s.
         rotation_in_s: i8,
     },
+    /// Take an operator's answer to an alarm.
+    Answered(AlarmAnswer),
     /// Log this notice.
     Tell(Notice),
 }
@@ -66,6 +69,16 @@ impl ShareServer {
             FromClient::Gone { client } => self.broker.handle_gone(client),
         }
         None
+    }
+
+    /// Takes that the station runs the operator's command for alarms.
+    pub(super) const fn set_runs_alarm_hook(&mut self) {
+        self.broker.set_runs_alarm_hook();
+    }
+
+    /// Takes the answer of the station's operator to an alarm.
+    pub(super) fn handle_answer(&mut self, answered: &AlarmAnswer) {
+        self.broker.handle_answer(None, answered);
     }
 
     /// Takes the world of a simulated robot, for the clients' maps.
@@ -132,6 +145,7 @@ impl ShareServer {
                         rotation_in_s,
                     });
                 }
+                Output::Answered(answered) => return Some(Wanted::Answered(answered)),
                 Output::Warning(text) => {
                     return Some(Wanted::Tell(Notice::new(
                         NoticeCode::ShareClient,

@@ -10,7 +10,7 @@ use groundwave_protocol::telemetry::Body;
 use super::codec::{Ask, ClientLine, Heard, StationLine, Welcome};
 use super::lines::{LINE_MAX, TooLong};
 use super::status::StatusJson;
-use crate::event::{CommandId, CommandStatus, Failure, Moment, Truth};
+use crate::event::{AlarmAnswer, CommandId, CommandStatus, Failure, Moment, Truth};
 use crate::request::{Request, Standing};
 use groundwave_captures::words::counted;
 
@@ -19,6 +19,9 @@ pub const CLIENTS_MAX: usize = 16;
 
 /// Maximum number of open commands per client, without STOPs.
 const ASKS_MAX: usize = 16;
+
+/// The station's own operator, for display.
+pub const OPERATOR: &str = "the station's operator";
 
 /// Code of an invalid line.
 const NOT_UNDERSTOOD: &str = "not-understood";
@@ -54,6 +57,8 @@ pub enum Output {
         /// Speed of the left wheel minus that of the right wheel, in/s.
         rotation_in_s: i8,
     },
+    /// Take an operator's answer to an alarm.
+    Answered(AlarmAnswer),
     /// Log a client's mistake.
     Warning(String),
 }
@@ -102,6 +107,7 @@ struct Command {
 pub struct Broker {
     link: String,
     can_send: bool,
+    runs_alarm_hook: bool,
     /// The world of a simulated robot, for the clients' maps.
     truth: Option<Truth>,
     /// Time at which the station began, ms since 1970.
@@ -132,6 +138,11 @@ impl Broker {
     /// Sets the time at which the station began, ms since 1970.
     pub const fn set_began(&mut self, began_ms: u64) {
         self.began_ms = Some(began_ms);
+    }
+
+    /// Takes that the station runs the operator's command for alarms: its clients do not run theirs.
+    pub const fn set_runs_alarm_hook(&mut self) {
+        self.runs_alarm_hook = true;
     }
 
     /// Adds a client.
@@ -191,6 +202,7 @@ impl Broker {
                 }
                 self.outputs.push_back(Output::Converse { client, raw });
                 let mut welcome = Welcome::new(self.link.clone(), self.can_send);
+                welcome.runs_alarm_hook = self.runs_alarm_hook;
                 welcome.truth.clone_from(&self.truth);
                 welcome.began_ms = self.began_ms;
                 self.reply(client, &StationLine::Welcome(welcome));
@@ -219,6 +231,13 @@ impl Broker {
                     velocity_in_s,
                     rotation_in_s,
                 });
+                return None;
+            }
+            Ok(ClientLine::Answer { alarm, answer }) => {
+                let by = known.peer.clone();
+                let answered = AlarmAnswer { alarm, answer, by };
+                self.handle_answer(Some(client), &answered);
+                self.outputs.push_back(Output::Answered(answered));
                 return None;
             }
             // STOP is exempt from the limits.
@@ -297,9 +316,14 @@ impl Broker {
     pub fn handle_stop(&mut self, id: CommandId, by: Option<&str>) {
         let asker = self.commands.get(&id).map(|command| command.client);
         let line = StationLine::Stopped {
-            stopped_by: by.unwrap_or("the station's operator").to_owned(),
+            stopped_by: by.unwrap_or(OPERATOR).to_owned(),
         };
         self.send_all_but(asker, &line);
+    }
+
+    /// Takes an operator's answer to an alarm; all clients but the one that gave it are told.
+    pub fn handle_answer(&mut self, by: Option<ClientId>, answered: &AlarmAnswer) {
+        self.send_all_but(by, &StationLine::Answered(answered.clone()));
     }
 
     /// Takes the body of a line; a text is sent to all clients.
@@ -313,7 +337,9 @@ impl Broker {
 
     /// Passes to all clients what the station before this one tells of its link and its operator.
     pub fn pass_on(&mut self, line: &StationLine) {
-        if let StationLine::Stopped { .. } | StationLine::Lost { .. } = line {
+        if let StationLine::Stopped { .. } | StationLine::Lost { .. } | StationLine::Answered(_) =
+            line
+        {
             self.send_all_but(None, line);
         }
     }

@@ -7,6 +7,8 @@
 //! `{"rx":"A0012..."}`, one character per byte. Its commands are `{"id":1,"do":"mode prowl","timeout_ms":20000}`, as typed
 //! for `groundwave send`, or `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`; `{"id":3,"own":"goto 48 0"}` is a command string of
 //! the robot. Each status has the `id` of its command;
+//! `{"alarm":"battery_low","answer":"acknowledged"}` answers an alarm; other answers are `"unshelved"` and `{"shelved_s":600}`. All
+//! programs on the link take the answer.
 //! `{"cancel":2}` ends a command. `{"drive":[6,-3]}` drives by hand for half a second, in inches per second; `{"drive":[0,0]}` stops.
 //! The last line before the station closes a connection is `{"code":"gave-way","error":"..."}`.
 
@@ -17,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::status::StatusJson;
-use crate::event::Truth;
+use crate::event::{AlarmAnswer, Answer, SHELF_MAX, Truth};
 use crate::request::Request;
 
 /// Version of these lines.
@@ -58,9 +60,12 @@ pub enum CodecError {
     Version(u32),
     /// The line is JSON but has other fields.
     #[error(
-        "a line needs `groundwave`, `cancel`, `drive`, or `id` and one of `do`, `own` or `route`"
+        "a line needs `groundwave`, `cancel`, `drive`, `alarm` and `answer`, or `id` and one of `do`, `own` or `route`"
     )]
     Shape,
+    /// The time for which an alarm is to be shelved is too short or too long.
+    #[error("shelved_s must be from 1 to {}", SHELF_MAX.as_secs())]
+    Shelf,
     /// The command is invalid.
     #[error("{0}")]
     Request(String),
@@ -75,7 +80,9 @@ impl CodecError {
     pub const fn code(&self) -> &'static str {
         match self {
             Self::Version(_) => "version",
-            Self::Json(_) | Self::Shape | Self::Request(_) | Self::Timeout => "not-understood",
+            Self::Json(_) | Self::Shape | Self::Shelf | Self::Request(_) | Self::Timeout => {
+                "not-understood"
+            }
         }
     }
 }
@@ -94,6 +101,13 @@ pub enum ClientLine {
     Ask(Ask),
     /// Cancels the command with this number, given by the client.
     Cancel(u32),
+    /// Answers an alarm.
+    Answer {
+        /// Stable code of the alarm.
+        alarm: String,
+        /// The answer.
+        answer: Answer,
+    },
     /// Drives by hand for half a second; zeros stop the robot.
     Drive {
         /// Forward speed, in/s.
@@ -137,6 +151,10 @@ struct ClientJson {
     cancel: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drive: Option<(i8, i8)>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alarm: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    answer: Option<Answer>,
 }
 
 impl ClientLine {
@@ -159,6 +177,8 @@ impl ClientLine {
                 timeout_ms: None,
                 cancel: None,
                 drive: None,
+                alarm: None,
+                answer: None,
             } => {
                 if version == VERSION {
                     let raw = raw.unwrap_or_default();
@@ -178,6 +198,8 @@ impl ClientLine {
                 timeout_ms,
                 cancel: None,
                 drive: None,
+                alarm: None,
+                answer: None,
             } => Ok(Self::Ask(Ask {
                 tag,
                 request: read_request(r#do, own, route)?,
@@ -194,12 +216,21 @@ impl ClientLine {
                 timeout_ms: None,
                 cancel,
                 drive,
-            } => match (cancel, drive) {
-                (Some(tag), None) => Ok(Self::Cancel(tag)),
-                (None, Some((velocity_in_s, rotation_in_s))) => Ok(Self::Drive {
+                alarm,
+                answer,
+            } => match (cancel, drive, alarm, answer) {
+                (Some(tag), None, None, None) => Ok(Self::Cancel(tag)),
+                (None, Some((velocity_in_s, rotation_in_s)), None, None) => Ok(Self::Drive {
                     velocity_in_s,
                     rotation_in_s,
                 }),
+                (None, None, Some(alarm), Some(answer)) => {
+                    let time = answer.shelved_for();
+                    if time.is_some_and(|time| time.is_zero() || time > SHELF_MAX) {
+                        return Err(CodecError::Shelf);
+                    }
+                    Ok(Self::Answer { alarm, answer })
+                }
                 _ => Err(CodecError::Shape),
             },
             _ => Err(CodecError::Shape),
@@ -242,6 +273,11 @@ impl ClientLine {
                 rotation_in_s,
             } => ClientJson {
                 drive: Some((*velocity_in_s, *rotation_in_s)),
+                ..ClientJson::default()
+            },
+            Self::Answer { alarm, answer } => ClientJson {
+                alarm: Some(alarm.clone()),
+                answer: Some(*answer),
                 ..ClientJson::default()
             },
         };
@@ -318,6 +354,9 @@ pub struct Welcome {
     pub link: String,
     /// Whether the station sends commands.
     pub can_send: bool,
+    /// Whether the station runs the operator's command for alarms.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub runs_alarm_hook: bool,
     /// The world of a simulated robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<Truth>,
@@ -334,6 +373,7 @@ impl Welcome {
             groundwave: VERSION,
             link,
             can_send,
+            runs_alarm_hook: false,
             truth: None,
             began_ms: None,
         }
@@ -398,6 +438,8 @@ pub enum StationLine {
         /// Who sent it, for display.
         stopped_by: String,
     },
+    /// Another client or the station's operator answered an alarm.
+    Answered(AlarmAnswer),
     /// The station closes the connection.
     Error {
         /// The reason as a stable code.
@@ -438,6 +480,7 @@ impl StationLine {
             Self::Lost { lost } => line_of(&json!({ "lost": lost })),
             Self::Said { said } => line_of(&json!({ "said": said })),
             Self::Stopped { stopped_by } => line_of(&json!({ "stopped_by": stopped_by })),
+            Self::Answered(answered) => line_of(answered),
             Self::Error { code, error } => line_of(&json!({ "code": code, "error": error })),
         }
     }

@@ -12,7 +12,7 @@ mod lines;
 mod status;
 
 pub use address::{Address, Exposed};
-pub use broker::{Asked, Broker, CLIENTS_MAX, ClientId, Output};
+pub use broker::{Asked, Broker, CLIENTS_MAX, ClientId, OPERATOR, Output};
 pub use calls::{CallError, CallId, CallOutput, Calls, busy, is_stop, stop_queued};
 pub use codec::{
     ANNOUNCEMENT, Ask, ClientLine, CodecError, Heard, RawBytes, StationLine, Welcome, is_announced,

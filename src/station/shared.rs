@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::{Station, Waiting};
-use crate::event::{CommandId, CommandStatus, Failure, Level, Moment, NoticeCode};
+use crate::event::{Answer, CommandId, CommandStatus, Event, Failure, Level, Moment, NoticeCode};
 use crate::request::Request;
 use crate::share::{Ask, ClientLine, StationLine};
 
@@ -117,6 +117,9 @@ impl Station {
                 let text = format!("STOP from {stopped_by}");
                 self.notice(NoticeCode::SharingStation, Level::Info, &text);
             }
+            StationLine::Answered(answered) => {
+                self.events.push_back(Event::AlarmAnswer(answered.clone()));
+            }
             // Texts of the robot come with its lines.
             StationLine::Welcome(_) | StationLine::Said { .. } | StationLine::Received { .. } => {}
         }
@@ -137,6 +140,14 @@ impl Station {
         }
         self.report(now, id, status);
         self.settle(now);
+    }
+
+    /// Passes an answer to an alarm to the other station, if there is one.
+    pub fn handle_answer(&mut self, alarm: &str, answer: Answer) {
+        if let Some(shared) = &mut self.shared {
+            let alarm = alarm.to_owned();
+            shared.push(ClientLine::Answer { alarm, answer });
+        }
     }
 
     /// The next line for the other station.

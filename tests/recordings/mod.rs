@@ -42,7 +42,7 @@ pub fn feed(recorder: &mut Recorder, stream: &[u8]) -> Duration {
                 Event::Asked { id, request, by },
                 Event::Command { id, status },
             ] {
-                let event = to_recorded(&event).unwrap();
+                let event = to_recorded(now, &event).unwrap();
                 recorder.handle_event(now, wall(now), &event);
             }
             recorder.handle_tx(now, wall(now), b"\nframe\n");

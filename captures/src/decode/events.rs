@@ -39,7 +39,7 @@ impl<'a> EventRecord<'a> {
         "command",
         // Code: why a command was refused or failed; cause of an outage; the alarm.
         "code",
-        // The client that gave the command.
+        // The client that gave the command, or answered the alarm.
         "by",
         // Time of a mark; beginning of an outage or an alarm.
         "begin_s",
@@ -88,14 +88,8 @@ impl<'a> EventRecord<'a> {
                 ("event", "alarm".into()),
                 ("status", alarm.status.as_str().into()),
                 ("code", alarm.code.as_str().into()),
-                (
-                    "begin_s",
-                    alarm
-                        .event()
-                        .is_none_or(|event| event.has_begin())
-                        .then(|| ago(alarm.ago_ns))
-                        .into(),
-                ),
+                ("by", text(&alarm.by)),
+                ("begin_s", alarm.ago_ns.map(ago).into()),
                 ("severity", alarm.severity.as_str().into()),
                 ("limit", alarm.limit.into()),
                 (

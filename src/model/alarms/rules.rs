@@ -509,11 +509,12 @@ impl Rule {
             name: self.name.clone().into_owned(),
             level: self.level,
             status,
-            ago: Moment::ZERO,
+            began_at: None,
             value: None,
             limit: None,
             unit: if self.is_measured() { self.unit } else { "" }.to_owned(),
             shelved_for: None,
+            by: None,
         }
     }
 

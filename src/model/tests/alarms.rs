@@ -1,7 +1,7 @@
 //! Alarms: when they are raised, how long they last, and when they end.
 
 use super::*;
-use crate::event::{AlarmStatus, Level, LinkEvent, Recording};
+use crate::event::{AlarmAnswer, AlarmStatus, Answer, Level, LinkEvent, Recording};
 use crate::model::{AlarmSetting, Limits, Operand, Severity};
 use groundwave_protocol::status_codes::{Cliff, Link, Power};
 use groundwave_protocol::telemetry::Body;
@@ -284,7 +284,7 @@ fn a_limit_on_any_field_raises_an_alarm_after_its_time_and_ends_it_at_its_clear(
     scene.status.battery_dv = 118;
     scene.hear_line(Body::Status(scene.status));
     assert_eq!(raised(&scene), [("Weak battery", true, false)]);
-    let events: Vec<_> = scene.model.facts.alarm_events(scene.now).collect();
+    let events: Vec<_> = scene.model.facts.alarm_events().collect();
     assert_eq!(events.len(), 1);
     assert_eq!(events[0].code, "weak_battery");
     assert_eq!(events[0].level, Level::Warning);
@@ -299,18 +299,18 @@ fn a_limit_on_any_field_raises_an_alarm_after_its_time_and_ends_it_at_its_clear(
         (":acknowledge Weak battery", AlarmStatus::Acknowledged),
     ] {
         let effects = say(&mut scene, answer);
-        let Some(Effect::Alarm(event)) = effects.first() else {
+        let Some(Effect::AnswerAlarm(event)) = effects.first() else {
             panic!("{effects:?}");
         };
         assert_eq!(event.status, status);
-        assert!(event.ago > events[0].ago, "{answer}: {event:?}");
+        assert_eq!(event.began_at, events[0].began_at, "{answer}");
         assert_eq!((event.value, event.limit), (Some(12.4), Some(12.0)));
     }
     volts(&mut scene, 125);
     assert_eq!(raised(&scene), []);
     let effects = say(&mut scene, ":shelve Weak battery 1m");
     assert!(
-        matches!(&effects[..], [Effect::Alarm(event)] if !event.has_begin() && event.value.is_none()),
+        matches!(&effects[..], [Effect::AnswerAlarm(event)] if event.began_at.is_none() && event.value.is_none()),
         "no cause is shown: {effects:?}"
     );
 }
@@ -374,7 +374,7 @@ fn alarms_are_acknowledged_one_by_one() {
             ("battery low", true, false)
         ]
     );
-    let Some(Effect::Alarm(event)) = effects.first() else {
+    let Some(Effect::AnswerAlarm(event)) = effects.first() else {
         panic!("{effects:?}");
     };
     assert_eq!(event.code, "battery_critical");
@@ -397,7 +397,7 @@ fn an_acknowledged_alarm_can_be_shelved_by_its_key() {
     scene.type_text("A");
     for shelved_for in [Some(600), Some(3600), Some(28_800), None] {
         let effects = scene.type_text("Z");
-        let Some(Effect::Alarm(event)) = effects.first() else {
+        let Some(Effect::AnswerAlarm(event)) = effects.first() else {
             panic!("{effects:?}");
         };
         assert_eq!(event.code, "battery_critical");
@@ -413,7 +413,7 @@ fn an_alarm_that_is_not_on_is_not_acknowledged() {
     assert!(
         !effects
             .iter()
-            .any(|effect| matches!(effect, Effect::Alarm(_))),
+            .any(|effect| matches!(effect, Effect::AnswerAlarm(_))),
         "{effects:?}"
     );
 }
@@ -428,7 +428,7 @@ fn alarms_are_acknowledged_all_at_once() {
     let acknowledged: Vec<_> = effects
         .iter()
         .filter_map(|effect| match effect {
-            Effect::Alarm(event) => Some((event.code.as_str(), event.status)),
+            Effect::AnswerAlarm(event) => Some((event.code.as_str(), event.status)),
             _ => None,
         })
         .collect();
@@ -459,14 +459,14 @@ fn in_their_panel_the_keys_concern_the_first_raised_alarm() {
     scene.hear();
     let effects = scene.type_text("Z");
     assert!(
-        matches!(&effects[..], [Effect::Alarm(event)] if event.code == "battery_low"),
+        matches!(&effects[..], [Effect::AnswerAlarm(event)] if event.code == "battery_low"),
         "{effects:?}"
     );
     // The arrows choose another.
     scene.press(&[KeyCode::Down]);
     let effects = scene.type_text("Z");
     assert!(
-        matches!(&effects[..], [Effect::Alarm(event)] if event.code == "battery_critical"),
+        matches!(&effects[..], [Effect::AnswerAlarm(event)] if event.code == "battery_critical"),
         "{effects:?}"
     );
 }
@@ -477,7 +477,7 @@ fn a_shelved_alarm_calls_again_when_its_time_is_over() {
     scene.type_text("b");
     let effects = say(&mut scene, ":shelve battery_low 30s");
     assert!(
-        matches!(&effects[..], [Effect::Alarm(event)]
+        matches!(&effects[..], [Effect::AnswerAlarm(event)]
             if event.status == AlarmStatus::Shelved && event.shelved_for == Some(Moment::from_secs(30))),
         "{effects:?}"
     );
@@ -504,7 +504,7 @@ fn a_shelved_alarm_calls_again_when_its_time_is_over() {
     let mut times = Vec::new();
     for _ in 0..4 {
         let effects = scene.type_text("Z");
-        let [Effect::Alarm(event)] = &effects[..] else {
+        let [Effect::AnswerAlarm(event)] = &effects[..] else {
             panic!("{effects:?}");
         };
         times.push(event.shelved_for.map(|time| time.as_secs()));
@@ -519,4 +519,32 @@ fn a_shelved_alarm_calls_again_when_its_time_is_over() {
         raised(&scene)
     );
     assert_eq!(rings(&effects), 0);
+}
+
+#[test]
+fn answers_of_other_programs_count_like_the_operators() {
+    let mut scene = scene_with(vec![AlarmSetting {
+        below: Some(12.0),
+        ..setting("Weak battery", "battery")
+    }]);
+    scene.status.battery_dv = 118;
+    scene.hear_status();
+    assert_eq!(raised(&scene), [("Weak battery", true, false)]);
+    let hear = |scene: &mut Scene, alarm: &str, answer| {
+        let (alarm, by) = (alarm.to_owned(), "pid 7".to_owned());
+        scene.event(Event::AlarmAnswer(AlarmAnswer { alarm, answer, by }));
+    };
+    hear(&mut scene, "other_program's", Answer::Acknowledged);
+    assert_eq!(raised(&scene), [("Weak battery", true, false)]);
+    hear(&mut scene, "weak_battery", Answer::Acknowledged);
+    assert_eq!(raised(&scene), [("Weak battery", true, true)]);
+    for (answer, is_shelved) in [(Answer::Shelved(60), true), (Answer::Unshelved, false)] {
+        hear(&mut scene, "weak_battery", answer);
+        let listed = scene.model.ui.listed(&scene.model.facts);
+        let mut listed = listed.iter();
+        assert_eq!(
+            listed.any(|shown| shown.shelved_until.is_some()),
+            is_shelved
+        );
+    }
 }

@@ -279,7 +279,7 @@ impl Listening {
     }
 
     fn tell(&mut self, event: &Event) {
-        if let Some(event) = recorded::to_recorded(event) {
+        if let Some(event) = recorded::to_recorded(self.session.now, event) {
             self.writer.handle_event(self.at_ns(), &event).unwrap();
         }
         self.session.take(event);
@@ -356,7 +356,7 @@ fn a_live_run_in_any_chunks_and_its_replay_are_the_same_to_the_last_character() 
                         live.writer.handle_tx(live.at_ns(), bytes).unwrap();
                         live.listen();
                     }
-                    Piece::Event(event) => match from_recorded(&event) {
+                    Piece::Event(event) => match from_recorded(at, &event) {
                         None | Some(Event::Link(_)) => {}
                         Some(event) => {
                             live.pass_to(at);

@@ -289,7 +289,8 @@ fn marks_of_a_recorded_session_come_back() {
             (180, s(1000), true),
         ] {
             if n == when {
-                let event = recorded::to_recorded(&Event::Mark(Mark { ago, is_set })).unwrap();
+                let event = recorded::to_recorded(Moment::ZERO, &Event::Mark(Mark { ago, is_set }))
+                    .unwrap();
                 writer.handle_event(at_ns, &event).unwrap();
             }
         }

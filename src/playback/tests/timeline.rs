@@ -190,7 +190,9 @@ fn nearby_command_in_an_unread_capture_is_found() {
             let id = CommandId(n as u32);
             let request = Request::Scan;
             let by = None;
-            let event = crate::recorded::to_recorded(&Event::Asked { id, request, by }).unwrap();
+            let event =
+                crate::recorded::to_recorded(Moment::ZERO, &Event::Asked { id, request, by })
+                    .unwrap();
             writer.handle_event(at_ns, &event).unwrap();
             // The recording's first message has a time in 1970.
             asked.push(Moment::from_nanos(at_ns));

@@ -116,7 +116,7 @@ fn recording(is_reworded: bool) -> (Vec<u8>, Vec<String>) {
         if n % SPACING_MESSAGES == SPACING_MESSAGES - 1 {
             both.extend(events.next().map(|event| mcap::Message {
                 channel: station.clone(),
-                data: Cow::Owned(to_recorded(&event).unwrap().encode_to_vec()),
+                data: Cow::Owned(to_recorded(Moment::ZERO, &event).unwrap().encode_to_vec()),
                 ..message
             }));
         }

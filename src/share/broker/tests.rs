@@ -1,6 +1,7 @@
 //! Clients connect, send commands, make mistakes and disconnect.
 
 use super::*;
+use crate::event::Answer;
 use crate::request::Request;
 use groundwave_protocol::status_codes::Mode;
 
@@ -54,6 +55,7 @@ impl Table {
                     velocity_in_s,
                     rotation_in_s,
                 } => format!("drive {velocity_in_s} {rotation_in_s}"),
+                Output::Answered(answered) => format!("{answered:?}"),
                 Output::Warning(text) => text,
             })
             .collect()
@@ -295,11 +297,42 @@ fn others_are_told_who_sent_stop() {
 }
 
 #[test]
+fn an_answer_to_an_alarm_goes_to_the_station_and_to_all_others() {
+    let mut table = Table::new();
+    table.hear(FIRST, HELLO);
+    table.hear(SECOND, HELLO);
+    table.outputs();
+    let line = br#"{"alarm":"battery_low","answer":{"shelved_s":600}}"#;
+    assert_eq!(table.hear(FIRST, line), None, "it is no command");
+    assert_eq!(
+        table.outputs(),
+        [
+            r#"2 < {"alarm":"battery_low","answer":{"shelved_s":600},"by":"pid 5"}"#,
+            r#"AlarmAnswer { alarm: "battery_low", answer: Shelved(600), by: "pid 5" }"#,
+        ]
+    );
+    table.broker.handle_answer(
+        None,
+        &AlarmAnswer {
+            alarm: "stalled".to_owned(),
+            answer: Answer::Acknowledged,
+            by: OPERATOR.to_owned(),
+        },
+    );
+    let told = r#"{"alarm":"stalled","answer":"acknowledged","by":"the station's operator"}"#;
+    assert_eq!(table.outputs(), [1, 2].map(|n| format!("{n} < {told}")));
+}
+
+#[test]
 fn what_the_station_before_tells_is_passed_on() {
     let mut table = Table::new();
     table.hear(FIRST, HELLO);
     table.outputs();
-    for told in [r#"{"stopped_by":"pid 5"}"#, r#"{"lost":"unplugged"}"#] {
+    for told in [
+        r#"{"stopped_by":"pid 5"}"#,
+        r#"{"lost":"unplugged"}"#,
+        r#"{"alarm":"stalled","answer":"unshelved","by":"pid 5"}"#,
+    ] {
         let line = StationLine::parse(told.as_bytes()).expect("a line");
         table.broker.pass_on(&line);
         assert_eq!(table.outputs(), [format!("1 < {told}")]);

@@ -30,8 +30,33 @@ fn every_request_comes_back_as_it_was() {
         velocity_in_s: 12,
         rotation_in_s: -31,
     };
-    for line in [hello(false), hello(true), ClientLine::Cancel(7), drive] {
+    let answer = |answer| ClientLine::Answer {
+        alarm: "battery_low".to_owned(),
+        answer,
+    };
+    for line in [
+        hello(false),
+        hello(true),
+        ClientLine::Cancel(7),
+        drive,
+        answer(Answer::Acknowledged),
+        answer(Answer::Shelved(600)),
+        answer(Answer::Unshelved),
+    ] {
         assert_eq!(ClientLine::parse(&line.to_line()), Ok(line));
+    }
+    for (line, problem) in [
+        (r#"{"alarm":"battery_low"}"#, CodecError::Shape),
+        (
+            r#"{"alarm":"battery_low","answer":"acknowledged","cancel":7}"#,
+            CodecError::Shape,
+        ),
+        (
+            r#"{"alarm":"battery_low","answer":{"shelved_s":86401}}"#,
+            CodecError::Shelf,
+        ),
+    ] {
+        assert_eq!(ClientLine::parse(line.as_bytes()), Err(problem), "{line}");
     }
 }
 

@@ -79,17 +79,19 @@ impl Deriver {
                 let text = format!("the station was suspended for {duration_s:.1} s");
                 ("station", Level::Warning, text)
             }
-            Some(StationEventKind::Alarm(alarm)) => match alarm.event() {
-                Some(alarm) => {
-                    let level = match (alarm.status, alarm.level) {
-                        (AlarmStatus::Begun, NoticeLevel::Alarm) => Level::Error,
-                        (AlarmStatus::Begun, NoticeLevel::Warning) => Level::Warning,
-                        _ => Level::Info,
-                    };
-                    ("alarm", level, alarm.to_string())
+            Some(StationEventKind::Alarm(alarm)) => {
+                match alarm.event(Moment::from_nanos(self.now_ns)) {
+                    Some(alarm) => {
+                        let level = match (alarm.status, alarm.level) {
+                            (AlarmStatus::Begun, NoticeLevel::Alarm) => Level::Error,
+                            (AlarmStatus::Begun, NoticeLevel::Warning) => Level::Warning,
+                            _ => Level::Info,
+                        };
+                        ("alarm", level, alarm.to_string())
+                    }
+                    None => return Ok(()),
                 }
-                None => return Ok(()),
-            },
+            }
             Some(StationEventKind::Suggestion(suggestion)) => match suggestion.event() {
                 Some(suggestion) => ("suggestion", Level::Info, suggestion.to_string()),
                 None => return Ok(()),
