@@ -71,4 +71,5 @@ mod topics;
 mod unchunked;
 mod verbs;
 mod verify;
+mod visits;
 mod witness;

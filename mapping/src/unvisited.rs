@@ -11,6 +11,9 @@ use crate::plan::{CLEAR_IN, Point};
 /// Distance from where the robot's centre has been from which floor is not visited, inches.
 const AWAY_IN: f64 = 30.0;
 
+/// Distance from a place that the robot has tried to reach within which floor is not unvisited, inches: what was seen there may be no floor.
+const TRIED_IN: f64 = 48.0;
+
 /// Square inches of a square foot.
 const SQ_FT: f64 = 144.0;
 
@@ -23,9 +26,12 @@ pub(crate) struct Unvisited {
     pub(crate) area_sq_ft: f64,
 }
 
-/// The largest such piece of a floor; `None` if there is none.
-pub(crate) fn largest(floor: &Floor) -> Option<Unvisited> {
+/// The largest such piece of a floor, away from places that the robot has tried to reach; `None` if there is none.
+pub(crate) fn largest(floor: &Floor, tried: &[Point]) -> Option<Unvisited> {
     let mut taken: HashSet<Cell> = HashSet::new();
+    for place in tried {
+        taken.extend(around(*place, TRIED_IN));
+    }
     for (cell, _) in floor.driven.cells().filter(|(_, mark)| *mark > 0.0) {
         taken.extend(around(Grid::center(cell), AWAY_IN));
     }
@@ -116,12 +122,16 @@ mod tests {
                     floor.driven.add(cell, 1.0);
                 }
             }
-            let found = largest(&floor).unwrap();
+            let found = largest(&floor, &[]).unwrap();
             let (column, row) = Grid::cell(found.middle);
             prop_assert!(column > wall + 6 && column < wall + wide - 4, "{found:?}");
             prop_assert!(row > 4 && row < deep - 4, "{found:?}");
             let most = f64::from(wide * deep) * CELL_IN * CELL_IN / SQ_FT;
             prop_assert!(found.area_sq_ft <= most && found.area_sq_ft > most / 4.0, "{found:?}");
+            if let Some(other) = largest(&floor, &[found.middle]) {
+                let far_in = (other.middle.0 - found.middle.0).hypot(other.middle.1 - found.middle.1);
+                prop_assert!(far_in > TRIED_IN, "{other:?} after {found:?}");
+            }
         }
     }
 
@@ -132,7 +142,7 @@ mod tests {
             floor.grid.add(cell, -1.0);
             floor.driven.add(cell, 1.0);
         }
-        assert_eq!(largest(&floor), None);
-        assert_eq!(largest(&Floor::default()), None);
+        assert_eq!(largest(&floor, &[]), None);
+        assert_eq!(largest(&Floor::default(), &[]), None);
     }
 }

@@ -1,5 +1,5 @@
-//! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock, and planned routes again while
-//! the robot drives them.
+//! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock, out of a place and to floor that
+//! was never visited, and planned routes again while the robot drives them.
 //!
 //! The operator outranks it. After driving by hand, STOP and a mode it is silent for a minute. STOP, another route, a new pose
 //! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
@@ -25,8 +25,9 @@ const SILENT: Moment = Moment::from_mins(1);
 /// Time after which a route is planned again.
 const AGAIN: Moment = Moment::from_mins(1);
 
-/// Time after which a destination is given up.
+/// Time after which a destination is given up; shorter for one that only the station has chosen.
 const LIMIT: Moment = Moment::from_mins(20);
+const DETOUR_LIMIT: Moment = Moment::from_mins(5);
 
 /// Distance from a destination that counts as arrived, inches.
 const ARRIVED_IN: f64 = 12.0;
@@ -38,6 +39,8 @@ struct Planned {
     to: String,
     target_in: (f64, f64),
     waypoints: Vec<Waypoint>,
+    /// Whether the station has chosen the destination, for a robot that prowls; it goes on prowling from there.
+    is_detour: bool,
 }
 
 /// The destination of a planned route that the operator sent.
@@ -49,6 +52,7 @@ struct Drive {
     id: CommandId,
     planned_at: Moment,
     until: Moment,
+    is_detour: bool,
     /// Reason why the latest plan failed.
     refusal: Option<NoRoute>,
 }
@@ -70,11 +74,12 @@ impl Automatic {
             to: to.to_owned(),
             target_in: route.target_in,
             waypoints: route.waypoints.clone(),
+            is_detour: false,
         });
     }
 
     /// Takes a suggestion that is being sent.
-    pub(super) fn take_suggested(&mut self, suggestion: &Suggestion) {
+    pub(super) fn take_suggested(&mut self, suggestion: &Suggestion, is_detour: bool) {
         if let (Some(waypoints), Some(target_in)) = (suggestion.waypoints(), suggestion.target_in) {
             self.planned = Some(Planned {
                 to: match suggestion.code {
@@ -83,6 +88,7 @@ impl Automatic {
                 },
                 target_in,
                 waypoints: waypoints.to_vec(),
+                is_detour,
             });
         }
     }
@@ -100,7 +106,8 @@ impl Automatic {
             target_in: it.target_in,
             id,
             planned_at: now,
-            until: now + LIMIT,
+            until: now + if it.is_detour { DETOUR_LIMIT } else { LIMIT },
+            is_detour: it.is_detour,
             refusal: None,
         });
     }
@@ -180,13 +187,21 @@ impl Ui {
             // It drives to its dock by itself.
             return Vec::new();
         }
+        let prowl = Request::Mode(Mode::Prowl);
         // Without a list, the robot has restarted.
-        let Some(active) = facts.ledger.active().filter(|_| now < drive.until) else {
+        let Some(active) = facts.ledger.active() else {
             self.note(Level::Warning, format!("plan {to}: given up"));
             return Vec::new();
         };
         let is_at_end = active.is_driven() && facts.robot.mode() == Some(Mode::Stop);
         let drives = !active.is_driven() && facts.robot.mode() == Some(Mode::Prowl);
+        // A robot that prowled before it was sent away prowls on.
+        let onward = (drive.is_detour && is_at_end).then(|| prowl.clone());
+        if now >= drive.until {
+            self.note(Level::Warning, format!("plan {to}: given up"));
+            let clear = (drive.is_detour && drives).then(|| Request::Route(Vec::new()));
+            return unasked(clear.into_iter().chain(onward));
+        }
         if !is_at_end && (!drives || now < drive.planned_at + AGAIN) {
             self.automatic.drive = Some(drive);
             return Vec::new();
@@ -195,11 +210,11 @@ impl Ui {
             && let Some(Statement::Pose(pose)) = facts.ground.statement
             && (pose.x_in - drive.target_in.0).hypot(pose.y_in - drive.target_in.1) < ARRIVED_IN
         {
-            self.automatic.has_arrived = true;
+            self.automatic.has_arrived = !drive.is_detour;
             let within_in = pose.ellipse.long_in;
             let within = format!("arrived, within {within_in:.0} in");
             self.note(Level::Info, format!("plan {to}: {within}"));
-            return Vec::new();
+            return unasked(onward);
         }
         let (x_in, y_in) = drive.target_in;
         let route = facts
@@ -214,20 +229,16 @@ impl Ui {
                 if route.waypoints.is_empty() || is_at_end && route.length_in < ARRIVED_IN =>
             {
                 let text = format!("plan {to}: ended {:.0} in short", route.short_in);
-                (Level::Warning, text, Vec::new())
+                (Level::Warning, text, unasked(onward))
             }
             Ok(route) => {
                 let count = counted(route.waypoints.len() as u64, "waypoint");
                 let text = format!("plan {to}: planned again, {count}");
                 drive.refusal = None;
                 self.automatic.drive = Some(drive);
-                let prowl = is_at_end.then_some(Request::Mode(Mode::Prowl));
                 let route = Request::Route(route.waypoints);
-                (
-                    Level::Info,
-                    text,
-                    [route].into_iter().chain(prowl).collect(),
-                )
+                let prowl = is_at_end.then_some(prowl);
+                (Level::Info, text, unasked([route].into_iter().chain(prowl)))
             }
             Err(reason) => {
                 let is_known = drive.refusal.replace(reason) == Some(reason);
@@ -236,34 +247,37 @@ impl Ui {
                     self.automatic.drive = Some(drive);
                 }
                 if is_known {
-                    return Vec::new();
+                    return unasked(onward);
                 }
-                (Level::Warning, text, Vec::new())
+                (Level::Warning, text, unasked(onward))
             }
         };
         self.note(level, text);
-        requests.into_iter().map(Effect::SendUnasked).collect()
+        requests
     }
 
-    /// Accepts a suggested pose, and the way to the dock unless an operator has stopped the robot.
+    /// Accepts a suggested pose, the way to the dock unless an operator has stopped the robot, and the other ways of a robot that prowls.
     fn accept_unasked(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
+        let mode = facts.robot.mode();
         let is_meant = |it: &&Suggestion| match it.code {
             SuggestionCode::PoseOff => true,
-            SuggestionCode::DockNow => {
-                facts.robot.mode() != Some(Mode::Stop) || self.automatic.has_arrived
-            }
+            SuggestionCode::DockNow => mode != Some(Mode::Stop) || self.automatic.has_arrived,
+            SuggestionCode::Held | SuggestionCode::Unvisited => mode == Some(Mode::Prowl),
             _ => false,
         };
         let Some(suggestion) = facts.suggestion(now).filter(is_meant) else {
             return Vec::new();
         };
-        self.automatic.take_suggested(suggestion);
+        let is_detour = suggestion.code != SuggestionCode::DockNow;
+        self.automatic.take_suggested(suggestion, is_detour);
         let accepted = suggestion.event(SuggestionStatus::Accepted);
-        let requests = suggestion.requests.iter().cloned();
-        let requests = requests.map(Effect::SendUnasked);
         [Effect::Suggestion(accepted)]
             .into_iter()
-            .chain(requests)
+            .chain(unasked(suggestion.requests.iter().cloned()))
             .collect()
     }
+}
+
+fn unasked(requests: impl IntoIterator<Item = Request>) -> Vec<Effect> {
+    requests.into_iter().map(Effect::SendUnasked).collect()
 }

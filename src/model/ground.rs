@@ -62,6 +62,24 @@ pub(crate) struct Suggestion {
 }
 
 impl Suggestion {
+    /// A way to a true point (inches) over the floor that was seen; `None` if there is none, or the robot is there.
+    fn way(
+        code: SuggestionCode,
+        (x_in, y_in): (f64, f64),
+        it: &Situation<'_>,
+        compass: &Compass,
+        figure: Figure,
+    ) -> Option<Self> {
+        let most = it.robot.list_capacity();
+        let route = compass.route(Destination::True(x_in, y_in), most).ok()?;
+        (!route.waypoints.is_empty()).then(|| Self {
+            code,
+            requests: vec![Request::Route(route.waypoints)],
+            target_in: Some(route.target_in),
+            figures: vec![figure],
+        })
+    }
+
     /// The waypoints of a suggested route.
     pub(crate) fn waypoints(&self) -> Option<&[Waypoint]> {
         self.requests.iter().find_map(|request| match request {
@@ -177,8 +195,10 @@ impl Ground {
     /// Takes the operator's acceptance.
     pub(super) fn take_accepted(&mut self, now: Moment) {
         if let Some((suggestion, _)) = self.suggestion.take() {
-            if suggestion.code == SuggestionCode::DockNow {
-                self.dock.take_accepted();
+            match suggestion.code {
+                SuggestionCode::DockNow => self.dock.take_accepted(),
+                SuggestionCode::Unvisited => self.unvisited.take_accepted(suggestion.target_in),
+                _ => {}
             }
             self.rest(now, suggestion.code, SuggestionStatus::Accepted);
         }

@@ -390,7 +390,7 @@ impl Ui {
             self.warn("there is no suggestion now");
             return Vec::new();
         };
-        self.automatic.take_suggested(suggestion);
+        self.automatic.take_suggested(suggestion, false);
         let accepted = suggestion.event(SuggestionStatus::Accepted);
         let requests = suggestion.requests.iter().cloned();
         [Effect::Suggestion(accepted)]

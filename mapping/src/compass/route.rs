@@ -162,15 +162,21 @@ impl Compass {
         Some(tracker.all(&self.unfinished_leg(last), house))
     }
 
-    /// The largest piece of floor that was seen but where the robot has never been: true X and Y of a place in it, inches, and its area,
-    /// square feet. `None` if there is none, or the floor is not known ([`Self::floor_map`]).
+    /// The largest piece of floor that was seen but where the robot has never been, away from true points (inches) that it has tried to
+    /// reach: true X and Y of a place in it, inches, and its area, square feet. `None` if there is none, or the floor is not known
+    /// ([`Self::floor_map`]).
     #[must_use]
-    pub fn unvisited(&self) -> Option<((f64, f64), f64)> {
+    pub fn unvisited(
+        &self,
+        tried_in: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Option<((f64, f64), f64)> {
         let (_, last) = self.last.as_ref()?;
         let tracker = self.tracker.as_ref()?;
         let (views, _) = tracker.seen(&self.unfinished_leg(last));
-        let piece = unvisited::largest(&Floor::new(&views))?;
         let house = self.drift.house(tracker.reference_deg);
+        let tried = tried_in.into_iter();
+        let tried: Vec<_> = tried.map(|it| tracker.in_house(it, house)).collect();
+        let piece = unvisited::largest(&Floor::new(&views), &tried)?;
         Some((tracker.in_world(piece.middle, house), piece.area_sq_ft))
     }
 

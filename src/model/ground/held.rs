@@ -2,12 +2,11 @@
 
 use std::collections::VecDeque;
 
-use groundwave_mapping::{Compass, CorrectedPose, Destination};
+use groundwave_mapping::{Compass, CorrectedPose};
 use groundwave_protocol::status_codes::Mode;
 
 use super::{Situation, Suggestion, is_on_route, stands};
 use crate::event::{Figure, Moment, SuggestionCode};
-use crate::request::Request;
 
 /// Time for which a robot must have stayed in a place, and the greatest distance in it, inches.
 const HELD: Moment = Moment::from_mins(3);
@@ -64,7 +63,15 @@ impl Held {
             self.suggestion = None;
         } else if it.now >= self.looked_at + LOOK_EVERY {
             self.looked_at = it.now;
-            self.suggestion = held.and_then(|(time, out_in)| way_out(it, time, out_in, compass));
+            self.suggestion = held.and_then(|(time, out_in)| {
+                let figure = Figure {
+                    code: "held-for".to_owned(),
+                    value: time.as_secs_f64() / 60.0,
+                    half: None,
+                    unit: "min".to_owned(),
+                };
+                Suggestion::way(SuggestionCode::Held, out_in, it, compass, figure)
+            });
         }
     }
 
@@ -72,29 +79,6 @@ impl Held {
     pub(super) const fn suggestion(&self) -> Option<&Suggestion> {
         self.suggestion.as_ref()
     }
-}
-
-fn way_out(
-    it: &Situation<'_>,
-    time: Moment,
-    (x_in, y_in): Point,
-    compass: &Compass,
-) -> Option<Suggestion> {
-    let route = compass
-        .route(Destination::True(x_in, y_in), it.robot.list_capacity())
-        .ok()
-        .filter(|route| !route.waypoints.is_empty())?;
-    Some(Suggestion {
-        code: SuggestionCode::Held,
-        requests: vec![Request::Route(route.waypoints)],
-        target_in: Some(route.target_in),
-        figures: vec![Figure {
-            code: "held-for".to_owned(),
-            value: time.as_secs_f64() / 60.0,
-            half: None,
-            unit: "min".to_owned(),
-        }],
-    })
 }
 
 /// Where the robot has been.

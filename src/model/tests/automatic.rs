@@ -7,9 +7,9 @@ use groundwave_protocol::telemetry::Body;
 use super::ground::{off, offered, stand};
 use super::routes::between_walls;
 use super::*;
-use crate::event::GROUND;
+use crate::event::{GROUND, SuggestionCode};
 use crate::model::Advise;
-use crate::model::ground::Statement;
+use crate::model::ground::{Statement, Suggestion};
 
 /// A name, and what happens.
 type Case = (&'static str, fn(&mut Scene));
@@ -348,4 +348,45 @@ fn a_destination_is_given_up_after_twenty_minutes() {
     let last = unasked(&mut scene, 5 * 60);
     assert!(last.len() <= 1, "{last:?}");
     assert!(logged(&scene, "plan home: given up"));
+}
+
+/// A robot that prowled, and that the station has sent to a place of its own choice.
+fn detour() -> Scene {
+    let mut scene = advised(between_walls(), Advise::Auto);
+    scene.state.mode = Mode::Prowl;
+    let waypoints = route(&[(0, 0)]);
+    let suggestion = Suggestion {
+        code: SuggestionCode::Unvisited,
+        requests: vec![Request::Route(waypoints.clone())],
+        target_in: Some((0.0, 0.0)),
+        figures: Vec::new(),
+    };
+    scene.model.ui.automatic.take_suggested(&suggestion, true);
+    scene.event(Event::Asked {
+        id: CommandId(100),
+        request: Request::Route(waypoints),
+        by: Some(GROUND.to_owned()),
+    });
+    let digest = Some(DIGEST);
+    scene.status_of(100, CommandStatus::Confirmed { digest });
+    drive_to(&mut scene, 0);
+    scene
+}
+
+#[test]
+fn a_robot_prowls_on_after_a_detour() {
+    let mut scene = detour();
+    scene.drive(4, -1.0, 0);
+    scene.state.y_tenths_in = 0;
+    end(&mut scene);
+    assert_eq!(unasked(&mut scene, 1), [Request::Mode(Mode::Prowl)]);
+    assert!(logged(&scene, "plan 0 0: arrived, within "));
+
+    let mut scene = detour();
+    let prowl = Request::Mode(Mode::Prowl);
+    let sent = unasked(&mut scene, 4 * 60);
+    assert!(!sent.contains(&prowl), "{sent:?}");
+    let sent = unasked(&mut scene, 2 * 60);
+    assert_eq!(sent.last(), Some(&Request::Route(Vec::new())), "{sent:?}");
+    assert!(logged(&scene, "plan 0 0: given up"));
 }
