@@ -40,6 +40,7 @@ mod ledger;
 mod levels;
 mod link;
 mod map;
+mod other_robots;
 mod outages;
 mod outputs;
 mod own_lines;

@@ -1,4 +1,4 @@
-//! Outages and other robots: the same figures wherever they are reported.
+//! Outages: the same figures wherever they are reported.
 #![cfg(unix)]
 
 use std::fs;
@@ -16,23 +16,19 @@ use groundwave::event::{Event, Level, LinkEvent, Mark, Notice, NoticeCode};
 use groundwave::recorded::to_recorded;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
-use groundwave_protocol::decoder::{Decoder, Received};
-use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, Detail, FirmwareVersion, Line, StateLine,
-};
+use groundwave_protocol::telemetry::{Ack, Body, CountersLine, FirmwareVersion, Line, StateLine};
 use prost::Message as _;
 use serde_json::Value;
-use sr04_sim::{Simulation, SimulationConfig, World};
 
 /// The lines of a sample capture, three per second.
-fn sample() -> Vec<Vec<u8>> {
+pub fn sample() -> Vec<Vec<u8>> {
     let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/captures/house-clean.txt");
     let bytes = fs::read(sample).unwrap();
     bytes.chunks_exact(80).map(<[u8]>::to_vec).collect()
 }
 
 /// The first object with a key in a JSON output.
-fn object(output: &str, key: &str) -> Value {
+pub fn object(output: &str, key: &str) -> Value {
     let values = serde_json::Deserializer::from_str(output).into_iter::<Value>();
     let found = values
         .map(Result::unwrap)
@@ -504,149 +500,6 @@ fn marks_are_exported() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// A line as robot 7 would send it, which was switched on earlier.
-fn of_robot_7(line: &[u8]) -> Vec<u8> {
-    let mut decoder = Decoder::default();
-    let Some(Received::Line(mut line, _)) = decoder.lines(line).next() else {
-        panic!("an intact line");
-    };
-    line.ack.detail = Detail::Idle {
-        owner: 0,
-        robot_id: 7,
-    };
-    match &mut line.body {
-        Body::Counters(counters) => {
-            counters.robot_id = 7;
-            counters.uptime_s += 5000;
-        }
-        Body::Status(status) => status.robot_id = 7,
-        _ => {}
-    }
-    line.encode().to_vec()
-}
-
-/// The clocks of two robots in one text are not compared.
-#[test]
-fn text_of_one_robot_after_another_lasts_as_long_as_its_lines() {
-    let first: Vec<Vec<u8>> = sample().into_iter().take(100).collect();
-    let second = sample().into_iter().take(300);
-    let second = second.map(|line| of_robot_7(&line));
-    let text: Vec<u8> = first.iter().cloned().chain(second).flatten().collect();
-    let folder = scratch("one-after-another");
-    let path = folder.join("both.txt");
-    fs::write(&path, text).unwrap();
-    let (info, _) = expect(0, &["info", path.to_str().unwrap(), "--json"]);
-    let info = object(&info, "lines_lost");
-    let duration_s = info["duration_s"].as_f64().unwrap();
-    assert!((duration_s - 133.3).abs() < 1.0, "{duration_s}");
-    assert!(info["robot_clock_s"].as_u64().unwrap() < 140, "{info}");
-    // The first robot is silent until the other one is followed.
-    let outages = info["outages"].as_array().unwrap();
-    assert_eq!(
-        (outages.len(), &outages[0]["begin_s"]),
-        (1, &33.333_333_333.into())
-    );
-    fs::remove_dir_all(folder).unwrap();
-}
-
-/// A station and the summary of the bytes that it received.
-fn heard_by_a_station(name: &str, lines: &[(u64, Vec<u8>)]) -> (Vec<Notice>, String, Value) {
-    let mut station = Station::new(Config::new(1), false);
-    let (mut notices, mut text) = (Vec::new(), Vec::new());
-    for (at_ms, line) in lines {
-        station.handle_bytes(Duration::from_millis(*at_ms), line);
-        let (minute, ms) = (at_ms / 60_000, at_ms % 60_000);
-        let time = format!(
-            "2026-03-14T09:{minute:02}:{:02}.{:03}Z ",
-            ms / 1000,
-            ms % 1000
-        );
-        text.extend_from_slice(time.as_bytes());
-        text.extend_from_slice(line);
-        while let Some(event) = station.poll_event() {
-            if let Event::Notice(notice) = event {
-                notices.push(notice);
-            }
-        }
-    }
-    let folder = scratch(name);
-    let path = folder.join("a.txt");
-    fs::write(&path, text).unwrap();
-    let (info, _) = expect(0, &["info", path.to_str().unwrap()]);
-    let (json, _) = expect(0, &["info", path.to_str().unwrap(), "--json"]);
-    fs::remove_dir_all(folder).unwrap();
-    (notices, info, object(&json, "lines_lost"))
-}
-
-/// Robot 4 sends, is silent for a time and sends again, while robot 7 sends all the time from 5 s on.
-fn silent_while_another_robot_sends(silent: usize) -> Vec<(u64, Vec<u8>)> {
-    let all = sample();
-    let own = (0..).zip(&all).take(350).filter(|(n, _)| {
-        let silence = 100..100 + silent;
-        !silence.contains(n)
-    });
-    let own = own.map(|(n, line)| (n as u64 * 1000 / 3, line.clone()));
-    let other = (0..).zip(&all[20..]).take(330);
-    let other = other.map(|(n, line)| (5170 + n * 1000 / 3, of_robot_7(line)));
-    let mut both: Vec<_> = own.chain(other).collect();
-    both.sort();
-    both
-}
-
-#[test]
-fn a_robot_that_is_silent_for_seven_seconds_stays_the_followed_one() {
-    let lines = silent_while_another_robot_sends(21);
-    let (notices, text, info) = heard_by_a_station("silent-seven-seconds", &lines);
-    let notices: Vec<_> = notices.iter().map(|it| it.text.as_str()).collect();
-    assert_eq!(
-        notices,
-        ["robot 7 also sends on this channel; its lines are kept apart, robot 4 is followed"]
-    );
-    assert_eq!(
-        (&info["lines_lost"], &info["lines_lost_max"]),
-        (&21.into(), &21.into())
-    );
-    let outages = info["outages"].as_array().unwrap();
-    assert_eq!(outages.len(), 1, "{info}");
-    assert_eq!(
-        (&outages[0]["code"], &outages[0]["lines_lost"]),
-        (&"silent".into(), &21.into())
-    );
-    assert!(
-        text.contains("others     330 lines of robot 7, kept apart"),
-        "{text}"
-    );
-    assert!(!text.contains("followed"), "{text}");
-}
-
-/// A robot that vanished for more than a minute has lost an unknown number of lines.
-#[test]
-fn the_robot_that_replaces_a_silent_one_is_reported() {
-    let lines = silent_while_another_robot_sends(300);
-    let (notices, text, info) = heard_by_a_station("silent-a-minute", &lines);
-    let change = "robot 7 is followed now; robot 4 was not heard for a minute";
-    // Robot 7 never shows an era, which is told as a mistake.
-    let codes = notices.iter().map(|it| it.code);
-    let codes: Vec<_> = codes
-        .filter(|code| *code != NoticeCode::RobotMistake)
-        .collect();
-    assert_eq!(codes, [NoticeCode::OtherRobot, NoticeCode::RobotReplaced]);
-    assert_eq!(notices[1].text, change);
-    assert!(text.contains(&format!("followed   {change}")), "{text}");
-    assert_eq!(
-        (&info["followed_robot"], &info["replaced_robot"]),
-        (&7.into(), &4.into())
-    );
-    assert_eq!(info["lines_lost"], 0);
-    let most = info["lines_lost_max"].as_u64().unwrap();
-    assert!((175..210).contains(&most), "{info}");
-    let outage = &info["outages"][0];
-    assert_eq!(
-        (&outage["code"], &outage["lines_lost_max"]),
-        (&"silent".into(), &most.into())
-    );
-}
-
 /// Pauses that a text does not contain show in the robot's clock.
 #[test]
 fn text_without_its_pauses_says_how_long_the_robots_clock_ran() {
@@ -662,64 +515,6 @@ fn text_without_its_pauses_says_how_long_the_robots_clock_ran() {
     ] {
         assert!(info.contains(words), "no {words} in {info}");
     }
-    fs::remove_dir_all(folder).unwrap();
-}
-
-/// Another robot is named within five seconds; its lines are counted separately and do not count as loss.
-#[test]
-fn two_robots_on_one_channel() {
-    // The number of lines after which the other robot begins; the sample's lines in turn show its id or an era.
-    for begin in [0, 10, 11, 12] {
-        two_robots(begin);
-    }
-}
-
-fn two_robots(begin: u64) {
-    let world = World::built_in("open-room").unwrap();
-    let mut config = SimulationConfig::new(world, 1);
-    config.robot_id = 7;
-    let mut other = Simulation::new(&config);
-    let mut station = Station::new(Config::new(1), false);
-    let mut named_at = None;
-    let (mut both, mut theirs) = (Vec::new(), Vec::new());
-    for (n, line) in (0..).zip(sample()) {
-        let at = Duration::from_millis(n * 333);
-        other.run_for_ms(334);
-        while let Some(byte) = other.poll_downlink() {
-            theirs.push(byte);
-        }
-        if n < begin {
-            theirs.drain(..theirs.len() / line.len() * line.len());
-        }
-        // The robots send in turn, a line at a time.
-        let whole = theirs.len() - theirs.len() % line.len();
-        for bytes in [&line, &theirs.drain(..whole).collect()] {
-            station.handle_bytes(at, bytes);
-            both.extend_from_slice(bytes);
-        }
-        while let Some(event) = station.poll_event() {
-            if let Event::Notice(notice) = event {
-                assert_ne!(notice.code, NoticeCode::RobotMistake, "{}", notice.text);
-                if notice.code == NoticeCode::OtherRobot {
-                    named_at.get_or_insert((at, notice.text));
-                }
-            }
-        }
-    }
-    let (at, text) = named_at.unwrap();
-    let begin_at = Duration::from_millis(begin * 333);
-    assert!(at <= begin_at + Duration::from_secs(5), "{at:?}");
-    assert!(text.contains("robot 7"), "{text}");
-    let folder = scratch("two-robots");
-    let path = folder.join("both.txt");
-    fs::write(&path, both).unwrap();
-    let (info, _) = expect(0, &["info", path.to_str().unwrap(), "--json"]);
-    let info = object(&info, "other_robot");
-    assert_eq!(
-        (&info["other_robot"], &info["lines_lost"]),
-        (&7.into(), &0.into())
-    );
-    assert!(info["other_lines"].as_u64().unwrap() > 300, "{info}");
     fs::remove_dir_all(folder).unwrap();
 }
 
