@@ -1,27 +1,27 @@
 //! Runs a station on a real link and a real clock.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::time::{Duration, Instant, SystemTime};
+mod alarms;
+mod setup;
 
-use groundwave_lines::{OwnCommand, Recognizer};
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
 use tokio::sync::mpsc::Receiver;
 use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::advice::advice;
 use super::live::{self, Live};
 use super::share_server::{ShareServer, Wanted};
-use crate::capture::name::utc;
 use crate::event::{
-    AlarmAnswer, AlarmEvent, Answer, CommandId, Event, Failure, GROUND, Level, LinkEvent, Moment,
-    Notice, NoticeCode, Reception, Truth,
+    CommandId, Event, Failure, GROUND, Level, LinkEvent, Moment, Notice, NoticeCode, Reception,
 };
 use crate::io::alarm_hook::AlarmHook;
-use crate::io::foxglove::{Call, Foxglove};
+use crate::io::foxglove::Call;
 use crate::io::link::{Link, LinkInput};
-use crate::io::share::{FromClient, Share};
+use crate::io::share::FromClient;
 use crate::radio::{Radio, random_owner};
 use crate::request::Request;
-use crate::share::{Heard, OPERATOR, Welcome};
+use crate::share::{Heard, Welcome};
 use crate::station::Station;
 use crate::statistics::Statistics;
 
@@ -124,97 +124,6 @@ impl Driver {
             advising: None,
             events: truth.into_iter().collect(),
         }
-    }
-
-    /// Serves an operator who watches.
-    #[must_use]
-    pub fn attended(mut self) -> Self {
-        self.station.set_attended();
-        self
-    }
-
-    /// Shows the world of a simulated robot, here and to the clients of the link. Call after [`Self::shared`].
-    #[must_use]
-    pub fn simulating(mut self, truth: Option<Truth>) -> Self {
-        if let (Some(truth), Some(server)) = (&truth, &mut self.share) {
-            server.handle_truth(truth.clone());
-        }
-        self.events.extend(truth.map(Event::Truth));
-        self
-    }
-
-    /// Sets the link's rate, if it is known; frames are paced and airtime is measured by this rate.
-    #[must_use]
-    pub fn at_baud(mut self, baud: Option<u32>) -> Self {
-        if let Some(baud) = baud {
-            self.station.set_baud(baud);
-        }
-        self
-    }
-
-    /// Enables notices about a link without intact lines. `baud` is the port's rate, if the station sets it.
-    #[must_use]
-    pub fn advising(mut self, baud: Option<u32>) -> Self {
-        self.advising = Some(Advising {
-            baud,
-            has_complained: false,
-        });
-        self
-    }
-
-    /// Reads the lines of a robot that does not use Groundwave's protocol, and sends its command strings.
-    #[must_use]
-    pub fn reading(mut self, own: Recognizer, commands: BTreeMap<String, OwnCommand>) -> Self {
-        self.station.set_own_lines(own);
-        self.station.set_own_commands(commands);
-        self
-    }
-
-    /// Passes every event to a sink, in the order of [`Self::poll_event`].
-    #[must_use]
-    pub fn observed_by(mut self, observer: EventSink) -> Self {
-        self.observer = Some(observer);
-        self
-    }
-
-    /// Shares the link.
-    #[must_use]
-    pub fn shared(mut self, share: Option<Share>) -> Self {
-        if let Some(share) = share {
-            let server = ShareServer::new(share, &self.name, self.can_send());
-            self.events.push_back(Event::Notice(Notice::new(
-                NoticeCode::Shared,
-                Level::Info,
-                format!("shared on {}", server.address()),
-            )));
-            self.share = Some(server);
-        }
-        self
-    }
-
-    /// Passes every event of an alarm to the operator's command. Call after [`Self::shared`].
-    #[must_use]
-    pub fn hooked(mut self, hook: Option<AlarmHook>) -> Self {
-        if let (Some(_), Some(server)) = (&hook, &mut self.share) {
-            server.set_runs_alarm_hook();
-        }
-        self.alarm_hook = hook;
-        self
-    }
-
-    /// Serves live tools.
-    #[must_use]
-    pub fn watched(mut self, server: Option<Foxglove>) -> Self {
-        if let Some(server) = server {
-            let live = Live::new(server, self.now());
-            self.events.push_back(Event::Notice(Notice::new(
-                NoticeCode::Foxglove,
-                Level::Info,
-                format!("Foxglove at {}", live.address()),
-            )));
-            self.live = Some(live);
-        }
-        self
     }
 
     /// Time since the station started.
@@ -446,50 +355,6 @@ impl Driver {
             }
             LinkInput::Ended => self.station.handle_link(self.now(), LinkEvent::Ended),
         }
-    }
-
-    /// Adds an event that is not the station's own; [`Self::poll_event`] returns it.
-    pub fn tell(&mut self, event: Event) {
-        if let (Event::Alarm(alarm), Some(hook), false) =
-            (&event, &self.alarm_hook, self.station_runs_hook)
-        {
-            let mut value = alarm.to_json();
-            value["name"] = alarm.name.as_str().into();
-            value["link"] = self.name.as_str().into();
-            let now = SystemTime::now();
-            value["time"] = utc(now).into();
-            let ago = alarm.began_at.map(|at| self.now().saturating_sub(at));
-            if let Some(begin) = ago.and_then(|ago| now.checked_sub(ago)) {
-                value["begin"] = utc(begin).into();
-            }
-            if let Err(problem) = hook.pass(value.to_string()) {
-                self.tell_hook(problem);
-            }
-        }
-        self.events.push_back(event);
-    }
-
-    /// Reports the operator's answer to an alarm, also to the other programs on this link.
-    pub fn answer_alarm(&mut self, event: AlarmEvent) {
-        if let Some(answer) = Answer::of(&event) {
-            let answered = AlarmAnswer {
-                alarm: event.code.clone(),
-                answer,
-                by: OPERATOR.to_owned(),
-            };
-            if let Some(server) = &mut self.share {
-                server.handle_answer(&answered);
-                self.serve_share();
-            }
-            self.station.handle_answer(&event.code, answer);
-        }
-        self.tell(Event::Alarm(event));
-        self.flush();
-    }
-
-    fn tell_hook(&mut self, problem: String) {
-        let notice = Notice::new(NoticeCode::AlarmHook, Level::Warning, problem);
-        self.events.push_back(Event::Notice(notice));
     }
 
     /// Queues a command; its statuses are returned as events.

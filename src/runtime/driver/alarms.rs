@@ -1,0 +1,54 @@
+//! Alarms and the operator's answers to them: as events, to the hook, and to the other programs on the link.
+
+use std::time::SystemTime;
+
+use super::Driver;
+use crate::capture::name::utc;
+use crate::event::{AlarmAnswer, AlarmEvent, Answer, Event, Level, Notice, NoticeCode};
+use crate::share::OPERATOR;
+
+impl Driver {
+    /// Adds an event that is not the station's own; [`Self::poll_event`] returns it.
+    pub fn tell(&mut self, event: Event) {
+        if let (Event::Alarm(alarm), Some(hook), false) =
+            (&event, &self.alarm_hook, self.station_runs_hook)
+        {
+            let mut value = alarm.to_json();
+            value["name"] = alarm.name.as_str().into();
+            value["link"] = self.name.as_str().into();
+            let now = SystemTime::now();
+            value["time"] = utc(now).into();
+            let ago = alarm.began_at.map(|at| self.now().saturating_sub(at));
+            if let Some(begin) = ago.and_then(|ago| now.checked_sub(ago)) {
+                value["begin"] = utc(begin).into();
+            }
+            if let Err(problem) = hook.pass(value.to_string()) {
+                self.tell_hook(problem);
+            }
+        }
+        self.events.push_back(event);
+    }
+
+    /// Reports the operator's answer to an alarm, also to the other programs on this link.
+    pub fn answer_alarm(&mut self, event: AlarmEvent) {
+        if let Some(answer) = Answer::of(&event) {
+            let answered = AlarmAnswer {
+                alarm: event.code.clone(),
+                answer,
+                by: OPERATOR.to_owned(),
+            };
+            if let Some(server) = &mut self.share {
+                server.handle_answer(&answered);
+                self.serve_share();
+            }
+            self.station.handle_answer(&event.code, answer);
+        }
+        self.tell(Event::Alarm(event));
+        self.flush();
+    }
+
+    pub(super) fn tell_hook(&mut self, problem: String) {
+        let notice = Notice::new(NoticeCode::AlarmHook, Level::Warning, problem);
+        self.events.push_back(Event::Notice(notice));
+    }
+}
