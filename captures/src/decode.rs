@@ -170,7 +170,8 @@ impl<W: Write> Records<'_, W> {
             }
             written = outages.ended().len();
         }
-        for outage in &outages.into_outages(now)[written..] {
+        let counters = diagnosis.as_ref().map(|it| *it.counters());
+        for outage in &outages.into_outages(now, &counters.unwrap_or_default())[written..] {
             self.write_event(now, &EventRecord::of_outage(outage))?;
         }
         self.write_notes(Duration::MAX)?;

@@ -180,6 +180,11 @@ impl Seen {
             replaced_robot: counters.replaced_robot,
         }
     }
+
+    /// Whether more than stray bytes arrived since then that are no line.
+    const fn has_noise_until(&self, counters: &Counters) -> bool {
+        counters.noise_bytes.saturating_sub(self.noise_bytes) >= NOISE_BYTES
+    }
 }
 
 impl Outages {
@@ -266,7 +271,7 @@ impl Outages {
             || has_restarted && !is_told
             || begun.is_some()
         {
-            let has_noise = seen.noise_bytes.saturating_sub(latest.noise_bytes) >= NOISE_BYTES;
+            let has_noise = latest.has_noise_until(counters);
             let (cause, begin) = match (suspended_at, unplugged_at) {
                 (Some(_), None) => (OutageCause::Suspended, latest.at),
                 (Some(_), Some(at)) => (OutageCause::Suspended, begin_of(latest.at, at)),
@@ -369,18 +374,18 @@ impl Outages {
         Some(outage.end? + EXPLAINED_WITHIN)
     }
 
-    /// Handles the passing of time: may begin an outage.
-    pub fn handle_timeout(&mut self, now: Moment) {
+    /// Handles the passing of time, with the decoder's totals: may begin an outage.
+    pub fn handle_timeout(&mut self, now: Moment, counters: &Counters) {
         self.report(now);
-        if let Some(at) = self.begin_at()
-            && at <= now
+        if let Some(latest) = self.latest
+            && self.begin_at().is_some_and(|at| at <= now)
         {
-            let since = self.latest.map_or(now, |latest| latest.at);
             let cause = match self.suspended_at {
                 Some(_) => OutageCause::Suspended,
+                None if latest.has_noise_until(counters) => OutageCause::Damaged,
                 None => OutageCause::Silent,
             };
-            self.begin(cause, since);
+            self.begin(cause, latest.at);
         }
     }
 
@@ -412,10 +417,11 @@ impl Outages {
         }
     }
 
-    /// Takes the end of the session: reports outages whose number of lost lines is not final. An outage that has not ended is reported as begun.
-    pub fn finish(&mut self, now: Moment) {
+    /// Takes the end of the session and the decoder's totals: reports outages whose number of lost lines is not final. An outage that has not
+    /// ended is reported as begun.
+    pub fn finish(&mut self, now: Moment, counters: &Counters) {
         self.give_up_settling();
-        self.handle_timeout(now);
+        self.handle_timeout(now, counters);
         self.latest = None;
     }
 
@@ -490,10 +496,10 @@ impl OutageList {
         }
     }
 
-    /// The outages in the order of their ends; an outage that lasts at the end of the capture comes last.
+    /// The outages in the order of their ends, with the decoder's totals; an outage that lasts at the end of the capture comes last.
     #[must_use]
-    pub fn into_outages(mut self, end: Moment) -> Vec<Outage> {
-        self.outages.finish(end);
+    pub fn into_outages(mut self, end: Moment, counters: &Counters) -> Vec<Outage> {
+        self.outages.finish(end, counters);
         self.collect();
         self.ended.extend(self.lasting);
         self.ended

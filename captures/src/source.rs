@@ -6,7 +6,7 @@ use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
-use groundwave_protocol::decoder::{Decoder, Received};
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
 
 use super::CaptureError;
 use super::chunk::Chunk;
@@ -254,13 +254,13 @@ impl Capture {
         self.end
     }
 
-    /// The outages of a capture that has been read to its end, with one that lasts until the latest message of any kind.
+    /// The outages of a capture that has been read to its end, with one that lasts until the latest message of any kind; takes the decoder's totals.
     #[must_use]
-    pub(crate) fn outages(&self, mut list: OutageList) -> Vec<Outage> {
+    pub(crate) fn outages(&self, mut list: OutageList, counters: &Counters) -> Vec<Outage> {
         if let Some(at) = self.unplugged_at {
             list.handle_unplugged(at);
         }
-        list.into_outages(self.latest.max(self.end))
+        list.into_outages(self.latest.max(self.end), counters)
     }
 
     /// The next piece and its time since the capture began; `None` at the end.

@@ -26,7 +26,7 @@ use crate::event::{CommandId, Moment};
 use crate::words::counted;
 use crate::words::{interval_pct, lost_words};
 use airtime::Airtime;
-pub use airtime::share_pct;
+pub use airtime::{SHARE_MAX_PCT, share_pct};
 pub use uplink::Uplink;
 
 /// Bits of a byte on the wire, with its start and stop bits.
@@ -56,10 +56,10 @@ pub struct Statistics {
     pub frames_again: u64,
     /// Time to confirmation; `None` before the first.
     pub confirmation: Option<Confirmation>,
-    /// Downlink airtime over the latest 20 s, per cent.
-    pub airtime_down_pct: f64,
-    /// Uplink airtime over the latest 20 s, per cent.
-    pub airtime_up_pct: f64,
+    /// Downlink airtime over the latest 20 s, per cent; `None` if more bytes came than the rate can carry, so that the rate is another one.
+    pub airtime_down_pct: Option<f64>,
+    /// Uplink airtime over the latest 20 s, per cent; `None` when `airtime_down_pct` is.
+    pub airtime_up_pct: Option<f64>,
     /// Number of bytes that the device did not take.
     pub not_taken_bytes: u64,
 }
@@ -438,6 +438,7 @@ impl LinkMeter {
     /// Statistics at a moment; the caller adds `not_taken_bytes`.
     #[must_use]
     pub fn statistics(&self, now: Moment, counters: &Counters) -> Statistics {
+        let airtime_down_pct = self.down.share_pct(now);
         let mut statistics = Statistics {
             resync: self.gaps.resync(),
             frames: self.uplink.frames(),
@@ -448,8 +449,8 @@ impl LinkMeter {
                 mean_s: self.sum.as_secs_f64() / self.confirmed as f64,
                 worst_s: self.worst.as_secs_f64(),
             }),
-            airtime_down_pct: self.down.share_pct(now),
-            airtime_up_pct: self.up.share_pct(now),
+            airtime_down_pct,
+            airtime_up_pct: airtime_down_pct.and_then(|_| self.up.share_pct(now)),
             ..Statistics::default()
         };
         statistics.count(counters);

@@ -450,13 +450,15 @@ impl Decoder {
                 newest.arrived = !0;
             }
         }
-        if let Some(uptime_s) = received.uptime_s() {
+        if let Some((uptime_s, frames_heard)) = received.clock() {
             if self.reckoning.has_begun() {
                 self.counters.unsettled = Lost::default();
             } else {
                 self.counters.give_up_settling();
             }
-            let mut hidden = self.reckoning.take_uptime(uptime_s, &self.counters);
+            let mut hidden = self
+                .reckoning
+                .take_uptime(uptime_s, frames_heard, &self.counters);
             // Lines before a boot are in the same silence as those after it.
             hidden.max = hidden.max.max(core::mem::take(&mut self.before_boot));
             self.counters.hidden = self.counters.hidden.and(hidden);

@@ -45,9 +45,17 @@ impl Received {
     /// Uptime in a line C, seconds since boot modulo 1,000,000; `None` for other lines.
     #[must_use]
     pub const fn uptime_s(&self) -> Option<u32> {
+        match self.clock() {
+            Some((uptime_s, _)) => Some(uptime_s),
+            None => None,
+        }
+    }
+
+    /// Uptime and number of frames heard in a line C.
+    pub(crate) const fn clock(&self) -> Option<(u32, u16)> {
         match self {
             Self::Line(line, _) => match &line.body {
-                Body::Counters(counters) => Some(counters.uptime_s),
+                Body::Counters(counters) => Some((counters.uptime_s, counters.frames_heard)),
                 _ => None,
             },
             Self::Ack(_) => None,

@@ -308,7 +308,9 @@ impl Plots {
             (Trace::AirDown, statistics.airtime_down_pct),
             (Trace::AirUp, statistics.airtime_up_pct),
         ] {
-            self.push(trace, now, pct.round() as i16, STATE_STALE);
+            if let Some(pct) = pct {
+                self.push(trace, now, pct.round() as i16, STATE_STALE);
+            }
         }
     }
 

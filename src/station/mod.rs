@@ -197,7 +197,7 @@ impl Station {
             }
             LinkEvent::Ended => {
                 self.sending = Sending::Never;
-                self.outages.finish(now);
+                self.outages.finish(now, self.decoder.counters());
             }
         }
         self.events.push_back(Event::Link(event));
@@ -424,7 +424,7 @@ impl Station {
         }
         let heard = self.listener.handle_timeout(now);
         self.report_reception(heard);
-        self.outages.handle_timeout(now);
+        self.outages.handle_timeout(now, self.decoder.counters());
         self.report_outages();
         self.report_statistics(now);
     }

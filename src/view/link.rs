@@ -128,18 +128,21 @@ impl Screen<'_> {
                 rows.push(("confirmed", says, theme.plain));
             }
         }
-        let airtime = if link.is_receive_only() {
-            format!("{down:.0} %")
+        let share = |pct: Option<f64>| {
+            pct.map_or_else(|| "unknown".to_owned(), |pct| format!("{pct:.0} %"))
+        };
+        let airtime = if down.is_none() || link.is_receive_only() {
+            share(down)
         } else {
-            format!("{down:.0} % down, {up:.0} % up")
+            format!("{} down, {} up", share(down), share(up))
         };
         if width < WIDE {
             rows.push(("airtime", airtime, theme.plain));
         } else {
             for (name, says, _) in &mut rows {
                 match *name {
-                    "received" => *says = format!("{says}; airtime {down:.0} %"),
-                    "sent" => *says = format!("{says}; airtime {up:.0} %"),
+                    "received" => *says = format!("{says}; airtime {}", share(down)),
+                    "sent" => *says = format!("{says}; airtime {}", share(up)),
                     _ => {}
                 }
             }

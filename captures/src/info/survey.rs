@@ -17,15 +17,14 @@ use crate::odometer::Odometer;
 use crate::outages::OutageList;
 use crate::own_lines::{OwnSummary, recognizer};
 use crate::session::Session;
-use crate::statistics::{self, BITS_PER_BYTE, Damaged, Loss, OtherRobot, per_cent, share_pct};
+use crate::statistics::{
+    self, BITS_PER_BYTE, Damaged, Loss, OtherRobot, SHARE_MAX_PCT, per_cent, share_pct,
+};
 use crate::words::layer_word;
 use crate::{Capture, CaptureError};
 
 /// Silence after which the tick count (modulo 4096, at 20 Hz) is ambiguous, seconds.
 const TICKS_ROUND_S: u32 = 200;
-
-/// Largest plausible airtime, per cent: clocks of serial ports differ by a few per cent.
-const SHARE_MAX_PCT: f64 = 105.0;
 
 /// Airtime of `bytes` within `time`, per cent; `None` if the radio cannot carry them.
 fn plausible_share_pct(bytes: u64, time: Duration, bytes_per_s: u32) -> Option<f64> {
@@ -235,7 +234,7 @@ impl Survey {
                 diagnosis.findings()
             },
             other: OtherRobot::of(seen),
-            outages: capture.outages(self.outages),
+            outages: capture.outages(self.outages, seen),
             resync: self.noise.resync(),
             airtime_down_pct,
             sent: capture.uplink().map(|uplink| Sent {

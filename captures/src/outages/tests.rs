@@ -108,10 +108,10 @@ fn session(fates: &[(u64, Fate)]) -> Vec<Outage> {
         while let Some(received) = decoder.next_own_line(&mut bytes) {
             outages.handle_line(now, &received, decoder.counters());
         }
-        outages.handle_timeout(now);
+        outages.handle_timeout(now, decoder.counters());
         found.extend(std::iter::from_fn(|| outages.poll()));
     }
-    outages.finish(Moment::from_mins(3));
+    outages.finish(Moment::from_mins(3), decoder.counters());
     found.extend(std::iter::from_fn(|| outages.poll()));
     found
 }
@@ -169,7 +169,7 @@ fn a_suspension_that_is_told_after_the_lines_that_waited_explains_the_silence() 
                 list.handle_line(now, &received, decoder.counters());
             }
         }
-        let [outage] = list.into_outages(Moment::from_mins(3))[..] else {
+        let [outage] = list.into_outages(Moment::from_mins(3), decoder.counters())[..] else {
             panic!("one");
         };
         let expected = Outage {
@@ -197,9 +197,9 @@ fn times_that_go_back_make_no_outage_longer() {
         while let Some(received) = decoder.next_own_line(&mut bytes) {
             outages.handle_line(now, &received, decoder.counters());
         }
-        outages.handle_timeout(now);
+        outages.handle_timeout(now, decoder.counters());
     }
-    outages.finish(Moment::from_secs(3));
+    outages.finish(Moment::from_secs(3), decoder.counters());
     let mut ended = 0;
     while let Some(outage) = outages.poll() {
         if let Some(end) = outage.end {
@@ -240,7 +240,7 @@ fn with_jitter(lost: u64, jitter_ms: i64) -> Vec<Outage> {
             list.handle_line(now, &received, decoder.counters());
         }
     }
-    list.into_outages(Moment::from_secs(100))
+    list.into_outages(Moment::from_secs(100), decoder.counters())
 }
 
 #[test]
@@ -299,11 +299,11 @@ fn a_reported_beginning_stays_also_if_the_silence_was_a_suspension() {
             }
             if n == 90 {
                 if is_told_first {
-                    outages.handle_timeout(now);
+                    outages.handle_timeout(now, decoder.counters());
                 }
                 if is_explained_first {
                     outages.handle_suspension(since);
-                    outages.handle_timeout(now);
+                    outages.handle_timeout(now, decoder.counters());
                 }
             }
             let mut bytes = &line[..];
@@ -313,7 +313,7 @@ fn a_reported_beginning_stays_also_if_the_silence_was_a_suspension() {
             if n == 90 && !is_explained_first {
                 outages.handle_suspension(since);
             }
-            outages.handle_timeout(now);
+            outages.handle_timeout(now, decoder.counters());
             found.extend(std::iter::from_fn(|| outages.poll()));
         }
         let case = (is_told_first, is_explained_first);
@@ -339,10 +339,10 @@ fn an_outage_is_reported_as_begun_only_when_it_is_certain() {
         while let Some(received) = decoder.next_own_line(&mut bytes) {
             outages.handle_line(now, &received, decoder.counters());
         }
-        outages.handle_timeout(Moment::from_millis(looks_ms));
+        outages.handle_timeout(Moment::from_millis(looks_ms), decoder.counters());
         assert_eq!(outages.poll(), None);
     }
-    outages.handle_timeout(Moment::from_millis(5800));
+    outages.handle_timeout(Moment::from_millis(5800), decoder.counters());
     assert_eq!(
         outages.poll().map(|it| it.begin),
         Some(Moment::from_millis(3390))
@@ -353,6 +353,7 @@ fn an_outage_is_reported_as_begun_only_when_it_is_certain() {
 fn one_that_lasts_at_the_end_has_no_end() {
     for (fate, cause) in [
         (Fate::Silence, OutageCause::Silent),
+        (Fate::Noise, OutageCause::Damaged),
         (Fate::Unplug, OutageCause::Unplugged),
     ] {
         let [outage] = session(&[(60, fate)])[..] else {
@@ -390,7 +391,7 @@ fn without_times(lost: std::ops::Range<u64>, end: u64) -> Vec<Outage> {
             list.handle_line(now, &received, decoder.counters());
         }
     }
-    list.into_outages(now)
+    list.into_outages(now, decoder.counters())
 }
 
 #[test]

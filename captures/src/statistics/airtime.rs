@@ -9,6 +9,12 @@ use crate::event::Moment;
 /// Time over which airtime is measured.
 const WINDOW: Moment = Moment::from_secs(20);
 
+/// Largest plausible airtime, per cent: clocks of serial ports differ by a few per cent.
+pub const SHARE_MAX_PCT: f64 = 105.0;
+
+/// Time of bytes that may have waited somewhere when a session began.
+const SLACK: Moment = Moment::from_secs(2);
+
 /// Measures the airtime of one direction.
 #[derive(Clone, Debug)]
 pub(super) struct Airtime {
@@ -18,6 +24,8 @@ pub(super) struct Airtime {
     begun: Option<Moment>,
     /// Bytes of each second that has any, oldest first.
     clumps: VecDeque<Clump>,
+    /// Number of bytes since the beginning.
+    bytes: u64,
 }
 
 /// Number of bytes and the time of the last of them.
@@ -33,6 +41,7 @@ impl Default for Airtime {
             bytes_per_s: BYTES_PER_S,
             begun: None,
             clumps: VecDeque::new(),
+            bytes: 0,
         }
     }
 }
@@ -44,6 +53,7 @@ impl Airtime {
 
     pub(super) fn take(&mut self, now: Moment, bytes: usize) {
         let bytes = bytes as u64;
+        self.bytes += bytes;
         self.begun
             .get_or_insert(now.saturating_sub(self.air(bytes)));
         while self
@@ -63,11 +73,16 @@ impl Airtime {
     }
 
     /// Airtime over the window, or since the beginning but at least a second, per cent. Bytes were in the air before they arrived and
-    /// before later bytes, so the airtime never exceeds 100.
-    pub(super) fn share_pct(&self, now: Moment) -> f64 {
+    /// before later bytes, so the airtime never exceeds 100. `None` if the radio cannot have carried so many bytes since the beginning: its
+    /// rate is another one.
+    pub(super) fn share_pct(&self, now: Moment) -> Option<f64> {
         let Some(begun) = self.begun else {
-            return 0.0;
+            return Some(0.0);
         };
+        let longest = now.saturating_sub(begun).mul_f64(SHARE_MAX_PCT / 100.0) + SLACK;
+        if self.air(self.bytes) > longest {
+            return None;
+        }
         let since = begun.max(now.saturating_sub(WINDOW));
         let mut free_until = now;
         let mut busy = Moment::ZERO;
@@ -78,7 +93,7 @@ impl Airtime {
             free_until = began.min(free_until);
         }
         let passed = now.saturating_sub(since).max(Moment::from_secs(1));
-        busy.div_duration_f64(passed) * 100.0
+        Some(busy.div_duration_f64(passed) * 100.0)
     }
 
     /// Transmission time of a number of bytes.

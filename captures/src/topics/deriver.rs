@@ -329,7 +329,8 @@ impl Deriver {
         mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.give_pending(&mut take)?;
-        self.outages.finish(Moment::from_nanos(self.now_ns));
+        self.outages
+            .finish(Moment::from_nanos(self.now_ns), self.decoder.counters());
         self.give_outages(&mut take)
     }
 

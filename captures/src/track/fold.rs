@@ -334,8 +334,8 @@ impl Fold {
     }
 
     /// The track, with the metadata of its capture.
-    pub(super) fn finish(mut self, capture: &Capture) -> Track {
-        self.end();
+    pub(super) fn finish(mut self, capture: &Capture, counters: &Counters) -> Track {
+        self.end(counters);
         let session = capture.session();
         let said = |key: &str| session?.get(key).cloned();
         self.track.start = said("start");
@@ -344,8 +344,8 @@ impl Fold {
         self.track
     }
 
-    /// Completes the track at the end of its lines.
-    pub(super) fn end(&mut self) {
+    /// Completes the track at the end of its lines, with the decoder's totals.
+    pub(super) fn end(&mut self, counters: &Counters) {
         self.track.gaps = self.gaps.count();
         while let Some(line) = self.gaps.settle() {
             self.add_gap(line);
@@ -370,7 +370,7 @@ impl Fold {
         merge_gaps(points, gap_lines);
         self.track.lines_lost = self.counters.lost().min;
         let outages = std::mem::take(&mut self.outages);
-        self.track.outages = outages.into_outages(self.latest);
+        self.track.outages = outages.into_outages(self.latest, counters);
         for outage in self.track.outages.clone().iter().skip(self.located) {
             self.locate(outage);
         }

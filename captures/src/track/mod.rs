@@ -198,7 +198,8 @@ impl Track {
         let mut fold = Fold::with_texts(texts);
         let mut decoder = Decoder::default();
         let result = fold.take_all(capture, &mut decoder, &mut take);
-        (fold.finish(capture), *decoder.counters(), result.err())
+        let counters = *decoder.counters();
+        (fold.finish(capture, &counters), counters, result.err())
     }
 
     /// The events of a kind.

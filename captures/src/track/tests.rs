@@ -311,7 +311,7 @@ fn a_day_of_driving_keeps_its_shape_in_bounded_memory() {
         let at = Duration::from_millis(u64::from(number) * 333);
         fold.take(at, &Received::Line(line, line.encode()), &counters);
     }
-    fold.end();
+    fold.end(&counters);
     let track = fold.track;
     assert!((100..=20_000).contains(&track.points.len()));
     assert!(track.gap_lines.len() <= track.points.len());
@@ -336,7 +336,7 @@ fn interrupted_links_are_gaps_too() {
             fold.interrupt(&mut decoder);
         }
     }
-    fold.end();
+    fold.end(decoder.counters());
     assert_eq!((fold.track.gaps, fold.track.lines_lost), (1, 0));
     assert_eq!(drawn(&fold.track), (1, 1));
 }

@@ -273,7 +273,9 @@ impl Lines {
 
     fn finish(self, verdict: &mut Verdict) {
         verdict.gaps = self.gaps.count();
-        verdict.outages = self.outages.into_outages(self.end);
+        verdict.outages = self
+            .outages
+            .into_outages(self.end, self.diagnosis.counters());
         // Outages count whole hundreds of lines, which the sequence does not show.
         for outage in &verdict.outages {
             let lines = outage.lost.min;

@@ -111,6 +111,8 @@ pub(super) struct Reckoning {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AtCounters {
     uptime_s: u32,
+    /// Number of frames that the robot has heard since its boot, modulo 1000.
+    frames_heard: u16,
     progress: u64,
     lines: u64,
     ack_lines: u64,
@@ -201,6 +203,7 @@ impl Reckoning {
         let is_long = length == LINE_BYTES;
         AtCounters {
             uptime_s: 0,
+            frames_heard: 0,
             progress: self.progress - 1,
             lines: counters.lines - counters.other_lines - is_long as u64,
             ack_lines: counters.ack_lines - counters.other_ack_lines - !is_long as u64,
@@ -241,10 +244,16 @@ impl Reckoning {
         self.has_short
     }
 
-    /// Takes the uptime of a line C; returns the lines lost since the previous line C that are not in `lines_lost`.
-    pub(super) fn take_uptime(&mut self, uptime_s: u32, counters: &Counters) -> Lost {
+    /// Takes the uptime and the frames heard of a line C; returns the lines lost since the previous line C that are not in `lines_lost`.
+    pub(super) fn take_uptime(
+        &mut self,
+        uptime_s: u32,
+        frames_heard: u16,
+        counters: &Counters,
+    ) -> Lost {
         let now = AtCounters {
             uptime_s,
+            frames_heard,
             progress: self.progress.saturating_sub(u64::from(self.behind)),
             lines: counters.lines - counters.other_lines,
             ack_lines: counters.ack_lines - counters.other_ack_lines,
@@ -262,7 +271,8 @@ impl Reckoning {
         let missing = now.progress as i64 - then.progress as i64 - (long + short) as i64;
         let counted = now.lines_lost.saturating_sub(then.lines_lost) as i64;
         let had_short = core::mem::replace(&mut self.has_short, short > 0);
-        let is_mixed = had_short || short > 0;
+        // The robot acknowledges the frames that it hears with short lines, also while it is not heard.
+        let is_mixed = had_short || short > 0 || frames_heard != then.frames_heard;
         let is_plausible = self.clean_s < MEASURED_S
             || bytes * self.clean_s * 2 >= self.clean_bytes * passed_s.saturating_sub(1);
         let is_clean = missing == 0

@@ -15,7 +15,7 @@ const REPLACED_AFTER_MS: u64 = 59_000;
 pub const OTHERS_MAX: usize = 4;
 
 /// Maximum number of lines missing between two lines that are taken for the same robot's without its id.
-const NEAR: u8 = 8;
+const NEAR: u8 = LATE_LINES_MAX;
 
 /// The followed robot and other robots on its channel. Most lines contain their robot's id. Any other line belongs to the
 /// robot with the same boot counter; if several robots have it, to the one whose sequence the line continues most closely. If it continues no
@@ -163,10 +163,11 @@ impl Robots {
                 let is_own = is_own_boot
                     && (skipped(own) < skipped(other)
                         || !is_after_silence && skipped(own) == skipped(other));
-                if is_own {
-                    Sender::Own
-                } else {
-                    Sender::Other(place)
+                match is_own {
+                    // A line of another robot of which many were lost may be anywhere between.
+                    true if !is_after_silence && !line.continues(own.latest) => Sender::Undecided,
+                    true => Sender::Own,
+                    false => Sender::Other(place),
                 }
             }
             None if is_own_boot => Sender::Own,

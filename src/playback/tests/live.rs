@@ -213,15 +213,16 @@ fn screen(facts: &Facts, now: Moment) -> String {
 /// The facts as text, without the plotted airtime and the last digits of the newest value: the airtime depends on how bytes arrive, and a recording has
 /// only the time of each line.
 fn known(facts: &Facts) -> String {
-    const AIRTIME: &str = "airtime_down_pct: ";
+    const AIRTIME: &str = "airtime_down_pct: Some(";
     let mut facts = facts.clone();
     facts.plots.forget_airtime();
     let told = text_of(&facts);
     let mut known = String::new();
     let mut rest = &*told;
     while let Some((before, after)) = rest.split_once(AIRTIME) {
-        let end = after.find(',').unwrap();
-        let percent: f64 = after[..end].parse().unwrap();
+        let end = after.find(')').unwrap();
+        let percent = after[..end].trim().trim_end_matches(',');
+        let percent: f64 = percent.parse().unwrap();
         write!(known, "{before}{AIRTIME}{percent:.0}").unwrap();
         rest = &after[end..];
     }

@@ -33,8 +33,8 @@ fn statistics() -> Statistics {
             mean_s: 0.61,
             worst_s: 1.27,
         }),
-        airtime_down_pct: 98.6,
-        airtime_up_pct: 2.4,
+        airtime_down_pct: Some(98.6),
+        airtime_up_pct: Some(2.4),
         ..Statistics::default()
     }
 }
