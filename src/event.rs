@@ -39,6 +39,8 @@ pub enum Event {
         /// The line's 80 bytes.
         raw: [u8; 80],
     },
+    /// A line A was repaired. It counts as damaged: only the ground's estimate takes it.
+    Repaired(Box<Line>),
     /// An intact acknowledgement line arrived.
     Ack(AckLine),
     /// A line of the robot's own arrived, in a form that is not Groundwave's.

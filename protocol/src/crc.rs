@@ -104,6 +104,22 @@ pub fn update(remainder: u32, bytes: &[u8]) -> u32 {
     engine::update(remainder, bytes)
 }
 
+/// The one flipped bit among `bytes` bytes that changes the remainder by `difference`: the place of its byte from the end, and its place in
+/// the byte from the least significant bit. `None` if no single bit does.
+#[must_use]
+pub fn flipped_bit(difference: u32, bytes: usize) -> Option<(usize, u32)> {
+    let mut change = POLYNOMIAL;
+    for from_end in 0..bytes {
+        for bit in 0..8 {
+            if change == difference {
+                return Some((from_end, bit));
+            }
+            change = step(change, 1);
+        }
+    }
+    None
+}
+
 /// The remainder as characters on the wire, most significant character first.
 #[must_use]
 pub fn characters(remainder: u32) -> [u8; CHARACTERS] {

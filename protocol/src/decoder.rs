@@ -4,6 +4,7 @@
 //! and no length field: only the checksum decides, so noise before an intact line never hides it.
 
 mod damage;
+mod heard;
 mod reckoning;
 mod robots;
 
@@ -12,6 +13,7 @@ use crate::life::Life;
 pub use crate::received::Received;
 use crate::telemetry::{ACK_LINE_BYTES, AckLine, FieldError, Line, SEQUENCE_MODULUS, is_intact};
 pub use damage::{DamageKind, Damaged};
+pub use heard::Heard;
 pub use reckoning::Lost;
 use reckoning::{AtCounters, Reckoning};
 pub use robots::OTHERS_MAX;
@@ -220,22 +222,11 @@ impl Decoder {
     /// The next intact line that `bytes` complete, or `None`. Consumes `bytes` from the front. For loops that use
     /// the decoder or its owner between two lines.
     pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
-        if let Some(received) = self.take_whole(bytes) {
-            *bytes = &bytes[LINE_BYTES..];
-            return Some(received);
-        }
-        while !bytes.is_empty() {
-            let line_end = self.find_line_end(bytes);
-            let (run, rest) = bytes.split_at(line_end.unwrap_or(bytes.len()));
-            *bytes = rest;
-            self.append(run);
-            if line_end.is_some()
-                && let Some(received) = self.look_back()
-            {
+        loop {
+            if let Some(received) = self.next_end(bytes)? {
                 return Some(received);
             }
         }
-        None
     }
 
     /// The next intact line of the followed robot; lines of other robots on the channel are skipped (see [`Self::next_line`]). The first robot received is followed. Another
@@ -247,6 +238,25 @@ impl Decoder {
                 return Some(received);
             }
         }
+    }
+
+    /// The intact line that ends at the next CR LF of `bytes`, or `Some(None)` if none ends there; `None` without a CR LF. Consumes the
+    /// bytes up to there.
+    fn next_end(&mut self, bytes: &mut &[u8]) -> Option<Option<Received>> {
+        if let Some(received) = self.take_whole(bytes) {
+            *bytes = &bytes[LINE_BYTES..];
+            return Some(Some(received));
+        }
+        let line_end = self.find_line_end(bytes);
+        let (run, rest) = bytes.split_at(line_end.unwrap_or(bytes.len()));
+        *bytes = rest;
+        self.append(run);
+        line_end.map(|_| self.look_back())
+    }
+
+    /// The latest bytes in which a line may be.
+    fn seen(&self) -> &[u8] {
+        &self.window[self.filled - self.filled.min(self.fresh)..self.filled]
     }
 
     /// The length of `bytes` up to and including the first CR LF. Counts the earlier line feeds, which end no line; a flood
@@ -291,7 +301,7 @@ impl Decoder {
     }
 
     fn look_back(&mut self) -> Option<Received> {
-        let seen = &self.window[self.filled - self.filled.min(self.fresh)..self.filled];
+        let seen = self.seen();
         let mut shaped = false;
         let mut unreadable = None;
         let mut found = None;

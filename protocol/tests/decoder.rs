@@ -58,7 +58,7 @@ fn knocked(sequence: u8) -> Vec<u8> {
 }
 
 /// A stream of lines, damaged lines and noise.
-fn noisy_stream() -> impl Strategy<Value = Vec<u8>> {
+pub(crate) fn noisy_stream() -> impl Strategy<Value = Vec<u8>> {
     let line = || prop::sample::select(samples());
     let piece = prop_oneof![
         5 => line().prop_map(|s| s.bytes),

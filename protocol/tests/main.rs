@@ -8,6 +8,7 @@ mod faults;
 mod fuzz;
 mod receiver;
 mod reckoning;
+mod repair;
 mod replay;
 mod search;
 mod vectors;

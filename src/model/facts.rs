@@ -127,6 +127,10 @@ impl Facts {
                 self.alarms.take_line(|| Received::Line(**line, *raw));
                 self.take_line(now, line);
             }
+            Event::Repaired(line) => {
+                self.ground.take_repaired(now, line);
+                is_shown = false;
+            }
             Event::Own(line) => {
                 self.alarms.take_own_line(line);
                 self.take_own_line(now, line);

@@ -146,11 +146,29 @@ impl Ground {
         if self.is_ended {
             return;
         }
-        self.compass.handle_line(now, line);
+        self.estimate(now, line);
         if let Body::State(state) = &line.body {
+            self.stands_since = stands(state).then(|| self.stands_since.unwrap_or(now));
+        }
+    }
+
+    /// Takes a repaired line A, for the estimate alone. It can withhold a suggestion of a pose, which an estimate after the robot's newest
+    /// intact line must not be compared with, and can allow none.
+    pub(super) fn take_repaired(&mut self, now: Moment, line: &Line) {
+        if self.is_ended {
+            return;
+        }
+        self.estimate(now, line);
+        if matches!(&line.body, Body::State(state) if !stands(state)) {
+            self.stands_since = None;
+        }
+    }
+
+    fn estimate(&mut self, now: Moment, line: &Line) {
+        self.compass.handle_line(now, line);
+        if matches!(line.body, Body::State(_)) {
             let pose = self.compass.pose();
             self.statement = Some(pose.map_or(Statement::HeadingUnknown, Statement::Pose));
-            self.stands_since = stands(state).then(|| self.stands_since.unwrap_or(now));
         }
     }
 

@@ -70,7 +70,7 @@ impl EventHistory {
 /// Memory of a remembered event, bytes.
 fn bytes(event: &Event) -> usize {
     let heap = match event {
-        Event::Line { .. } => size_of::<Line>(),
+        Event::Line { .. } | Event::Repaired(_) => size_of::<Line>(),
         Event::Own(line) => line.text.len() + samples(line),
         Event::Statistics(_) => size_of::<Statistics>(),
         Event::Notice(notice) => notice.text.len(),

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use groundwave_lines::{Content, OwnCommand, Recognizer, runs};
 use groundwave_protocol::arq::{Config, Duplex, Fop};
-use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::decoder::{Counters, Decoder, Heard, Received};
 use groundwave_protocol::telemetry::Body;
 
 use crate::diagnosis::{Examiner, kind};
@@ -239,7 +239,14 @@ impl Station {
         let mut bytes = run;
         let mut last = None;
         self.decoder.hold_robot(self.fop.holds_robot());
-        while let Some(received) = self.decoder.next_own_line(&mut bytes) {
+        while let Some(heard) = self.decoder.next_heard(&mut bytes) {
+            let received = match heard {
+                Heard::Line(received) => received,
+                Heard::Repaired(line) => {
+                    self.events.push_back(Event::Repaired(Box::new(line)));
+                    continue;
+                }
+            };
             let counters = self.decoder.counters();
             self.meter.take_line(counters);
             self.outages.handle_line(now, &received, counters);

@@ -3,7 +3,7 @@
 use std::collections::{HashSet, VecDeque};
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::decoder::{Counters, Decoder, Heard, Received};
 use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Infrared, Mode};
 use groundwave_protocol::telemetry::{Body, StateLine};
 
@@ -92,7 +92,7 @@ impl Fold {
         &mut self,
         capture: &mut Capture,
         decoder: &mut Decoder,
-        take: &mut impl FnMut(Duration, &Received),
+        take: &mut impl FnMut(Duration, &Heard),
     ) -> Result<(), CaptureError> {
         while let Some((at, piece)) = capture.next_piece()? {
             self.latest = at;
@@ -102,11 +102,13 @@ impl Fold {
                         self.track.duration = at;
                     }
                     set_time(decoder, at);
-                    while let Some(received) = decoder.next_own_line(&mut bytes) {
-                        self.outages.handle_line(at, &received, decoder.counters());
-                        self.locate_outages();
-                        self.take(at, &received, decoder.counters());
-                        take(at, &received);
+                    while let Some(heard) = decoder.next_heard(&mut bytes) {
+                        if let Heard::Line(received) = &heard {
+                            self.outages.handle_line(at, received, decoder.counters());
+                            self.locate_outages();
+                            self.take(at, received, decoder.counters());
+                        }
+                        take(at, &heard);
                     }
                 }
                 Piece::Event(event) => {

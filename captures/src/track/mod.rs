@@ -6,7 +6,7 @@ mod thin;
 
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Counters, Decoder, Received};
+use groundwave_protocol::decoder::{Counters, Decoder, Heard};
 use groundwave_protocol::status_codes::Layer;
 
 use super::event::Truth;
@@ -187,12 +187,12 @@ impl Track {
     }
 
     /// Reads a whole capture as [`Self::read`] does, with the times since its beginning and the texts of further marks. Calls `take` with
-    /// each line and the time of its end, and also returns the decoder's totals.
+    /// each line and each repaired line A, and the time of its end, and also returns the decoder's totals.
     #[must_use]
     pub fn read_with(
         capture: &mut Capture,
         mut texts: Vec<(Duration, String)>,
-        mut take: impl FnMut(Duration, &Received),
+        mut take: impl FnMut(Duration, &Heard),
     ) -> (Self, Counters, Option<CaptureError>) {
         texts.sort_by_key(|(at, _)| *at);
         let mut fold = Fold::with_texts(texts);

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Counters, Decoder};
+use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::status_codes::{Bump, Drive, LayerMask, LayerState, Mode};
 use groundwave_protocol::telemetry::{Ack, AckLine, Body, Line, ListPlace, StateLine, StatusLine};
 use groundwave_protocol::{Waypoint, digest};

@@ -222,6 +222,12 @@ impl Robots {
         Some(is_own)
     }
 
+    /// Whether only the followed robot can have sent a line, as far as is known.
+    pub(super) fn may_have_sent(&self, received: &Received) -> bool {
+        let is_alone = self.others.iter().all(Option::is_none);
+        is_alone && id_of(received).is_none_or(|id| self.own_id().is_none_or(|own| own == id))
+    }
+
     /// Id of the followed robot; `None` before the first line that shows it.
     pub(super) fn own_id(&self) -> Option<u8> {
         self.own.map(|robot| robot.id)

@@ -1,8 +1,10 @@
 //! Tests of finding lines in bytes.
 
+use proptest::prelude::*;
+
 use super::*;
 use crate::crc;
-use crate::telemetry::LineType;
+use crate::telemetry::{LineType, repaired};
 
 #[rustfmt::skip]
 const fn head(line_type: LineType) -> &'static [u8; 74] {
@@ -71,4 +73,57 @@ fn whole_lines_and_single_bytes_give_the_same_result() {
         assert_eq!(whole.counters(), single.counters());
     }
     assert_eq!(whole.counters().lines, 2 * types.len() as u64 - 1);
+}
+
+/// A line of every type.
+fn lines() -> impl Iterator<Item = [u8; LINE_BYTES]> {
+    LineType::ALL.iter().map(|&it| sealed(head(it)))
+}
+
+fn flip(line: &mut [u8; LINE_BYTES], bit: usize) {
+    line[bit / 8] ^= 1 << (bit % 8);
+}
+
+/// Number of bits before CR LF.
+const BITS: usize = (LINE_BYTES - 2) * 8;
+
+#[test]
+fn each_flipped_bit_is_repaired() {
+    for line in lines() {
+        assert_eq!(repaired(&line), None, "intact");
+        for bit in 0..LINE_BYTES * 8 {
+            let mut damaged = line;
+            flip(&mut damaged, bit);
+            let expected = (bit < BITS).then_some(line);
+            assert_eq!(repaired(&damaged), expected, "bit {bit}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4096))]
+
+    #[test]
+    fn two_to_four_flipped_bits_are_never_repaired(
+        line in prop::sample::select(lines().collect::<std::vec::Vec<_>>()),
+        bits in prop::collection::btree_set(0..LINE_BYTES * 8, 2..=4),
+    ) {
+        let mut damaged = line;
+        for &bit in &bits {
+            flip(&mut damaged, bit);
+        }
+        prop_assert_eq!(repaired(&damaged), None);
+    }
+
+    /// Random bytes get a line's checksum by one flip in one of 27,000 cases, if their checksum has valid characters at all, and then hold no
+    /// fields.
+    #[test]
+    fn random_bytes_are_not_repaired_to_a_line(mut bytes: [u8; LINE_BYTES], is_printable: bool) {
+        if is_printable {
+            bytes = bytes.map(|byte| b' ' + byte % 0x40);
+        }
+        bytes[LINE_BYTES - 2..].copy_from_slice(b"\r\n");
+        let read = repaired(&bytes).and_then(|sent| Line::parse(&sent).ok());
+        prop_assert_eq!(read, None);
+    }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use groundwave_mapping::{CELL_IN, FloorCell, FloorMap, Mapper, NoMap, SessionMap};
-use groundwave_protocol::decoder::{Counters, Received};
+use groundwave_protocol::decoder::{Counters, Heard, Received};
 
 use super::super::input;
 use super::super::output::{Target, second, write_pair};
@@ -77,11 +77,13 @@ pub(in super::super) struct ReadRun {
 pub(in super::super) fn read(path: &Path, progress: &Progress) -> Result<ReadRun, Fault> {
     let mut capture = input::open_capture(path, progress)?;
     let mut mapper = Mapper::default();
-    let (_, counters, problem) = Track::read_with(&mut capture, Vec::new(), |now, received| {
-        if let Received::Line(line, _) = received {
-            mapper.handle_line(now, line);
-        }
-    });
+    let (_, counters, problem) =
+        Track::read_with(&mut capture, Vec::new(), |now, heard| match heard {
+            Heard::Line(Received::Line(line, _)) | Heard::Repaired(line) => {
+                mapper.handle_line(now, line);
+            }
+            Heard::Line(Received::Ack(_)) => {}
+        });
     let problem = problem.map(Fault::from);
     let since = mapper.since();
     match mapper.finish() {

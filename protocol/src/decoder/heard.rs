@@ -1,0 +1,50 @@
+//! What arrived of the followed robot: intact lines, and lines A that can be repaired.
+
+use super::{Decoder, Received};
+use crate::telemetry::{Body, Line, SEQUENCE_MODULUS, repaired};
+
+/// Maximum number of lines by which a repaired line is ahead of the newest intact one: that of a line without an id which is taken for the
+/// same robot's.
+const AHEAD_MAX: u8 = 9;
+
+/// What arrived of the followed robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// An intact line.
+    Line(Received),
+    /// A line A as it was sent, of which one bit was flipped. It counts as damaged: it is for an estimate of the pose, and neither shown as
+    /// telemetry nor a proof of a command.
+    Repaired(Line),
+}
+
+impl Decoder {
+    /// The next intact line of the followed robot, as [`Decoder::next_own_line`] returns it, or its next repaired line A. Counters and
+    /// intact lines are the same.
+    pub fn next_heard(&mut self, bytes: &mut &[u8]) -> Option<Heard> {
+        loop {
+            match self.next_end(bytes)? {
+                Some(received) if self.is_own => return Some(Heard::Line(received)),
+                Some(_) => {}
+                None => {
+                    if let Some(line) = self.repaired() {
+                        return Some(Heard::Repaired(line));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The line A that the newest damaged line was, if one flipped bit explains the damage and the line comes soon after the followed
+    /// robot's newest intact line, in the same boot. While another robot may be on the channel, nothing is repaired: a line A has no id.
+    fn repaired(&self) -> Option<Line> {
+        let sent = repaired(self.seen().last_chunk()?)?;
+        let line = Line::parse(&sent).ok()?;
+        let newest = self.newest.as_ref()?;
+        let ahead = (line.sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
+        let is_own = line.ack.boot == newest.boot
+            && (1..=AHEAD_MAX).contains(&ahead)
+            && self.undecided.is_none()
+            && self.robots.may_have_sent(&Received::Line(line, sent));
+        (is_own && matches!(line.body, Body::State(_))).then_some(line)
+    }
+}
