@@ -54,6 +54,7 @@ mod ranks;
 mod recording;
 mod recordings;
 mod recovery;
+mod repaired;
 mod restarts;
 #[path = "../firmware/sim/tests/common/mod.rs"]
 mod rig;

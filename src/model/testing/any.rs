@@ -320,6 +320,10 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
             let line = Line { sequence, body, ack };
             Event::Line { line: Box::new(line), raw: line.encode() }
         }),
+        1 => (any_body(), 0_u8..100).prop_map(|(body, sequence)| {
+            let ack = Ack::default();
+            Event::Repaired(Box::new(Line { sequence, body, ack }))
+        }),
         3 => any_own_line().prop_map(Event::Own),
         1 => (0_u8..100, 0_u8..8).prop_map(|(sequence, boot)| {
             Event::Ack(AckLine { sequence, ack: Ack { boot, ..Ack::default() }, listens: false })

@@ -1,8 +1,10 @@
 //! The ground's estimate, and the rules of its suggestions, from lines.
 
 use groundwave_protocol::telemetry::{
-    AbilitiesLine, Body, ParameterLine, ParameterName, Printable,
+    AbilitiesLine, Body, Line, ParameterLine, ParameterName, Printable,
 };
+
+use groundwave_protocol::status_codes::Bump;
 
 use super::*;
 use crate::event::{SuggestionCode, SuggestionEvent, SuggestionStatus};
@@ -109,6 +111,59 @@ fn a_pose_is_suggested_once_the_robot_has_stood() {
         heading.value > 1.5 * heading.half.expect("an interval"),
         "{heading:?}"
     );
+}
+
+/// Receives the line A of the present state with one flipped bit.
+fn hear_repaired(scene: &mut Scene) {
+    let line = Line {
+        sequence: 0,
+        body: Body::State(scene.state),
+        ack: scene.ack,
+    };
+    scene.event(Event::Repaired(Box::new(line)));
+}
+
+#[test]
+fn a_repaired_line_moves_the_estimate_alone() {
+    let shown = |scene: &Scene| {
+        let facts = &scene.model.facts;
+        let robot = (&facts.robot, &facts.motors, &facts.chart, &facts.plots);
+        let ground = (&facts.link, &facts.ledger, &facts.log, &facts.alarms);
+        format!("{robot:?} {ground:?} {:?}", facts.tally())
+    };
+    let mut scene = off(None);
+    let (before, statement) = (shown(&scene), scene.model.facts.ground.statement);
+    scene.state.y_tenths_in += 30;
+    scene.state.mode = Mode::Stop;
+    scene.state.bump = Bump::Left;
+    hear_repaired(&mut scene);
+    assert_eq!(shown(&scene), before);
+    assert_ne!(scene.model.facts.ground.statement, statement);
+    scene.hear_line(Body::State(scene.state));
+    assert_ne!(shown(&scene), before, "an intact line shows");
+}
+
+/// The estimate is newer than the pose in the robot's newest intact line then.
+#[test]
+fn a_repaired_line_withholds_a_suggestion_and_allows_none() {
+    let mut scene = off(None);
+    let moving = scene.state;
+    for _ in 0..7 {
+        scene.state.velocity_in_s = 0;
+        scene.state.wheel_left_in_s = 0;
+        scene.state.wheel_right_in_s = 0;
+        scene.hear();
+    }
+    let standing = std::mem::replace(&mut scene.state, moving);
+    hear_repaired(&mut scene);
+    scene.state = standing;
+    scene.hear();
+    assert_eq!(offered(&scene), None, "it has moved");
+    for _ in 0..8 {
+        scene.wait_ms(333);
+        hear_repaired(&mut scene);
+    }
+    assert_eq!(offered(&scene), None, "no intact line");
 }
 
 #[test]
