@@ -223,7 +223,7 @@ impl Decoder {
     /// the decoder or its owner between two lines.
     pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         loop {
-            if let Some(received) = self.next_end(bytes)? {
+            if let End::Line(received) = self.next_end(bytes)? {
                 return Some(received);
             }
         }
@@ -240,18 +240,18 @@ impl Decoder {
         }
     }
 
-    /// The intact line that ends at the next CR LF of `bytes`, or `Some(None)` if none ends there; `None` without a CR LF. Consumes the
-    /// bytes up to there.
-    fn next_end(&mut self, bytes: &mut &[u8]) -> Option<Option<Received>> {
+    /// What ends at the next CR LF of `bytes`; `None` without one. Consumes the bytes up to there.
+    fn next_end(&mut self, bytes: &mut &[u8]) -> Option<End> {
         if let Some(received) = self.take_whole(bytes) {
             *bytes = &bytes[LINE_BYTES..];
-            return Some(Some(received));
+            return Some(End::Line(received));
         }
         let line_end = self.find_line_end(bytes);
         let (run, rest) = bytes.split_at(line_end.unwrap_or(bytes.len()));
         *bytes = rest;
         self.append(run);
-        line_end.map(|_| self.look_back())
+        line_end?;
+        Some(self.look_back().map_or(End::Damaged, End::Line))
     }
 
     /// The latest bytes in which a line may be.
@@ -639,6 +639,14 @@ struct AfterGap {
     damaged: u64,
     /// Maximum number of lines that the robot can have sent in the gap; 0 if it was no silence.
     most: u64,
+}
+
+/// What ends at a CR LF.
+enum End {
+    /// An intact line.
+    Line(Received),
+    /// A damaged line or noise.
+    Damaged,
 }
 
 /// A line whose sender the next line decides, and the state when it arrived.

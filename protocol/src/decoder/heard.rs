@@ -1,6 +1,6 @@
 //! What arrived of the followed robot: intact lines, and lines A that can be repaired.
 
-use super::{Decoder, Received};
+use super::{Decoder, End, Received};
 use crate::telemetry::{Body, Line, SEQUENCE_MODULUS, repaired};
 
 /// Maximum number of lines by which a repaired line is ahead of the newest intact one: that of a line without an id which is taken for the
@@ -23,9 +23,9 @@ impl Decoder {
     pub fn next_heard(&mut self, bytes: &mut &[u8]) -> Option<Heard> {
         loop {
             match self.next_end(bytes)? {
-                Some(received) if self.is_own => return Some(Heard::Line(received)),
-                Some(_) => {}
-                None => {
+                End::Line(received) if self.is_own => return Some(Heard::Line(received)),
+                End::Line(_) => {}
+                End::Damaged => {
                     if let Some(line) = self.repaired() {
                         return Some(Heard::Repaired(line));
                     }
