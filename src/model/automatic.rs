@@ -1,5 +1,5 @@
-//! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock, out of a place and to floor that
-//! was never visited, and planned routes again while the robot drives them.
+//! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock and out of a place, and
+//! planned routes again while the robot drives them.
 //!
 //! The operator outranks it. After driving by hand, STOP and a mode it is silent for a minute. STOP, another route, a new pose
 //! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
@@ -256,13 +256,13 @@ impl Ui {
         requests
     }
 
-    /// Accepts a suggested pose, the way to the dock unless an operator has stopped the robot, and the other ways of a robot that prowls.
+    /// Accepts a suggested pose, the way to the dock unless an operator has stopped the robot, and the way out for one that prowls.
     fn accept_unasked(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
         let mode = facts.robot.mode();
         let is_meant = |it: &&Suggestion| match it.code {
             SuggestionCode::PoseOff => true,
             SuggestionCode::DockNow => mode != Some(Mode::Stop) || self.automatic.has_arrived,
-            SuggestionCode::Held | SuggestionCode::Unvisited => mode == Some(Mode::Prowl),
+            SuggestionCode::Held => mode == Some(Mode::Prowl),
             _ => false,
         };
         let Some(suggestion) = facts.suggestion(now).filter(is_meant) else {

@@ -50,7 +50,7 @@ pub enum Advise {
     /// Send them when the operator accepts them
     #[default]
     Suggest,
-    /// Set suggested poses, drive suggested ways, and plan routes again while the robot drives them
+    /// Set suggested poses, drive to the dock and out of a place, and plan routes again while the robot drives them
     Auto,
 }
 

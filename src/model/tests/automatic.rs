@@ -356,7 +356,7 @@ fn detour() -> Scene {
     scene.state.mode = Mode::Prowl;
     let waypoints = route(&[(0, 0)]);
     let suggestion = Suggestion {
-        code: SuggestionCode::Unvisited,
+        code: SuggestionCode::Held,
         requests: vec![Request::Route(waypoints.clone())],
         target_in: Some((0.0, 0.0)),
         figures: Vec::new(),
