@@ -3,8 +3,7 @@
 use super::{Decoder, End, Received};
 use crate::telemetry::{Body, Line, SEQUENCE_MODULUS, repaired};
 
-/// Maximum number of lines by which a repaired line is ahead of the newest intact one: that of a line without an id which is taken for the
-/// same robot's.
+/// Maximum number of lines by which a repaired line is ahead of the newest intact one.
 const AHEAD_MAX: u8 = 9;
 
 /// What arrived of the followed robot.
