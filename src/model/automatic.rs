@@ -25,8 +25,10 @@ const SILENT: Moment = Moment::from_mins(1);
 /// Time after which a route is planned again.
 const AGAIN: Moment = Moment::from_mins(1);
 
-/// Time after which a destination is given up; shorter for one that only the station has chosen.
+/// Time after which a destination is given up.
 const LIMIT: Moment = Moment::from_mins(20);
+
+/// The same for one that only the station has chosen.
 const DETOUR_LIMIT: Moment = Moment::from_mins(5);
 
 /// Distance from a destination that counts as arrived, inches.

@@ -25,8 +25,8 @@ use super::robot::{Robot, STATE_STALE};
 use super::tally::Counted;
 use super::{age, failsafe, why, words};
 use crate::event::{
-    AlarmAnswer, AlarmEvent, AlarmStatus, CommandId, CommandStatus, Event, Level, LinkEvent,
-    Moment, Recording, SuggestionEvent, SuggestionStatus,
+    AlarmAnswer, AlarmEvent, AlarmStatus, Answer, CommandId, CommandStatus, Event, Level,
+    LinkEvent, Moment, Recording, SuggestionEvent, SuggestionStatus,
 };
 use crate::playback::Tally;
 use crate::request::{Request, Tuning};
@@ -280,12 +280,16 @@ impl Facts {
         self.alarm_changes.iter().map(AlarmChange::event)
     }
 
-    /// The event that reports another operator's answer to an alarm; `None` if this program has no such alarm.
+    /// The event that reports another operator's answer to an alarm; `None` if this program has no such alarm, or one that is not on is
+    /// acknowledged.
     #[must_use]
     pub fn answer_event(&self, answer: &AlarmAnswer) -> Option<AlarmEvent> {
         let index = self.alarms.find(&answer.alarm)?;
         let status = answer.answer.status();
         let event = self.alarms.answered(&Attended::default(), index, status)?;
+        if answer.answer == Answer::Acknowledged && event.began_at.is_none() {
+            return None;
+        }
         Some(AlarmEvent {
             shelved_for: answer.answer.shelved_for(),
             by: Some(answer.by.clone()),

@@ -311,6 +311,7 @@ impl Driver {
             } => {
                 self.station_sends = sends(share.as_ref());
                 self.station_runs_hook = share.as_ref().is_some_and(|it| it.runs_alarm_hook);
+                self.tell_clients_of_hook();
                 let began_ms = share.as_ref().and_then(|welcome| welcome.began_ms);
                 let before_ms = std::mem::replace(&mut self.station_began_ms, began_ms);
                 if before_ms.is_some() && before_ms != began_ms {

@@ -71,7 +71,7 @@ impl ShareServer {
         None
     }
 
-    /// Takes that the station runs the operator's command for alarms.
+    /// Notes that the station, or the one before it, runs the operator's command for alarms.
     pub(super) const fn set_runs_alarm_hook(&mut self) {
         self.broker.set_runs_alarm_hook();
     }

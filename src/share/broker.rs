@@ -140,7 +140,7 @@ impl Broker {
         self.began_ms = Some(began_ms);
     }
 
-    /// Takes that the station runs the operator's command for alarms: its clients do not run theirs.
+    /// Notes that the station, or the one before it, runs the operator's command for alarms: its clients do not run theirs.
     pub const fn set_runs_alarm_hook(&mut self) {
         self.runs_alarm_hook = true;
     }

@@ -34,7 +34,7 @@ impl Decoder {
     }
 
     /// The line A that the newest damaged line was, if one flipped bit explains the damage and the line comes soon after the followed
-    /// robot's newest intact line, in the same boot. While another robot may be on the channel, nothing is repaired: a line A has no id.
+    /// robot's newest intact line, in the same boot. Once another robot was heard, nothing is repaired: a line A may have no id.
     fn repaired(&self) -> Option<Line> {
         let sent = repaired(self.seen().last_chunk()?)?;
         let line = Line::parse(&sent).ok()?;

@@ -163,11 +163,13 @@ impl Robots {
                 let is_own = is_own_boot
                     && (skipped(own) < skipped(other)
                         || !is_after_silence && skipped(own) == skipped(other));
-                match is_own {
-                    // A line of another robot of which many were lost may be anywhere between.
-                    true if !is_after_silence && !line.continues(own.latest) => Sender::Undecided,
-                    true => Sender::Own,
-                    false => Sender::Other(place),
+                if !is_own {
+                    Sender::Other(place)
+                } else if is_after_silence || line.continues(own.latest) {
+                    Sender::Own
+                } else {
+                    // A line of another robot, most of whose lines were lost, may be anywhere.
+                    Sender::Undecided
                 }
             }
             None if is_own_boot => Sender::Own,

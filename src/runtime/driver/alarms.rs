@@ -47,6 +47,14 @@ impl Driver {
         self.flush();
     }
 
+    /// Tells clients that come from now on whether this station, or the one before it, runs the hook.
+    pub(super) fn tell_clients_of_hook(&mut self) {
+        let runs_hook = self.alarm_hook.is_some() || self.station_runs_hook;
+        if let Some(server) = self.share.as_mut().filter(|_| runs_hook) {
+            server.set_runs_alarm_hook();
+        }
+    }
+
     pub(super) fn tell_hook(&mut self, problem: String) {
         let notice = Notice::new(NoticeCode::AlarmHook, Level::Warning, problem);
         self.events.push_back(Event::Notice(notice));

@@ -82,10 +82,8 @@ impl Driver {
     /// Passes every event of an alarm to the operator's command. Call after [`Self::shared`].
     #[must_use]
     pub fn hooked(mut self, hook: Option<AlarmHook>) -> Self {
-        if let (Some(_), Some(server)) = (&hook, &mut self.share) {
-            server.set_runs_alarm_hook();
-        }
         self.alarm_hook = hook;
+        self.tell_clients_of_hook();
         self
     }
 
