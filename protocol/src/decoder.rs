@@ -3,8 +3,8 @@
 //! At each line feed, the decoder tries the last 80 bytes, then the last 14. There is no start character
 //! and no length field: only the checksum decides, so noise before an intact line never hides it.
 
+mod arrival;
 mod damage;
-mod heard;
 mod reckoning;
 mod robots;
 
@@ -12,8 +12,8 @@ use crate::LINE_BYTES;
 use crate::life::Life;
 pub use crate::received::Received;
 use crate::telemetry::{ACK_LINE_BYTES, AckLine, FieldError, Line, SEQUENCE_MODULUS, is_intact};
+pub use arrival::Arrival;
 pub use damage::{DamageKind, Damaged};
-pub use heard::Heard;
 pub use reckoning::Lost;
 use reckoning::{AtCounters, Reckoning};
 pub use robots::OTHERS_MAX;

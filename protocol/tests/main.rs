@@ -10,6 +10,7 @@ mod receiver;
 mod reckoning;
 mod repair;
 mod replay;
+mod robots;
 mod search;
 mod vectors;
 mod world;

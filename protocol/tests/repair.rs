@@ -1,20 +1,20 @@
 //! Repaired lines A: for the estimate alone.
 
 use groundwave_protocol::LINE_BYTES;
-use groundwave_protocol::decoder::{Counters, Decoder, Heard, Received};
+use groundwave_protocol::decoder::{Arrival, Counters, Decoder, Received};
 use groundwave_protocol::telemetry::{Ack, AckLine, Body, Detail, Line};
 use proptest::prelude::*;
 
 use crate::damage::{Sample, sample, samples};
 use crate::decoder::noisy_stream;
 
-/// What is heard in a stream that arrives in pieces of `bytes`, and the counters.
-fn heard(stream: &[u8], bytes: usize) -> (Vec<Heard>, Counters) {
+/// What arrives in a stream that arrives in pieces of `bytes`, and the counters.
+fn arrivals(stream: &[u8], bytes: usize) -> (Vec<Arrival>, Counters) {
     let mut decoder = Decoder::default();
     let mut all = Vec::new();
     for mut piece in stream.chunks(bytes) {
-        while let Some(heard) = decoder.next_heard(&mut piece) {
-            all.push(heard);
+        while let Some(arrival) = decoder.next_arrival(&mut piece) {
+            all.push(arrival);
         }
     }
     (all, *decoder.counters())
@@ -55,10 +55,10 @@ fn flipped(line: &Line, bits: &[usize]) -> Vec<u8> {
 
 /// The repaired lines in a stream.
 fn repaired(pieces: &[Vec<u8>]) -> Vec<Line> {
-    let (all, _) = heard(&pieces.concat(), 7);
-    let repaired = all.iter().filter_map(|heard| match heard {
-        Heard::Repaired(line) => Some(*line),
-        Heard::Line(_) => None,
+    let (all, _) = arrivals(&pieces.concat(), 7);
+    let repaired = all.iter().filter_map(|arrival| match arrival {
+        Arrival::Repaired(line) => Some(*line),
+        Arrival::Line(_) => None,
     });
     repaired.collect()
 }
@@ -82,13 +82,13 @@ proptest! {
         stream in prop_oneof![noisy_stream(), damaged_stream()],
         bytes in 1..200_usize,
     ) {
-        let (all, counters) = heard(&stream, bytes);
-        let lines: Vec<_> = all.iter().filter_map(|heard| match heard {
-            Heard::Line(received) => Some(*received),
-            Heard::Repaired(_) => None,
+        let (all, counters) = arrivals(&stream, bytes);
+        let lines: Vec<_> = all.iter().filter_map(|arrival| match arrival {
+            Arrival::Line(received) => Some(*received),
+            Arrival::Repaired(_) => None,
         }).collect();
         prop_assert_eq!((lines, counters), own_lines(&stream));
-        prop_assert_eq!(all, heard(&stream, 1).0);
+        prop_assert_eq!(all, arrivals(&stream, 1).0);
     }
 }
 
@@ -121,7 +121,7 @@ fn only_lines_a_are_repaired() {
     }
 }
 
-/// A line of which it is not certain that the followed robot sent it just now could lead the estimate elsewhere.
+/// A line that another robot may have sent, or the followed one earlier, could lead the estimate elsewhere.
 #[test]
 fn a_line_that_may_be_of_another_robot_or_boot_is_not_repaired() {
     let before = |sequence| line(b'C', sequence, ack(1)).encode().to_vec();

@@ -11,7 +11,7 @@ use std::time::Duration;
 use groundwave_captures::Session;
 use groundwave_captures::words::counted;
 use groundwave_mapping::DriveMap;
-use groundwave_protocol::decoder::{Heard, Received};
+use groundwave_protocol::decoder::{Arrival, Received};
 use groundwave_protocol::telemetry::Body;
 
 use super::cli::{Export, ExportFormat};
@@ -162,8 +162,8 @@ fn picture(
     let session = capture.session();
     let is_mapped = !session.is_some_and(|session| session.contains_key(Session::TRUTH));
     let mut map = DriveMap::default();
-    let (mut track, _, problem) = Track::read_with(&mut capture, marks.collect(), |_, heard| {
-        if let Heard::Line(Received::Line(line, _)) = heard
+    let (mut track, _, problem) = Track::read_with(&mut capture, marks.collect(), |_, arrival| {
+        if let Arrival::Line(Received::Line(line, _)) = arrival
             && let Body::State(state) = &line.body
             && is_mapped
         {

@@ -45,12 +45,12 @@ struct Planned {
     is_detour: bool,
 }
 
-/// The destination of a planned route that the operator sent.
+/// The destination of a planned route that was sent.
 #[derive(Clone, Debug)]
 struct Drive {
     to: String,
     target_in: (f64, f64),
-    /// The operator's command.
+    /// The command that sent it.
     id: CommandId,
     planned_at: Moment,
     until: Moment,
@@ -80,7 +80,7 @@ impl Automatic {
         });
     }
 
-    /// Takes a suggestion that is being sent.
+    /// Takes a suggestion that is being sent; `is_detour` if the station sends it to a robot that prowls.
     pub(super) fn take_suggested(&mut self, suggestion: &Suggestion, is_detour: bool) {
         if let (Some(waypoints), Some(target_in)) = (suggestion.waypoints(), suggestion.target_in) {
             self.planned = Some(Planned {
@@ -270,7 +270,7 @@ impl Ui {
         let Some(suggestion) = facts.suggestion(now).filter(is_meant) else {
             return Vec::new();
         };
-        let is_detour = suggestion.code != SuggestionCode::DockNow;
+        let is_detour = suggestion.code == SuggestionCode::Held;
         self.automatic.take_suggested(suggestion, is_detour);
         let accepted = suggestion.event(SuggestionStatus::Accepted);
         [Effect::Suggestion(accepted)]

@@ -284,7 +284,7 @@ impl Running {
                 let mut leave = false;
                 for event in events {
                     if let (Event::Mark(_), Some(keeper)) = (&event, &self.keeper) {
-                        keeper.event_sink()(Instant::now(), self.source.host_now(), &event);
+                        keeper.event_sink()(Instant::now(), &event);
                     }
                     leave |= self.tell(event)?;
                 }
@@ -473,7 +473,7 @@ impl Running {
         let at = match (&self.source, &self.keeper) {
             (Source::Capture(_), _) => Some(self.source.now().saturating_sub(ago)),
             (Source::Live(_), Some(keeper)) => {
-                keeper.event_sink()(now, self.source.host_now(), &said);
+                keeper.event_sink()(now, &said);
                 let at = keeper.moment_of(Path::new(&capture), now);
                 at.map(|at| at.saturating_sub(ago))
             }

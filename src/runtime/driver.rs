@@ -37,8 +37,8 @@ const SUSPENDED_AFTER: Duration = Duration::from_secs(5);
 /// Takes every byte sent, for the recorder.
 pub type SentSink = Box<dyn FnMut(Instant, &[u8])>;
 
-/// Takes every event, its instant and the session's time then, for the recorder.
-pub type EventSink = Box<dyn FnMut(Instant, Moment, &Event)>;
+/// Takes every event, for the recorder.
+pub type EventSink = Box<dyn FnMut(Instant, &Event)>;
 
 /// Notices about a link without intact lines.
 struct Advising {
@@ -416,8 +416,7 @@ impl Driver {
         }
         let event = event.or_else(|| self.events.pop_front())?;
         if let Some(observer) = &mut self.observer {
-            let at = Instant::now();
-            observer(at, at.saturating_duration_since(self.started), &event);
+            observer(Instant::now(), &event);
         }
         let now = self.now();
         if let Some(live) = &mut self.live {

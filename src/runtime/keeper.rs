@@ -156,7 +156,9 @@ impl Keeper {
     #[must_use]
     pub fn event_sink(&self) -> EventSink {
         let keeper = self.clone();
-        Box::new(move |at, now, event| {
+        let started = self.lock().started;
+        Box::new(move |at, event| {
+            let now = at.saturating_duration_since(started);
             if let Event::Line { line, .. } = event {
                 keeper.lock().handle_line(line);
             } else if let Some(event) = recorded::to_recorded(now, event) {

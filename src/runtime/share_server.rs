@@ -71,9 +71,9 @@ impl ShareServer {
         None
     }
 
-    /// Notes that the station, or the one before it, runs the operator's command for alarms.
-    pub(super) const fn set_runs_alarm_hook(&mut self) {
-        self.broker.set_runs_alarm_hook();
+    /// Sets whether the station, or the one before it, runs the operator's command for alarms.
+    pub(super) const fn set_runs_alarm_hook(&mut self, runs: bool) {
+        self.broker.set_runs_alarm_hook(runs);
     }
 
     /// Takes the answer of the station's operator to an alarm.

@@ -140,9 +140,9 @@ impl Broker {
         self.began_ms = Some(began_ms);
     }
 
-    /// Notes that the station, or the one before it, runs the operator's command for alarms: its clients do not run theirs.
-    pub const fn set_runs_alarm_hook(&mut self) {
-        self.runs_alarm_hook = true;
+    /// Sets whether the station, or the one before it, runs the operator's command for alarms, so that its clients do not run theirs.
+    pub const fn set_runs_alarm_hook(&mut self, runs: bool) {
+        self.runs_alarm_hook = runs;
     }
 
     /// Adds a client.

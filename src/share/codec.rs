@@ -7,9 +7,9 @@
 //! `{"rx":"A0012..."}`, one character per byte. Its commands are `{"id":1,"do":"mode prowl","timeout_ms":20000}`, as typed
 //! for `groundwave send`, or `{"id":2,"route":[[48,0],[48,48]],"timeout_ms":20000}`; `{"id":3,"own":"goto 48 0"}` is a command string of
 //! the robot. Each status has the `id` of its command;
+//! `{"cancel":2}` ends a command. `{"drive":[6,-3]}` drives by hand for half a second, in inches per second; `{"drive":[0,0]}` stops.
 //! `{"alarm":"battery_low","answer":"acknowledged"}` answers an alarm; other answers are `"unshelved"` and `{"shelved_s":600}`. All
 //! programs on the link take the answer.
-//! `{"cancel":2}` ends a command. `{"drive":[6,-3]}` drives by hand for half a second, in inches per second; `{"drive":[0,0]}` stops.
 //! The last line before the station closes a connection is `{"code":"gave-way","error":"..."}`.
 
 use std::time::Duration;

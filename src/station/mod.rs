@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use groundwave_lines::{Content, OwnCommand, Recognizer, runs};
 use groundwave_protocol::arq::{Config, Duplex, Fop};
-use groundwave_protocol::decoder::{Counters, Decoder, Heard, Received};
+use groundwave_protocol::decoder::{Arrival, Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
 
 use crate::diagnosis::{Examiner, kind};
@@ -239,10 +239,10 @@ impl Station {
         let mut bytes = run;
         let mut last = None;
         self.decoder.hold_robot(self.fop.holds_robot());
-        while let Some(heard) = self.decoder.next_heard(&mut bytes) {
-            let received = match heard {
-                Heard::Line(received) => received,
-                Heard::Repaired(line) => {
+        while let Some(arrival) = self.decoder.next_arrival(&mut bytes) {
+            let received = match arrival {
+                Arrival::Line(received) => received,
+                Arrival::Repaired(line) => {
                     self.events.push_back(Event::Repaired(Box::new(line)));
                     continue;
                 }

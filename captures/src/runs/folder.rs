@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use groundwave_protocol::decoder::{Counters, Decoder, Heard};
+use groundwave_protocol::decoder::{Arrival, Counters, Decoder};
 
 use super::label::LabelError;
 use super::{Course, Label};
@@ -73,11 +73,12 @@ impl Run {
         let label = Label::of(path)?;
         let mut capture = Capture::open(path)?;
         let mut course = Course::default();
-        let (track, counters, problem) = Track::read_with(&mut capture, Vec::new(), |at, heard| {
-            if let Heard::Line(received) = heard {
-                course.take(at, received);
-            }
-        });
+        let (track, counters, problem) =
+            Track::read_with(&mut capture, Vec::new(), |at, arrival| {
+                if let Arrival::Line(received) = arrival {
+                    course.take(at, received);
+                }
+            });
         let name = path.display().to_string();
         let run = Self {
             figures: Figures::of(

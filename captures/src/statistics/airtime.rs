@@ -73,8 +73,8 @@ impl Airtime {
     }
 
     /// Airtime over the window, or since the beginning but at least a second, per cent. Bytes were in the air before they arrived and
-    /// before later bytes, so the airtime never exceeds 100. `None` if the radio cannot have carried so many bytes since the beginning: its
-    /// rate is another one.
+    /// before later bytes, so the airtime never exceeds 100. `None` if the bytes since the beginning took longer at this rate than has
+    /// passed: the rate is another one.
     pub(super) fn share_pct(&self, now: Moment) -> Option<f64> {
         let Some(begun) = self.begun else {
             return Some(0.0);

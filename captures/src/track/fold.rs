@@ -3,7 +3,7 @@
 use std::collections::{HashSet, VecDeque};
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Counters, Decoder, Heard, Received};
+use groundwave_protocol::decoder::{Arrival, Counters, Decoder, Received};
 use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Infrared, Mode};
 use groundwave_protocol::telemetry::{Body, StateLine};
 
@@ -92,7 +92,7 @@ impl Fold {
         &mut self,
         capture: &mut Capture,
         decoder: &mut Decoder,
-        take: &mut impl FnMut(Duration, &Heard),
+        take: &mut impl FnMut(Duration, &Arrival),
     ) -> Result<(), CaptureError> {
         while let Some((at, piece)) = capture.next_piece()? {
             self.latest = at;
@@ -102,13 +102,13 @@ impl Fold {
                         self.track.duration = at;
                     }
                     set_time(decoder, at);
-                    while let Some(heard) = decoder.next_heard(&mut bytes) {
-                        if let Heard::Line(received) = &heard {
+                    while let Some(arrival) = decoder.next_arrival(&mut bytes) {
+                        if let Arrival::Line(received) = &arrival {
                             self.outages.handle_line(at, received, decoder.counters());
                             self.locate_outages();
                             self.take(at, received, decoder.counters());
                         }
-                        take(at, &heard);
+                        take(at, &arrival);
                     }
                 }
                 Piece::Event(event) => {

@@ -6,7 +6,7 @@ mod thin;
 
 use std::time::Duration;
 
-use groundwave_protocol::decoder::{Counters, Decoder, Heard};
+use groundwave_protocol::decoder::{Arrival, Counters, Decoder};
 use groundwave_protocol::status_codes::Layer;
 
 use super::event::Truth;
@@ -192,7 +192,7 @@ impl Track {
     pub fn read_with(
         capture: &mut Capture,
         mut texts: Vec<(Duration, String)>,
-        mut take: impl FnMut(Duration, &Heard),
+        mut take: impl FnMut(Duration, &Arrival),
     ) -> (Self, Counters, Option<CaptureError>) {
         texts.sort_by_key(|(at, _)| *at);
         let mut fold = Fold::with_texts(texts);

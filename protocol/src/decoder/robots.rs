@@ -14,7 +14,8 @@ const REPLACED_AFTER_MS: u64 = 59_000;
 /// Maximum number of other robots that are known at the same time.
 pub const OTHERS_MAX: usize = 4;
 
-/// Maximum number of lines missing between two lines that are taken for the same robot's without its id.
+/// Maximum number of lines missing between two lines that are taken for the same robot's without its id. If another robot sent the second one, the
+/// robot's own next lines count as late then, and not as a hundred lost lines.
 const NEAR: u8 = LATE_LINES_MAX;
 
 /// The followed robot and other robots on its channel. Most lines contain their robot's id. Any other line belongs to the

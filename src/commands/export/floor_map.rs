@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use groundwave_mapping::{CELL_IN, FloorCell, FloorMap, Mapper, NoMap, SessionMap};
-use groundwave_protocol::decoder::{Counters, Heard, Received};
+use groundwave_protocol::decoder::{Arrival, Counters, Received};
 
 use super::super::input;
 use super::super::output::{Target, second, write_pair};
@@ -78,11 +78,11 @@ pub(in super::super) fn read(path: &Path, progress: &Progress) -> Result<ReadRun
     let mut capture = input::open_capture(path, progress)?;
     let mut mapper = Mapper::default();
     let (_, counters, problem) =
-        Track::read_with(&mut capture, Vec::new(), |now, heard| match heard {
-            Heard::Line(Received::Line(line, _)) | Heard::Repaired(line) => {
+        Track::read_with(&mut capture, Vec::new(), |now, arrival| match arrival {
+            Arrival::Line(Received::Line(line, _)) | Arrival::Repaired(line) => {
                 mapper.handle_line(now, line);
             }
-            Heard::Line(Received::Ack(_)) => {}
+            Arrival::Line(Received::Ack(_)) => {}
         });
     let problem = problem.map(Fault::from);
     let since = mapper.since();

@@ -19,8 +19,8 @@ use proptest::sample::select;
 
 use super::{counters, status};
 use crate::event::{
-    CommandId, CommandStatus, Event, Failure, Level, LineRate, LinkEvent, Moment, Notice,
-    NoticeCode, Reception, Recording, Truth,
+    AlarmAnswer, Answer, CommandId, CommandStatus, Event, Failure, Level, LineRate, LinkEvent,
+    Moment, Notice, NoticeCode, Reception, Recording, SHELF_MAX, Truth,
 };
 use crate::playback::Playback;
 use crate::request::Request;
@@ -312,6 +312,20 @@ fn any_own_line() -> impl Strategy<Value = OwnLine> {
     (any::<String>(), content).prop_map(|(text, content)| OwnLine { text, content })
 }
 
+fn any_answer() -> impl Strategy<Value = AlarmAnswer> {
+    let answers = prop_oneof![
+        Just(Answer::Acknowledged),
+        (1..=SHELF_MAX.as_secs()).prop_map(Answer::Shelved),
+        Just(Answer::Unshelved),
+    ];
+    let alarms = select(vec!["battery_low", "robot_silent", "unknown"]);
+    (alarms, answers).prop_map(|(alarm, answer)| AlarmAnswer {
+        alarm: alarm.to_owned(),
+        answer,
+        by: "pid 7".to_owned(),
+    })
+}
+
 /// Any event, possible or not.
 pub(crate) fn any_event() -> impl Strategy<Value = Event> {
     prop_oneof![
@@ -325,6 +339,7 @@ pub(crate) fn any_event() -> impl Strategy<Value = Event> {
             Event::Repaired(Box::new(Line { sequence, body, ack }))
         }),
         3 => any_own_line().prop_map(Event::Own),
+        1 => any_answer().prop_map(Event::AlarmAnswer),
         1 => (0_u8..100, 0_u8..8).prop_map(|(sequence, boot)| {
             Event::Ack(AckLine { sequence, ack: Ack { boot, ..Ack::default() }, listens: false })
         }),

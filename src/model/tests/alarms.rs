@@ -527,8 +527,16 @@ fn answers_of_other_programs_count_like_the_operators() {
         below: Some(12.0),
         ..setting("Weak battery", "battery")
     }]);
+    let reported = |scene: &Scene, answer| {
+        let (alarm, by) = ("weak_battery".to_owned(), "pid 7".to_owned());
+        let answer = AlarmAnswer { alarm, answer, by };
+        scene.model.facts.answer_event(&answer)
+    };
+    assert_eq!(reported(&scene, Answer::Acknowledged), None, "not on");
     scene.status.battery_dv = 118;
     scene.hear_status();
+    let event = reported(&scene, Answer::Acknowledged).expect("an event");
+    assert_eq!(event.by.as_deref(), Some("pid 7"));
     assert_eq!(raised(&scene), [("Weak battery", true, false)]);
     let hear = |scene: &mut Scene, alarm: &str, answer| {
         let (alarm, by) = (alarm.to_owned(), "pid 7".to_owned());

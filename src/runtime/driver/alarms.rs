@@ -49,9 +49,8 @@ impl Driver {
 
     /// Tells clients that come from now on whether this station, or the one before it, runs the hook.
     pub(super) fn tell_clients_of_hook(&mut self) {
-        let runs_hook = self.alarm_hook.is_some() || self.station_runs_hook;
-        if let Some(server) = self.share.as_mut().filter(|_| runs_hook) {
-            server.set_runs_alarm_hook();
+        if let Some(server) = &mut self.share {
+            server.set_runs_alarm_hook(self.alarm_hook.is_some() || self.station_runs_hook);
         }
     }
 

@@ -324,6 +324,17 @@ fn an_answer_to_an_alarm_goes_to_the_station_and_to_all_others() {
 }
 
 #[test]
+fn clients_are_told_whether_the_hook_of_the_alarms_is_run() {
+    let mut table = Table::new();
+    for (client, runs) in [(FIRST, true), (SECOND, false)] {
+        table.broker.set_runs_alarm_hook(runs);
+        table.hear(client, HELLO);
+        let told = table.outputs().concat();
+        assert_eq!(told.contains(r#""runs_alarm_hook":true"#), runs, "{told}");
+    }
+}
+
+#[test]
 fn what_the_station_before_tells_is_passed_on() {
     let mut table = Table::new();
     table.hear(FIRST, HELLO);

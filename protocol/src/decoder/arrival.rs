@@ -3,30 +3,30 @@
 use super::{Decoder, End, Received};
 use crate::telemetry::{Body, Line, SEQUENCE_MODULUS, repaired};
 
-/// Maximum number of lines by which a repaired line is ahead of the newest intact one.
+/// Maximum number of lines by which a repaired line is ahead of the newest intact one: three seconds, while its place is beyond doubt.
 const AHEAD_MAX: u8 = 9;
 
 /// What arrived of the followed robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum Arrival {
     /// An intact line.
     Line(Received),
-    /// A line A as it was sent, of which one bit was flipped. It counts as damaged: it is for an estimate of the pose, and neither shown as
-    /// telemetry nor a proof of a command.
+    /// A line A with one flipped bit, as it was sent. It counts as damaged: it is for an estimate of the pose, is not shown as telemetry, and
+    /// proves no command.
     Repaired(Line),
 }
 
 impl Decoder {
     /// The next intact line of the followed robot, as [`Decoder::next_own_line`] returns it, or its next repaired line A. Counters and
     /// intact lines are the same.
-    pub fn next_heard(&mut self, bytes: &mut &[u8]) -> Option<Heard> {
+    pub fn next_arrival(&mut self, bytes: &mut &[u8]) -> Option<Arrival> {
         loop {
             match self.next_end(bytes)? {
-                End::Line(received) if self.is_own => return Some(Heard::Line(received)),
+                End::Line(received) if self.is_own => return Some(Arrival::Line(received)),
                 End::Line(_) => {}
                 End::Damaged => {
                     if let Some(line) = self.repaired() {
-                        return Some(Heard::Repaired(line));
+                        return Some(Arrival::Repaired(line));
                     }
                 }
             }
