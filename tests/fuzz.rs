@@ -354,7 +354,7 @@ fn fuzz_clients() {
                             &String::from_utf8_lossy(line),
                             &bytes[..bytes.len().min(choice % 9)],
                         );
-                        if let Some(asked) = broker.handle_line(client, Ok(&line)) {
+                        if let Some(asked) = broker.handle_line(now, client, Ok(&line)) {
                             assert!(!closed.contains(&client), "{client:?}");
                             given += 1;
                             broker.handle_started(now, CommandId(given), &asked, Heard::default());

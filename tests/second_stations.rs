@@ -29,7 +29,7 @@ impl Pair {
         let mut broker = Broker::new("radio".to_owned(), true);
         broker.handle_connected(SECOND, "pid 7".to_owned());
         let hello = b"{\"groundwave\":1,\"raw\":true}";
-        assert_eq!(broker.handle_line(SECOND, Ok(hello)), None);
+        assert_eq!(broker.handle_line(Moment::ZERO, SECOND, Ok(hello)), None);
         let mut second = Station::new(Config::new(2), true);
         second.handle_shared(Moment::ZERO, true);
         Self {
@@ -49,7 +49,7 @@ impl Pair {
         }
         while let Some(line) = self.second.poll_shared_line() {
             let line = line.to_line();
-            if let Some(asked) = self.broker.handle_line(SECOND, Ok(&line)) {
+            if let Some(asked) = self.broker.handle_line(now, SECOND, Ok(&line)) {
                 let request = asked.ask.request.clone();
                 let id = self.co.station.handle_request(now, request, None);
                 self.broker.handle_started(now, id, &asked, heard);

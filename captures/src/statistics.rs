@@ -56,8 +56,8 @@ pub struct Statistics {
     pub frames_again: u64,
     /// Time to confirmation; `None` before the first.
     pub confirmation: Option<Confirmation>,
-    /// Downlink airtime over the latest 20 s, per cent; `None` if more bytes came since the session began than the rate can
-    /// carry, so that the rate is another one.
+    /// Downlink airtime over the latest 20 s, per cent; `None` if more bytes came than the rate can carry, so
+    /// that the rate is another one.
     pub airtime_down_pct: Option<f64>,
     /// Uplink airtime over the latest 20 s, per cent; `None` when `airtime_down_pct` is.
     pub airtime_up_pct: Option<f64>,

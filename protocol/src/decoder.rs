@@ -384,18 +384,9 @@ impl Decoder {
         match sender {
             Sender::Own => self.count_own(received, length),
             Sender::Other(_) => self.count_other(received),
-            Sender::Successor => {
-                let most = self.reckoning.take_pause(false, length);
-                self.skip();
-                self.life = Life::default();
-                // The replaced robot may have sent until now, or not at all.
-                self.counters.hidden = self.counters.hidden.and(Lost {
-                    min: 0,
-                    max: most.unwrap_or(0),
-                    is_open: most.is_none(),
-                });
-                self.count_own(received, length);
-            }
+            // The replaced robot may have sent until now, or not at all.
+            Sender::Successor => self.count_first(received, length, 0),
+            Sender::Unclear(skipped) => self.count_first(received, length, skipped),
             Sender::Undecided => {
                 self.undecided = Some(Undecided {
                     received: *received,
@@ -406,6 +397,19 @@ impl Decoder {
                 });
             }
         }
+    }
+
+    /// Counts the first line of a robot; between the line before and this one, up to `skipped` lines are lost, or as many as fit in the silence.
+    fn count_first(&mut self, received: &Received, length: usize, skipped: u8) {
+        let most = self.reckoning.take_pause(false, length);
+        self.skip();
+        self.life = Life::default();
+        self.counters.hidden = self.counters.hidden.and(Lost {
+            min: 0,
+            max: most.unwrap_or(0).max(skipped.into()),
+            is_open: self.reckoning.time().is_none(),
+        });
+        self.count_own(received, length);
     }
 
     /// Counts what a line says of lost lines as of its arrival.
@@ -498,12 +502,18 @@ impl Decoder {
                 is_late_possible: true,
             };
             self.reckoning.advance(1);
-            let most = self.reckoning.take_pause(false, length).unwrap_or(0);
+            let fitting = self.reckoning.fitting(length);
+            let silent = self.reckoning.take_pause(false, length);
+            let most = silent.unwrap_or(fitting);
             let is_boot = self.newest.replace(newest).is_some();
             if is_boot {
                 // The sequence restarts after a reboot, so there is no gap.
                 self.counters.give_up_settling();
-                let most_after = if sequence == 0 { 0 } else { most };
+                let most_after = if sequence == 0 {
+                    0
+                } else {
+                    silent.unwrap_or(0)
+                };
                 self.add_unsettled(u64::from(sequence), most_after, length);
                 self.before_boot = most.saturating_sub(u64::from(sequence));
                 let unsettled = &mut self.counters.unsettled.max;
@@ -517,7 +527,9 @@ impl Decoder {
         };
         let ahead = (sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
         let behind = (SEQUENCE_MODULUS - ahead) % SEQUENCE_MODULUS;
-        let most = self.reckoning.take_pause(ahead == 1, length).unwrap_or(0);
+        let fitting = self.reckoning.fitting(length);
+        let silent = self.reckoning.take_pause(ahead == 1, length);
+        let most = silent.unwrap_or(0);
         // Late lines arrive soon.
         if most >= FULL_ROUND {
             newest.is_late_possible = false;
@@ -537,7 +549,7 @@ impl Decoder {
                 self.after_longest = Some(AfterGap {
                     boot,
                     damaged,
-                    most,
+                    most: silent.unwrap_or(fitting),
                 });
             }
             return false;
@@ -637,7 +649,7 @@ struct AfterGap {
     boot: AtCounters,
     /// Number of damaged lines in the gap.
     damaged: u64,
-    /// Maximum number of lines that the robot can have sent in the gap; 0 if it was no silence.
+    /// Maximum number of lines that the robot can have sent in the gap, by the ground's clock; 0 without one.
     most: u64,
 }
 

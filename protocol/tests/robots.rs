@@ -184,6 +184,37 @@ fn another_robot_that_comes_later_loses_no_line_of_the_first() {
     }
 }
 
+/// Both robots are heard from the first line on; the first lines may show no id. The first id decides which robot is followed.
+#[test]
+fn robots_heard_from_the_first_line_lose_none() {
+    let cases = (0..6_u64).flat_map(|start| {
+        (0..100).flat_map(move |sent| [3, 4].map(move |boot| (start, sent, boot)))
+    });
+    for (start, sent, boot) in cases {
+        // At the same boot, lines so near could be the first robot's.
+        if boot == 3 && (sent + 10 - start) % 100 < 20 {
+            continue;
+        }
+        let robot = |id, boot, sent| Robot {
+            boot,
+            sent,
+            // The first lines are not C.
+            sent_long: 1,
+            shows_era: true,
+            ..Robot::new(id)
+        };
+        let (mut one, mut other) = (robot(7, 3, start), robot(9, boot, sent));
+        let mut decoder = Decoder::default();
+        for _ in 0..60 {
+            hear(&mut decoder, &[one.next(), other.next()].concat());
+        }
+        let (counters, case) = (decoder.counters(), (start, sent, boot));
+        assert_eq!((counters.lost().min, counters.restarts), (0, 0), "{case:?}");
+        assert!(counters.lost().max < 100, "{case:?}");
+        assert!(counters.intact().abs_diff(60) <= 1, "{case:?}");
+    }
+}
+
 /// A robot whose lines with an era show another boot: its lines are numbered through, so they are its own.
 #[test]
 fn a_wrong_boot_in_lines_without_an_id_makes_no_other_robot() {

@@ -11,6 +11,9 @@ use super::{Facts, Panel, Ui, age};
 use crate::event::{AlarmAnswer, AlarmEvent, AlarmStatus, Answer, Effect, Moment, SHELF_MAX};
 use crate::suggest;
 
+/// Time by which an alarm may begin here after it was acknowledged in another program: this one may have joined the link later.
+const JOINED_LATER: Duration = Duration::from_mins(1);
+
 /// Times for which the key shelves an alarm, at successive presses.
 const SHELF_TIMES: [Duration; 3] = [
     Duration::from_mins(10),
@@ -109,7 +112,12 @@ impl Ui {
             return;
         };
         match answer.answer {
-            Answer::Acknowledged => self.attended.acknowledge(now, &facts.alarms, index),
+            Answer::Acknowledged => {
+                let shown = facts.alarms.all(&self.attended).nth(index);
+                let is_raised = shown.is_some_and(|shown| shown.raised.is_some());
+                let until = if is_raised { now } else { now + JOINED_LATER };
+                self.attended.acknowledge(until, &facts.alarms, index);
+            }
             Answer::Shelved(_) | Answer::Unshelved => {
                 let until = answer.answer.shelved_for().map(|time| now + time);
                 self.attended.shelve(&facts.alarms, index, until);
@@ -180,15 +188,19 @@ impl Ui {
         reports.into_iter().map(Effect::Alarm).collect()
     }
 
-    /// Whether every alarm raised by the latest event is shelved.
-    pub(super) fn is_shelved_alone(&self, facts: &Facts) -> bool {
+    /// Whether every alarm raised by the latest event is shelved or acknowledged.
+    pub(super) fn is_attended_alone(&self, facts: &Facts) -> bool {
         let mut begun = facts.alarm_changes.iter().filter(|change| change.is_active);
-        let is_shelved = |code: &str| {
+        let is_attended = |code: &str| {
             let mut all = facts.alarms.all(&self.attended);
-            all.any(|shown| shown.rule.code == code && shown.shelved_until.is_some())
+            all.find(|shown| shown.rule.code == code)
+                .is_some_and(|shown| {
+                    let is_acknowledged = shown.raised.is_some_and(|raised| raised.is_acknowledged);
+                    shown.shelved_until.is_some() || is_acknowledged
+                })
         };
         facts.alarm_changes.iter().any(|change| change.is_active)
-            && begun.all(|change| is_shelved(&change.rule.code))
+            && begun.all(|change| is_attended(&change.rule.code))
     }
 
     /// Carries out `acknowledge [NAME]`, `shelve NAME [TIME]` and `unshelve NAME`; `None` for other commands.
@@ -215,6 +227,9 @@ impl Ui {
                 match shown {
                     Some(shown) if shown.raised.is_none() => {
                         Err(format!("{} is not on", shown.rule.name))
+                    }
+                    Some(shown) if shown.raised.is_some_and(|it| it.is_acknowledged) => {
+                        Err(format!("{} is acknowledged already", shown.rule.name))
                     }
                     _ => Ok(self.acknowledge(facts, now, &[index])),
                 }

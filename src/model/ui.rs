@@ -204,7 +204,7 @@ impl Ui {
         changed |= self.advance_tour(facts, &effects);
         self.leave_empty_panel(facts);
         effects.append(&mut self.notices);
-        if change.calls && self.bell && !self.is_shelved_alone(facts) {
+        if change.calls && self.bell && !self.is_attended_alone(facts) {
             effects.push(Effect::Ring);
         }
         if changed || change.is_shown || !effects.is_empty() {

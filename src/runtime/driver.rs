@@ -100,7 +100,7 @@ impl Driver {
         let station_sends = sends(link.share());
         let station_runs_hook = link.share().is_some_and(|it| it.runs_alarm_hook);
         let can_send = radio.can_send() && link.can_send() && station_sends;
-        let truth = link.share().and_then(truth_of);
+        let events = link.share().map(welcomed).unwrap_or_default();
         let station_began_ms = link.share().and_then(|welcome| welcome.began_ms);
         let mut station = Station::new(radio.config(random_owner()), can_send);
         station.handle_shared(started.elapsed(), link.share().is_some());
@@ -122,7 +122,7 @@ impl Driver {
             live: None,
             alarm_hook: None,
             advising: None,
-            events: truth.into_iter().collect(),
+            events,
         }
     }
 
@@ -207,10 +207,11 @@ impl Driver {
     }
 
     fn handle_client(&mut self, input: FromClient) {
-        let Some(asked) = self.share.as_mut().and_then(|server| server.handle(input)) else {
+        let (now, heard) = (self.now(), self.heard());
+        let server = self.share.as_mut();
+        let Some(asked) = server.and_then(|server| server.handle(now, input)) else {
             return;
         };
-        let (now, heard) = (self.now(), self.heard());
         let by = Some(asked.by.clone());
         let id = self.start(now, asked.ask.request.clone(), by);
         if let Some(server) = &mut self.share {
@@ -317,7 +318,8 @@ impl Driver {
                 if before_ms.is_some() && before_ms != began_ms {
                     self.station.handle_other_station();
                 }
-                self.events.extend(share.as_ref().and_then(truth_of));
+                self.events
+                    .extend(share.as_ref().map(welcomed).unwrap_or_default());
                 let name = renamed.unwrap_or_else(|| self.name.clone());
                 let opened = LinkEvent::Opened {
                     name: via(share.as_ref(), name),
@@ -457,9 +459,11 @@ fn via(share: Option<&Welcome>, name: String) -> String {
     }
 }
 
-/// The world of the simulated robot behind another station.
-fn truth_of(share: &Welcome) -> Option<Event> {
-    share.truth.clone().map(Event::Truth)
+/// What another station's welcome says: the world of its simulated robot, and the answers to its alarms.
+fn welcomed(share: &Welcome) -> VecDeque<Event> {
+    let answers = share.answers.iter().cloned().map(Event::AlarmAnswer);
+    let truth = share.truth.clone().map(Event::Truth);
+    truth.into_iter().chain(answers).collect()
 }
 
 async fn next_client(server: Option<&mut ShareServer>) -> FromClient {

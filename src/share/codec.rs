@@ -357,6 +357,9 @@ pub struct Welcome {
     /// Whether the station runs the operator's command for alarms.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub runs_alarm_hook: bool,
+    /// The answers to alarms that apply now.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub answers: Vec<AlarmAnswer>,
     /// The world of a simulated robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<Truth>,
@@ -374,6 +377,7 @@ impl Welcome {
             link,
             can_send,
             runs_alarm_hook: false,
+            answers: Vec::new(),
             truth: None,
             began_ms: None,
         }

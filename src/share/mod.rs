@@ -5,6 +5,7 @@
 //! and clock.
 
 mod address;
+mod answers;
 mod broker;
 mod calls;
 mod codec;

@@ -12,8 +12,14 @@ const WINDOW: Moment = Moment::from_secs(20);
 /// Largest plausible airtime, per cent: clocks of serial ports differ by a few per cent.
 pub const SHARE_MAX_PCT: f64 = 105.0;
 
-/// Time of bytes that may have waited somewhere when a session began.
-const SLACK: Moment = Moment::from_secs(2);
+/// Time of bytes that may have waited somewhere when a session began, seconds.
+const SLACK_S: f64 = 2.0;
+
+/// Longest pause after which its bytes may come all at once, as from a suspended program, seconds.
+const PAUSE_MAX_S: f64 = 120.0;
+
+/// Limit of the time by which bytes may be too many, so that a flood is forgotten soon, seconds.
+const OVERDRAWN_MAX_S: f64 = -10.0;
 
 /// Measures the airtime of one direction.
 #[derive(Clone, Debug)]
@@ -24,8 +30,10 @@ pub(super) struct Airtime {
     begun: Option<Moment>,
     /// Bytes of each second that has any, oldest first.
     clumps: VecDeque<Clump>,
-    /// Number of bytes since the beginning.
-    bytes: u64,
+    /// Time of the latest bytes.
+    latest: Moment,
+    /// Time not taken up by bytes at the latest ones, seconds; negative if more bytes came than the rate carries.
+    unspent_s: f64,
 }
 
 /// Number of bytes and the time of the last of them.
@@ -41,7 +49,8 @@ impl Default for Airtime {
             bytes_per_s: BYTES_PER_S,
             begun: None,
             clumps: VecDeque::new(),
-            bytes: 0,
+            latest: Moment::ZERO,
+            unspent_s: 0.0,
         }
     }
 }
@@ -53,9 +62,14 @@ impl Airtime {
 
     pub(super) fn take(&mut self, now: Moment, bytes: usize) {
         let bytes = bytes as u64;
-        self.bytes += bytes;
-        self.begun
-            .get_or_insert(now.saturating_sub(self.air(bytes)));
+        let air = self.air(bytes);
+        if self.begun.is_none() {
+            self.begun = Some(now.saturating_sub(air));
+            self.latest = now;
+        }
+        let spent_s = air.as_secs_f64() * 100.0 / SHARE_MAX_PCT;
+        self.unspent_s = (self.unspent_s(now) - spent_s).max(OVERDRAWN_MAX_S);
+        self.latest = self.latest.max(now);
         while self
             .clumps
             .front()
@@ -73,14 +87,13 @@ impl Airtime {
     }
 
     /// Airtime over the window, or since the beginning but at least a second, per cent. Bytes were in the air before they arrived and
-    /// before later bytes, so the airtime never exceeds 100. `None` if the bytes since the beginning took longer at this rate than has
-    /// passed: the rate is another one.
+    /// before later bytes, so the airtime never exceeds 100. `None` if the bytes took longer at this rate than has passed: the rate is
+    /// another one.
     pub(super) fn share_pct(&self, now: Moment) -> Option<f64> {
         let Some(begun) = self.begun else {
             return Some(0.0);
         };
-        let longest = now.saturating_sub(begun).mul_f64(SHARE_MAX_PCT / 100.0) + SLACK;
-        if self.air(self.bytes) > longest {
+        if self.unspent_s(now) < -SLACK_S {
             return None;
         }
         let since = begun.max(now.saturating_sub(WINDOW));
@@ -94,6 +107,10 @@ impl Airtime {
         }
         let passed = now.saturating_sub(since).max(Moment::from_secs(1));
         Some(busy.div_duration_f64(passed) * 100.0)
+    }
+
+    fn unspent_s(&self, now: Moment) -> f64 {
+        (self.unspent_s + now.saturating_sub(self.latest).as_secs_f64()).min(PAUSE_MAX_S)
     }
 
     /// Transmission time of a number of bytes.

@@ -228,6 +228,24 @@ fn airtime_is_of_the_radios_rate() {
     }
 }
 
+/// After a quiet hour, ten times as many bytes come as the rate carries.
+#[test]
+fn airtime_is_unknown_while_more_bytes_come_than_the_rate_carries() {
+    let mut meter = LinkMeter::default();
+    let mut take = |seconds: std::ops::Range<u64>, bytes| {
+        let mut pct = None;
+        for second in seconds {
+            meter.take_received(Moment::from_secs(second), bytes);
+            let seen = meter.statistics(Moment::from_secs(second), &Counters::default());
+            pct = seen.airtime_down_pct;
+        }
+        pct
+    };
+    assert_eq!(take(0..3600, 24).map(f64::round), Some(10.0));
+    assert_eq!(take(3600..3620, 2400), None);
+    assert_eq!(take(3620..3660, 24).map(f64::round), Some(10.0));
+}
+
 /// A reader delivers whole lines: the first one was in the air for a third of a second before.
 #[test]
 fn a_full_radio_is_in_use_all_the_time_and_no_more() {

@@ -165,25 +165,30 @@ impl Reckoning {
         u64::try_from(most).ok()
     }
 
+    /// Maximum number of lines that the robot can have sent in the time before a line of `length` bytes, which is no silence; 0 if the
+    /// time is unknown. To be called before the line is taken.
+    pub(super) fn fitting(&self, length: usize) -> u64 {
+        let line = self.densest_line();
+        let sent = |ms: u64| {
+            let (bytes, of_ms) = self.measured().unwrap_or((BYTES_PER_S.into(), 1000));
+            (ms * bytes / of_ms).saturating_sub(length as u64) / line
+        };
+        self.silence_ms().map_or(0, sent)
+    }
+
     /// Takes a line of `length` bytes after `lost` lost lines. Returns whether the ground's clock shows too little time for sending the
     /// lost lines, so that it does not contain the pause.
     pub(super) const fn spend(&mut self, lost: u64, length: usize) -> bool {
-        let (bytes, ms) = if self.clean_s >= MEASURED_S {
-            (self.clean_bytes, self.clean_s * 1000)
-        } else if self.heard_ms >= HEARD_MS {
-            (self.heard_bytes, self.heard_ms)
-        } else if self.now_ms.is_none() {
-            (BYTES_PER_S as u64, 1000)
-        } else {
-            // How long these lines took is not known.
-            self.unspent_ms = 0;
-            return false;
+        let (bytes, ms) = match self.measured() {
+            Some(rate) => rate,
+            None if self.now_ms.is_none() => (BYTES_PER_S as u64, 1000),
+            None => {
+                // How long these lines took is not known.
+                self.unspent_ms = 0;
+                return false;
+            }
         };
-        let line = if self.has_short {
-            DENSEST_BYTES
-        } else {
-            LINE_BYTES as u64
-        };
+        let line = self.densest_line();
         if bytes == 0 {
             return false;
         }
@@ -191,6 +196,26 @@ impl Reckoning {
         let spent_ms = (lost * line + length as u64) * ms / bytes;
         self.unspent_ms = self.unspent_ms.saturating_sub(spent_ms);
         is_missing
+    }
+
+    /// The robot's rate as bytes in ms, if it is measured.
+    const fn measured(&self) -> Option<(u64, u64)> {
+        if self.clean_s >= MEASURED_S {
+            Some((self.clean_bytes, self.clean_s * 1000))
+        } else if self.heard_ms >= HEARD_MS {
+            Some((self.heard_bytes, self.heard_ms))
+        } else {
+            None
+        }
+    }
+
+    /// Mean length of a line in the densest mix that is likely now, bytes.
+    const fn densest_line(&self) -> u64 {
+        if self.has_short {
+            DENSEST_BYTES
+        } else {
+            LINE_BYTES as u64
+        }
     }
 
     /// The state at the first line received after a boot. The boot set the sequence to 0, so earlier lines are lost.

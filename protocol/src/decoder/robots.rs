@@ -24,6 +24,8 @@ const NEAR: u8 = LATE_LINES_MAX;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Robots {
     own: Option<Robot>,
+    /// The latest line, while no id is known.
+    unnamed: Option<Place>,
     /// The other robots, in the order in which they appeared.
     others: [Option<Robot>; OTHERS_MAX],
     /// Whether no other robot replaces the followed one.
@@ -38,6 +40,16 @@ struct Robot {
     latest: Place,
     /// Number of lines with this robot's id since the latest line of the followed robot.
     in_a_row: u8,
+}
+
+impl Robot {
+    const fn new(id: u8, latest: Place) -> Self {
+        Self {
+            id,
+            latest,
+            in_a_row: 0,
+        }
+    }
 }
 
 /// A line's place in a robot's life.
@@ -80,8 +92,11 @@ pub(super) enum Sender {
     Own,
     /// Another robot, by its place among the other robots.
     Other(usize),
-    /// Another robot, which is followed from this line on.
+    /// The robot that is followed from this line on; the lines before it are another robot's.
     Successor,
+    /// The robot that is followed from this line on. The lines before it, which show no id, are its own or another robot's: as its own, this
+    /// number of lines would be missing between the latest of them and this line.
+    Unclear(u8),
     /// The next line decides, with [`Robots::sent_own`].
     Undecided,
 }
@@ -91,16 +106,22 @@ impl Robots {
     /// robot received is followed. After a silence, an only robot's lines are not expected to be near each other.
     pub(super) fn take(&mut self, received: &Received, silence_ms: Option<u64>) -> Sender {
         let latest = Place::of(received);
-        let Some(id) = id_of(received) else {
+        let id = id_of(received);
+        if self.own.is_none() {
+            self.own = id.map(|id| Robot::new(id, latest));
+            let has_invalid_id = id.is_none() && received.robot_id().is_some();
+            let before = core::mem::replace(&mut self.unnamed, (!has_invalid_id).then_some(latest));
+            let unclear = before.filter(|before| !has_invalid_id && !latest.continues(*before));
+            return unclear.map_or(Sender::Own, |before| {
+                Sender::Unclear(latest.skipped_since(before))
+            });
+        }
+        let Some(id) = id else {
             let sender = self.sender_of(latest, is_silence(silence_ms));
             self.follow(sender, latest);
             return sender;
         };
-        let mut robot = Robot {
-            id,
-            latest,
-            in_a_row: 0,
-        };
+        let mut robot = Robot::new(id, latest);
         let Some(own) = self.own.filter(|own| own.id != id) else {
             self.own = Some(robot);
             for other in self.others.iter_mut().flatten() {
@@ -181,7 +202,7 @@ impl Robots {
     fn follow(&mut self, sender: Sender, line: Place) {
         let robot = match sender {
             Sender::Other(place) => &mut self.others[place],
-            Sender::Own | Sender::Successor => &mut self.own,
+            Sender::Own | Sender::Successor | Sender::Unclear(_) => &mut self.own,
             Sender::Undecided => return,
         };
         if let Some(robot) = robot {

@@ -10,7 +10,7 @@ pub(crate) struct Attended(Vec<Attention>);
 /// The operator's answer to one alarm.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Attention {
-    /// Time of the acknowledgement; it applies to an alarm raised before.
+    /// Time of the acknowledgement, or a later one; it applies to an alarm raised before.
     pub(super) acknowledged_at: Option<Moment>,
     /// Number of times the alarm had been raised at the acknowledgement.
     pub(super) times: u32,
@@ -29,12 +29,12 @@ impl Attended {
         self.0.get_mut(index)
     }
 
-    /// Acknowledges an alarm that was raised until `now`.
-    pub(in crate::model) fn acknowledge(&mut self, now: Moment, alarms: &Alarms, index: usize) {
+    /// Acknowledges an alarm that is raised until a moment.
+    pub(in crate::model) fn acknowledge(&mut self, until: Moment, alarms: &Alarms, index: usize) {
         let standing = alarms.standings.get(index);
         let episode = standing.and_then(|standing| standing.episode);
         if let Some(attention) = self.at(alarms, index) {
-            attention.acknowledged_at = Some(now);
+            attention.acknowledged_at = Some(until);
             attention.times = episode.map_or(0, |episode| episode.times);
         }
     }

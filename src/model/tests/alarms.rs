@@ -521,6 +521,36 @@ fn a_shelved_alarm_calls_again_when_its_time_is_over() {
     assert_eq!(rings(&effects), 0);
 }
 
+/// A program that joins the link later is given the answers before its own alarms begin.
+#[test]
+fn an_alarm_that_begins_within_a_minute_after_its_acknowledgement_is_acknowledged() {
+    for (wait_ms, is_acknowledged) in [(1000, true), (90_000, false)] {
+        let mut scene = scene_with(vec![AlarmSetting {
+            below: Some(12.0),
+            ..setting("Weak battery", "battery")
+        }]);
+        scene.event(Event::AlarmAnswer(AlarmAnswer {
+            alarm: "weak_battery".to_owned(),
+            answer: Answer::Acknowledged,
+            by: "pid 7".to_owned(),
+        }));
+        scene.wait_ms(wait_ms);
+        scene.status.battery_dv = 118;
+        scene.hear_status();
+        assert_eq!(
+            raised(&scene).first(),
+            Some(&("Weak battery", true, is_acknowledged))
+        );
+        // The next time it is new.
+        scene.status.battery_dv = 130;
+        scene.hear_status();
+        scene.wait_ms(90_000);
+        scene.status.battery_dv = 118;
+        scene.hear_status();
+        assert_eq!(raised(&scene).first(), Some(&("Weak battery", true, false)));
+    }
+}
+
 #[test]
 fn answers_of_other_programs_count_like_the_operators() {
     let mut scene = scene_with(vec![AlarmSetting {

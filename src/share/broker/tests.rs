@@ -1,7 +1,7 @@
 //! Clients connect, send commands, make mistakes and disconnect.
 
 use super::*;
-use crate::event::Answer;
+use crate::event::{AlarmStatus, Answer, Level};
 use crate::request::Request;
 use groundwave_protocol::status_codes::Mode;
 
@@ -28,7 +28,7 @@ impl Table {
     }
 
     fn hear(&mut self, client: ClientId, line: &[u8]) -> Option<CommandId> {
-        let asked = self.broker.handle_line(client, Ok(line))?;
+        let asked = self.broker.handle_line(self.now, client, Ok(line))?;
         let id = CommandId(self.next);
         self.next += 1;
         self.broker
@@ -109,9 +109,10 @@ fn clients_are_named_by_the_system_before_their_own_word() {
     table.hear(FIRST, HELLO);
     table.hear(SECOND, HELLO);
     let by = |table: &mut Table, client| {
-        let asked = table
-            .broker
-            .handle_line(client, Ok(br#"{"id":1,"do":"mode prowl"}"#));
+        let asked =
+            table
+                .broker
+                .handle_line(Moment::ZERO, client, Ok(br#"{"id":1,"do":"mode prowl"}"#));
         let asked = asked.expect("a wish");
         assert_eq!(asked.ask.request, Request::Mode(Mode::Prowl));
         asked.by
@@ -142,7 +143,10 @@ fn garbage_closes_only_its_client_with_a_reason() {
         assert_eq!(table.outputs().len(), 2);
     }
     let mut table = Table::new();
-    assert_eq!(table.broker.handle_line(FIRST, Err(TooLong)), None);
+    assert_eq!(
+        table.broker.handle_line(Moment::ZERO, FIRST, Err(TooLong)),
+        None
+    );
     assert!(table.outputs()[0].contains("a line is longer"));
 }
 
@@ -321,6 +325,64 @@ fn an_answer_to_an_alarm_goes_to_the_station_and_to_all_others() {
     );
     let told = r#"{"alarm":"stalled","answer":"acknowledged","by":"the station's operator"}"#;
     assert_eq!(table.outputs(), [1, 2].map(|n| format!("{n} < {told}")));
+}
+
+#[test]
+fn a_later_client_learns_the_answers_that_apply_and_repeated_ones_are_dropped() {
+    let mut table = Table::new();
+    table.hear(FIRST, HELLO);
+    let alarm = |code: &str, status, shelved_s: Option<u64>| AlarmEvent {
+        code: code.to_owned(),
+        name: code.to_owned(),
+        level: Level::Alarm,
+        status,
+        began_at: None,
+        value: None,
+        limit: None,
+        unit: String::new(),
+        shelved_for: shelved_s.map(Moment::from_secs),
+        by: None,
+    };
+    for event in [
+        alarm("stalled", AlarmStatus::Acknowledged, None),
+        alarm("fallen_or_lifted", AlarmStatus::Acknowledged, None),
+        alarm("fallen_or_lifted", AlarmStatus::Ended, None),
+        alarm("battery_low", AlarmStatus::Shelved, Some(600)),
+        alarm("robot_silent", AlarmStatus::Shelved, Some(600)),
+        alarm("robot_silent", AlarmStatus::Unshelved, None),
+    ] {
+        table.broker.handle_alarm(table.now, &event);
+    }
+    table.now = Moment::from_secs(60);
+    table.outputs();
+    table.hear(SECOND, HELLO);
+    let told = table.outputs().concat();
+    let answers = concat!(
+        r#""answers":[{"alarm":"stalled","answer":"acknowledged","by":"the station's operator"},"#,
+        r#"{"alarm":"battery_low","answer":{"shelved_s":540},"by":"the station's operator"}]"#
+    );
+    assert!(told.contains(answers), "{told}");
+    for (line, is_new) in [
+        (
+            &br#"{"alarm":"stalled","answer":"acknowledged"}"#[..],
+            false,
+        ),
+        (
+            br#"{"alarm":"fallen_or_lifted","answer":"acknowledged"}"#,
+            true,
+        ),
+        (
+            br#"{"alarm":"battery_low","answer":{"shelved_s":540}}"#,
+            false,
+        ),
+        (
+            br#"{"alarm":"battery_low","answer":{"shelved_s":600}}"#,
+            true,
+        ),
+    ] {
+        table.hear(FIRST, line);
+        assert_eq!(!table.outputs().is_empty(), is_new);
+    }
 }
 
 #[test]
