@@ -256,8 +256,6 @@ pub enum Effect {
     CancelCommands,
     /// Report the operator's answer to an alarm, also to other programs on the link; the report comes back as [`Event::Alarm`].
     AnswerAlarm(AlarmEvent),
-    /// Report that the time of a shelved alarm is over; the report comes back as [`Event::Alarm`].
-    Alarm(AlarmEvent),
     /// Report that the operator accepted a suggestion; the report comes back as [`Event::Suggestion`].
     Suggestion(SuggestionEvent),
     /// Begin a recording that includes the remembered observations, or end the current recording.

@@ -21,8 +21,8 @@ use groundwave::parameter_file::ParameterFile;
 use groundwave::request::Request;
 use groundwave::route;
 use groundwave::share::{
-    ANNOUNCEMENT, Address, Broker, CallId, Calls, ClientId, ClientLine, Heard, Lines, Output,
-    StationLine, StatusJson, is_announced,
+    ANNOUNCEMENT, Address, Answers, Broker, CallId, Calls, ClientId, ClientLine, Heard, Lines,
+    Output, StationLine, StatusJson, is_announced,
 };
 use groundwave_lines::{FIELDS_MAX, Recognizer, runs};
 use sr04_sim::World;
@@ -338,6 +338,7 @@ fn fuzz_clients() {
         .with_iterations(ITERATIONS)
         .for_each(|bytes: &[u8]| {
             let mut broker = Broker::new("link".to_owned(), true);
+            let answers = Answers::default();
             let mut closed = Vec::new();
             let (mut given, mut now) = (0, Duration::ZERO);
             for step in bytes.chunks(3) {
@@ -354,7 +355,7 @@ fn fuzz_clients() {
                             &String::from_utf8_lossy(line),
                             &bytes[..bytes.len().min(choice % 9)],
                         );
-                        if let Some(asked) = broker.handle_line(now, client, Ok(&line)) {
+                        if let Some(asked) = broker.handle_line(now, client, Ok(&line), &answers) {
                             assert!(!closed.contains(&client), "{client:?}");
                             given += 1;
                             broker.handle_started(now, CommandId(given), &asked, Heard::default());

@@ -7,7 +7,7 @@ use crate::pty::OnTerminal;
 use crate::sharing::{program_in, station, station_on_a_port};
 use groundwave::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, Moment, NoticeCode};
 use groundwave::request::Request;
-use groundwave::share::{Broker, ClientId, Heard, Output, StationLine};
+use groundwave::share::{Answers, Broker, ClientId, Heard, Output, StationLine};
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
 use groundwave_protocol::status_codes::Mode;
@@ -29,7 +29,10 @@ impl Pair {
         let mut broker = Broker::new("radio".to_owned(), true);
         broker.handle_connected(SECOND, "pid 7".to_owned());
         let hello = b"{\"groundwave\":1,\"raw\":true}";
-        assert_eq!(broker.handle_line(Moment::ZERO, SECOND, Ok(hello)), None);
+        assert_eq!(
+            broker.handle_line(Moment::ZERO, SECOND, Ok(hello), &Answers::default()),
+            None
+        );
         let mut second = Station::new(Config::new(2), true);
         second.handle_shared(Moment::ZERO, true);
         Self {
@@ -49,7 +52,10 @@ impl Pair {
         }
         while let Some(line) = self.second.poll_shared_line() {
             let line = line.to_line();
-            if let Some(asked) = self.broker.handle_line(now, SECOND, Ok(&line)) {
+            if let Some(asked) =
+                self.broker
+                    .handle_line(now, SECOND, Ok(&line), &Answers::default())
+            {
                 let request = asked.ask.request.clone();
                 let id = self.co.station.handle_request(now, request, None);
                 self.broker.handle_started(now, id, &asked, heard);

@@ -49,6 +49,8 @@ pub struct Counters {
     /// Further lines that may be lost, by the ground's clock: whole hundreds in silences since the latest line C. The next line C
     /// shows the number.
     pub unsettled: Lost,
+    /// Lines that may be lost before lines whose sender is not known yet.
+    pub undecided: u64,
     /// Number of gaps that take 2 s longer to send than the ground's clock shows: their pause is not in it, as in text without timestamps.
     pub unclocked_gaps: u64,
     /// Damaged lines. A line feed in noise does not count as one.
@@ -89,7 +91,7 @@ impl Counters {
         let shown = self.lines_lost.saturating_sub(self.damaged_in_gaps);
         self.hidden
             .and(self.unsettled)
-            .and(Lost::between(shown, shown))
+            .and(Lost::between(shown, shown + self.undecided))
     }
 
     /// Makes `unsettled` a permanent interval, because no line C will narrow it.
@@ -115,10 +117,12 @@ pub struct Decoder {
     after_longest: Option<AfterGap>,
     /// Maximum number of lines sent and lost before a boot in a silence, until the next line C.
     before_boot: u64,
+    /// Maximum number of lines sent before the latest line that came twice by its sequence, since the latest line C: it may be of another life.
+    before_repeated: Option<u64>,
     reckoning: Reckoning,
     robots: Robots,
-    /// The latest line, if it is not counted yet.
-    undecided: Option<Undecided>,
+    /// The latest lines without an id, whose sender is not known yet, in the order of their arrival.
+    undecided: [Option<Undecided>; UNDECIDED_MAX],
     /// Whether the latest line is from the followed robot.
     is_own: bool,
     /// Number of damaged lines since the latest line of the followed robot, and the noise bytes before that line.
@@ -139,9 +143,10 @@ impl Default for Decoder {
             longest_step: 0,
             after_longest: None,
             before_boot: 0,
+            before_repeated: None,
             reckoning: Reckoning::default(),
             robots: Robots::default(),
-            undecided: None,
+            undecided: [None; UNDECIDED_MAX],
             is_own: true,
             damaged: 0,
             noise_before: 0,
@@ -169,12 +174,11 @@ impl Decoder {
 
     /// Marks received bytes that are missing from the stream: no line spans them, and lines in them do not count as lost.
     pub fn skip(&mut self) {
-        if let Some(line) = self.undecided.take() {
-            self.decide(&line, true);
-        }
+        let boot = self.newest.map(|newest| newest.boot);
+        self.decide_all(|line| Some(line.received.ack().boot) == boot);
         self.newest = None;
         self.fresh = 0;
-        self.longest_step = 0;
+        self.forget_gap();
         self.before_boot = 0;
         self.reckoning.forget();
         self.reckoning.forget_time();
@@ -365,12 +369,11 @@ impl Decoder {
     fn accept(&mut self, received: &Received, length: usize) {
         self.fresh = 0;
         self.counters.noise_bytes -= length as u64;
-        let silence_ms = self.reckoning.silence_ms();
-        if let Some(line) = self.undecided
-            && let Some(is_own) = self.robots.sent_own(&line.received, received, silence_ms)
-        {
-            self.undecided = None;
-            self.decide(&line, is_own);
+        let silence_ms = self.silence_ms();
+        if let Some(is_own) = self.sent_own(received, silence_ms) {
+            let boot = received.ack().boot;
+            let is_one = self.undecided[1].is_none();
+            self.decide_all(|line| is_own && (is_one || line.received.ack().boot == boot));
         }
         match received {
             Received::Line(..) => self.counters.lines += 1,
@@ -387,14 +390,22 @@ impl Decoder {
             // The replaced robot may have sent until now, or not at all.
             Sender::Successor => self.count_first(received, length, 0),
             Sender::Unclear(skipped) => self.count_first(received, length, skipped),
-            Sender::Undecided => {
-                self.undecided = Some(Undecided {
-                    received: *received,
-                    length,
-                    time_ms: self.reckoning.time(),
-                    damaged: self.damaged,
-                    noise_bytes: self.counters.noise_bytes,
-                });
+            Sender::Undecided(missing) => {
+                if self.undecided.iter().all(Option::is_some) {
+                    let boot = self.newest.map(|newest| newest.boot);
+                    self.decide_all(|line| Some(line.received.ack().boot) == boot);
+                }
+                self.counters.undecided = self.counters.undecided.max(missing.into());
+                let free = self.undecided.iter_mut().find(|line| line.is_none());
+                if let Some(free) = free {
+                    *free = Some(Undecided {
+                        received: *received,
+                        length,
+                        time_ms: self.reckoning.time(),
+                        damaged: self.damaged,
+                        noise_bytes: self.counters.noise_bytes,
+                    });
+                }
             }
         }
     }
@@ -410,6 +421,31 @@ impl Decoder {
             is_open: self.reckoning.time().is_none(),
         });
         self.count_own(received, length);
+    }
+
+    /// The ground's time since the latest line that may be the followed robot's, ms; `None` if it is unknown.
+    fn silence_ms(&self) -> Option<u64> {
+        match self.undecided.iter().flatten().last() {
+            Some(line) => Some(self.reckoning.time()?.saturating_sub(line.time_ms?)),
+            None => self.reckoning.silence_ms(),
+        }
+    }
+
+    /// Whether the followed robot sent the undecided lines, by the next line; `None` if that remains open, or without such lines.
+    fn sent_own(&mut self, next: &Received, silence_ms: Option<u64>) -> Option<bool> {
+        let first = self.undecided[0]?;
+        let last = self.undecided.iter().flatten().last()?;
+        let (first, last) = (&first.received, &last.received);
+        self.robots.sent_own(first, last, next, silence_ms)
+    }
+
+    /// Counts the undecided lines; `is_own` says which of them the followed robot sent.
+    fn decide_all(&mut self, is_own: impl Fn(&Undecided) -> bool) {
+        let lines = core::mem::replace(&mut self.undecided, [None; UNDECIDED_MAX]);
+        self.counters.undecided = 0;
+        for line in lines.iter().flatten() {
+            self.decide(line, is_own(line));
+        }
     }
 
     /// Counts what a line says of lost lines as of its arrival.
@@ -450,14 +486,21 @@ impl Decoder {
             if !is_boot {
                 self.counters.unsettled = Lost::default();
                 self.reckoning.forget();
-                if let Some(gap) = self.after_longest
-                    && self.longest_step > 0
-                {
+                let is_in_gap = |gap: &AfterGap| {
+                    (self.longest_step > 0 || gap.is_doubtful)
+                        && (gap.is_impossible || self.before_repeated.is_none())
+                };
+                if let Some(gap) = self.after_longest.filter(is_in_gap) {
                     self.counters.lines_lost -= self.longest_step;
                     self.counters.damaged_in_gaps -= gap.damaged;
                     self.before_boot = gap.most.saturating_sub(gap.boot.lines_before());
                     self.begin_life(gap.boot, gap.damaged);
+                } else {
+                    self.before_boot = self.before_repeated.unwrap_or(0);
                 }
+            }
+            if self.reckoning.time().is_none() {
+                self.counters.hidden.is_open = true;
             }
             if let Some(newest) = &mut self.newest {
                 // The gap is not counted, so late lines in it are not subtracted.
@@ -467,6 +510,10 @@ impl Decoder {
         if let Some((uptime_s, frames_heard)) = received.clock() {
             if self.reckoning.has_begun() {
                 self.counters.unsettled = Lost::default();
+                let gap = self
+                    .after_longest
+                    .filter(|gap| gap.is_doubtful && !has_restarted);
+                self.counters.lines_lost += gap.map_or(0, |gap| gap.lost);
             } else {
                 self.counters.give_up_settling();
             }
@@ -478,9 +525,15 @@ impl Decoder {
             self.counters.hidden = self.counters.hidden.and(hidden);
         }
         if has_restarted || received.uptime_s().is_some() {
-            self.longest_step = 0;
-            self.after_longest = None;
+            self.forget_gap();
         }
+    }
+
+    /// Forgets where the robot may have booted.
+    const fn forget_gap(&mut self) {
+        self.longest_step = 0;
+        self.after_longest = None;
+        self.before_repeated = None;
     }
 
     /// Begins a life of the robot (the time from boot to boot), whose first line was received after `damaged` damaged lines.
@@ -494,7 +547,7 @@ impl Decoder {
     /// Counts the lines lost before a line of the followed robot; returns whether the line is from another boot.
     fn count_lost(&mut self, sequence: u8, boot: u8, length: usize) -> bool {
         let Some(newest) = self.newest.as_mut().filter(|newest| newest.boot == boot) else {
-            self.longest_step = 0;
+            self.forget_gap();
             let newest = Newest {
                 boot,
                 sequence,
@@ -514,7 +567,8 @@ impl Decoder {
                 } else {
                     silent.unwrap_or(0)
                 };
-                self.add_unsettled(u64::from(sequence), most_after, length);
+                let is_open = self.reckoning.spend(sequence.into(), length);
+                self.add_unsettled(sequence.into(), most_after, is_open);
                 self.before_boot = most.saturating_sub(u64::from(sequence));
                 let unsettled = &mut self.counters.unsettled.max;
                 *unsettled = (*unsettled).max(self.before_boot);
@@ -528,10 +582,11 @@ impl Decoder {
         let ahead = (sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
         let behind = (SEQUENCE_MODULUS - ahead) % SEQUENCE_MODULUS;
         let fitting = self.reckoning.fitting(length);
+        let silence_ms = self.reckoning.silence_ms();
         let silent = self.reckoning.take_pause(ahead == 1, length);
         let most = silent.unwrap_or(0);
-        // Late lines arrive soon.
-        if most >= FULL_ROUND {
+        let most_before = silent.unwrap_or(fitting);
+        if most >= FULL_ROUND || silence_ms.is_some_and(|silence_ms| silence_ms > LATE_MS_MAX) {
             newest.is_late_possible = false;
         }
         if behind > LATE_LINES_MAX || behind > 0 && !newest.is_late_possible {
@@ -540,16 +595,29 @@ impl Decoder {
             newest.sequence = sequence;
             newest.is_late_possible = true;
             newest.arrived = newest.arrived.unbounded_shl(u32::from(ahead)) | 1;
-            self.add_unsettled(lost, most, length);
-            self.counters.lines_lost += lost;
-            let damaged = self.count_damaged_in_gap(lost);
-            if lost > self.longest_step {
-                self.longest_step = lost;
-                let boot = self.reckoning.boot(sequence, &self.counters, length);
+            let is_unclocked = self.reckoning.spend(lost, length);
+            let is_impossible = is_unclocked && self.reckoning.time().is_some();
+            // A boot fits where the lost lines do not.
+            let is_doubtful = is_impossible && u64::from(sequence) <= fitting;
+            let mut damaged = 0;
+            if is_doubtful {
+                self.counters.unsettled.max += lost;
+            } else {
+                self.add_unsettled(lost, most, is_unclocked);
+                self.counters.lines_lost += lost;
+                damaged = self.count_damaged_in_gap(lost);
+            }
+            let likeliest = self.after_longest;
+            let likeliest = likeliest.map_or((false, 0), |gap| (gap.is_impossible, gap.lost));
+            if (is_impossible, lost) > likeliest {
+                self.longest_step = if is_doubtful { 0 } else { lost };
                 self.after_longest = Some(AfterGap {
-                    boot,
+                    boot: self.reckoning.boot(sequence, &self.counters, length),
+                    lost,
                     damaged,
-                    most: silent.unwrap_or(fitting),
+                    most: most_before,
+                    is_impossible,
+                    is_doubtful,
                 });
             }
             return false;
@@ -564,14 +632,15 @@ impl Decoder {
             newest.arrived |= 1 << behind;
             self.counters.lines_lost -= 1;
             self.longest_step = self.longest_step.saturating_sub(1);
+        } else {
+            self.before_repeated = Some(most_before);
         }
         false
     }
 
-    /// Adds the hundreds that may be lost besides the `lost` lines that the sequence shows before a line of `length` bytes, if the robot
-    /// can have sent at most `most` lines in the silence.
-    fn add_unsettled(&mut self, lost: u64, most: u64, length: usize) {
-        let is_open = self.reckoning.spend(lost, length);
+    /// Adds the hundreds that may be lost besides the `lost` lines that the sequence shows, if the robot can have sent at most `most` lines in
+    /// the silence; `is_open` if the ground's clock does not contain the silence.
+    fn add_unsettled(&mut self, lost: u64, most: u64, is_open: bool) {
         self.counters.unclocked_gaps += u64::from(is_open);
         self.counters.unsettled = self.counters.unsettled.and(Lost {
             min: 0,
@@ -622,6 +691,12 @@ const fn hundreds_beyond(lost: u64, most: u64) -> u64 {
 /// Maximum number of lines by which a late or repeated line is behind the newest; a line further behind ends a long gap.
 const LATE_LINES_MAX: u8 = 5;
 
+/// Maximum time by which a radio delays a line, ms (SPEC.md, section 12).
+const LATE_MS_MAX: u64 = 5000;
+
+/// Maximum number of lines whose sender is not known yet: more than a robot that takes a list sends between two lines with its id.
+const UNDECIDED_MAX: usize = 16;
+
 /// Minimum noise of a damaged line, long or short, bytes.
 const NOISE_MIN: u64 = 10;
 
@@ -647,10 +722,16 @@ struct Newest {
 #[derive(Clone, Copy, Debug)]
 struct AfterGap {
     boot: AtCounters,
+    /// Number of lines in the gap.
+    lost: u64,
     /// Number of damaged lines in the gap.
     damaged: u64,
     /// Maximum number of lines that the robot can have sent in the gap, by the ground's clock; 0 without one.
     most: u64,
+    /// Whether the lost lines take longer than the ground's clock shows.
+    is_impossible: bool,
+    /// Whether the lines do not count as lost yet, because a boot fits the clock.
+    is_doubtful: bool,
 }
 
 /// What ends at a CR LF.

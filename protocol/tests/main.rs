@@ -12,5 +12,6 @@ mod repair;
 mod replay;
 mod robots;
 mod search;
+mod truth;
 mod vectors;
 mod world;

@@ -12,7 +12,7 @@ use crate::event::{AlarmAnswer, AlarmEvent, AlarmStatus, Answer, Effect, Moment,
 use crate::suggest;
 
 /// Time by which an alarm may begin here after it was acknowledged in another program: this one may have joined the link later.
-const JOINED_LATER: Duration = Duration::from_mins(1);
+pub const JOINED_LATER: Duration = Duration::from_mins(1);
 
 /// Times for which the key shelves an alarm, at successive presses.
 const SHELF_TIMES: [Duration; 3] = [
@@ -179,13 +179,6 @@ impl Ui {
         indices
             .filter_map(|&index| facts.alarms.answered(&self.attended, index, status))
             .collect()
-    }
-
-    /// Unshelves alarms whose time is over; other programs on the link know the time, too.
-    pub(super) fn unshelve_expired(&mut self, now: Moment, facts: &Facts) -> Vec<Effect> {
-        let expired = self.attended.expire(now);
-        let reports = self.reports(facts, &expired, AlarmStatus::Unshelved);
-        reports.into_iter().map(Effect::Alarm).collect()
     }
 
     /// Whether every alarm raised by the latest event is shelved or acknowledged.

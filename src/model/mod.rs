@@ -62,6 +62,7 @@ use std::sync::Arc;
 
 use crate::event::{Effect, Event, Moment};
 pub use alarms::{AlarmSetting, Limits, Operand, Severity};
+pub use attend::JOINED_LATER;
 pub(crate) use chosen_panel::{Large, SIZE_MIN};
 pub use config::{Advise, Colors, Config, MapLines, Marker};
 pub(crate) use copied::printable;

@@ -165,7 +165,7 @@ impl Ui {
         change: Change,
     ) -> Vec<Effect> {
         let mut effects = self.expire(now);
-        effects.extend(self.unshelve_expired(now, facts));
+        self.attended.expire(now);
         effects.extend(self.wait_on(now, &event));
         effects.extend(self.automate(now, &event, facts));
         let mut changed = true;

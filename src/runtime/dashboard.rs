@@ -272,7 +272,7 @@ impl Running {
             | Effect::CancelCommands => {
                 self.send(effect);
             }
-            Effect::AnswerAlarm(_) | Effect::Alarm(_) | Effect::Suggestion(_) => {
+            Effect::AnswerAlarm(_) | Effect::Suggestion(_) => {
                 self.report(effect);
             }
             Effect::Playback(control) => {
@@ -457,7 +457,6 @@ impl Running {
     fn report(&mut self, effect: Effect) {
         match (effect, self.source.driver()) {
             (Effect::AnswerAlarm(alarm), Some(driver)) => driver.answer_alarm(alarm),
-            (Effect::Alarm(alarm), Some(driver)) => driver.tell(Event::Alarm(alarm)),
             (Effect::Suggestion(suggestion), Some(driver)) => {
                 driver.tell(Event::Suggestion(suggestion));
             }

@@ -21,7 +21,7 @@ use crate::io::link::{Link, LinkInput};
 use crate::io::share::FromClient;
 use crate::radio::{Radio, random_owner};
 use crate::request::Request;
-use crate::share::{Heard, Welcome};
+use crate::share::{Answers, Heard, Welcome};
 use crate::station::Station;
 use crate::statistics::Statistics;
 
@@ -81,6 +81,7 @@ pub struct Driver {
     share: Option<ShareServer>,
     live: Option<Live>,
     alarm_hook: Option<AlarmHook>,
+    answers: Answers,
     advising: Option<Advising>,
     /// Events that are not the station's own.
     events: VecDeque<Event>,
@@ -121,6 +122,7 @@ impl Driver {
             share: None,
             live: None,
             alarm_hook: None,
+            answers: Answers::default(),
             advising: None,
             events,
         }
@@ -149,7 +151,8 @@ impl Driver {
         self.detect_suspension();
         let server = self.share.as_ref().and_then(ShareServer::poll_timeout);
         let live = self.live.as_ref().and_then(Live::poll_timeout);
-        let deadline = [self.station.poll_timeout(), server, live]
+        let shelved = self.answers.next_expiry();
+        let deadline = [self.station.poll_timeout(), server, live, shelved]
             .into_iter()
             .flatten()
             .min()
@@ -180,6 +183,9 @@ impl Driver {
         let now = self.now();
         self.link.hand_over_at_once(self.station.takes_turns());
         self.station.handle_timeout(now);
+        for unshelved in self.answers.expired(now) {
+            self.tell(Event::Alarm(unshelved));
+        }
         let heard = self.heard();
         if let Some(server) = &mut self.share {
             server.handle_timeout(now, heard);
@@ -209,7 +215,7 @@ impl Driver {
     fn handle_client(&mut self, input: FromClient) {
         let (now, heard) = (self.now(), self.heard());
         let server = self.share.as_mut();
-        let Some(asked) = server.and_then(|server| server.handle(now, input)) else {
+        let Some(asked) = server.and_then(|server| server.handle(now, input, &self.answers)) else {
             return;
         };
         let by = Some(asked.by.clone());

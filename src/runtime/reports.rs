@@ -4,9 +4,12 @@ use groundwave_captures::messages::{CorrectedMessage, EstimateMessage, FloorKind
 use groundwave_mapping::{CELL_IN, FloorCell, FloorMap};
 use groundwave_protocol::telemetry::{Body, Reading as Measured};
 
-use crate::event::{Event, Moment};
-use crate::model::Facts;
+use crate::event::{AlarmAnswer, AlarmEvent, AlarmStatus, Answer, Event, Moment};
 use crate::model::ground::Statement;
+use crate::model::{Facts, JOINED_LATER};
+
+/// Maximum number of acknowledgements that wait for their alarms.
+const AHEAD_MAX: usize = 64;
 
 /// Least time between two poses.
 const POSE_EVERY: Moment = Moment::from_secs(1);
@@ -21,6 +24,8 @@ const UNKNOWN_EVERY: Moment = Moment::from_mins(1);
 /// The estimates that were reported last.
 #[derive(Debug, Default)]
 pub struct Reports {
+    /// Acknowledgements of alarms that may begin here until a time.
+    ahead: Vec<(AlarmAnswer, Moment)>,
     pose_due: Moment,
     unknown_due: Moment,
     is_unknown: bool,
@@ -34,11 +39,16 @@ impl Reports {
     /// The events that follow from an event which the facts have taken.
     #[must_use]
     pub fn take(&mut self, now: Moment, event: &Event, facts: &Facts) -> Vec<Event> {
-        let answer = match event {
-            Event::AlarmAnswer(answer) => facts.answer_event(answer),
-            _ => None,
-        };
-        let alarms = facts.alarm_events().chain(answer).map(Event::Alarm);
+        let mut answers = self.acknowledged_ahead(now, facts);
+        if let Event::AlarmAnswer(answer) = event {
+            let reported = facts.answer_event(answer);
+            if reported.is_none() && answer.answer == Answer::Acknowledged {
+                self.ahead.truncate(AHEAD_MAX - 1);
+                self.ahead.push((answer.clone(), now + JOINED_LATER));
+            }
+            answers.extend(reported);
+        }
+        let alarms = facts.alarm_events().chain(answers).map(Event::Alarm);
         let suggestions = facts.suggestion_events().iter().cloned();
         let mut events: Vec<_> = alarms.chain(suggestions.map(Event::Suggestion)).collect();
         if let Event::Line { line, .. } = event
@@ -48,6 +58,22 @@ impl Reports {
             events.extend(self.floor(now, facts).map(Box::new).map(Event::Floor));
         }
         events
+    }
+
+    /// Events of alarms that begin now and were acknowledged in another program before.
+    fn acknowledged_ahead(&mut self, now: Moment, facts: &Facts) -> Vec<AlarmEvent> {
+        self.ahead.retain(|(_, until)| now <= *until);
+        let begun: Vec<String> = facts
+            .alarm_events()
+            .filter(|alarm| alarm.status == AlarmStatus::Begun)
+            .map(|alarm| alarm.code)
+            .collect();
+        let ahead = self
+            .ahead
+            .extract_if(.., |(it, _)| begun.contains(&it.alarm));
+        ahead
+            .filter_map(|(answer, _)| facts.answer_event(&answer))
+            .collect()
     }
 
     /// The pose once a second, or an unknown heading once, and at most once a minute.

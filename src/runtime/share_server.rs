@@ -3,12 +3,12 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::event::{
-    AlarmAnswer, AlarmEvent, CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment,
-    Notice, NoticeCode, Truth,
+    AlarmAnswer, CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice,
+    NoticeCode, Truth,
 };
 use crate::io::share::{FromClient, Share};
 use crate::request::Request;
-use crate::share::{Asked, Broker, Heard, Output, StationLine};
+use crate::share::{Answers, Asked, Broker, Heard, Output, StationLine};
 
 /// The clients of a shared link.
 #[derive(Debug)]
@@ -54,12 +54,17 @@ impl ShareServer {
     }
 
     /// Takes an input from a client; returns a command for the station.
-    pub(super) fn handle(&mut self, now: Moment, input: FromClient) -> Option<Asked> {
+    pub(super) fn handle(
+        &mut self,
+        now: Moment,
+        input: FromClient,
+        answers: &Answers,
+    ) -> Option<Asked> {
         match input {
             FromClient::Connected { client, peer } => self.broker.handle_connected(client, peer),
             FromClient::Line { client, line } => {
                 let line = line.as_deref().map_err(|error| *error);
-                return self.broker.handle_line(now, client, line);
+                return self.broker.handle_line(now, client, line, answers);
             }
             FromClient::TooSlow {
                 client,
@@ -79,11 +84,6 @@ impl ShareServer {
     /// Takes the answer of the station's operator to an alarm.
     pub(super) fn handle_answer(&mut self, answered: &AlarmAnswer) {
         self.broker.handle_answer(None, answered);
-    }
-
-    /// Takes a new status of an alarm of this station.
-    pub(super) fn handle_alarm(&mut self, now: Moment, alarm: &AlarmEvent) {
-        self.broker.handle_alarm(now, alarm);
     }
 
     /// Takes the world of a simulated robot, for the clients' maps.

@@ -11,7 +11,7 @@ use super::answers::Answers;
 use super::codec::{Ask, ClientLine, Heard, StationLine, Welcome};
 use super::lines::{LINE_MAX, TooLong};
 use super::status::StatusJson;
-use crate::event::{AlarmAnswer, AlarmEvent, CommandId, CommandStatus, Failure, Moment, Truth};
+use crate::event::{AlarmAnswer, CommandId, CommandStatus, Failure, Moment, Truth};
 use crate::request::{Request, Standing};
 use groundwave_captures::words::counted;
 
@@ -109,7 +109,6 @@ pub struct Broker {
     link: String,
     can_send: bool,
     runs_alarm_hook: bool,
-    answers: Answers,
     /// The world of a simulated robot, for the clients' maps.
     truth: Option<Truth>,
     /// Time at which the station began, ms since 1970.
@@ -185,12 +184,13 @@ impl Broker {
         }
     }
 
-    /// Takes a line. Returns a command for the station; pass its number to [`Broker::handle_started`].
+    /// Takes a line, with the answers to the station's alarms. Returns a command for the station; pass its number to [`Broker::handle_started`].
     pub fn handle_line(
         &mut self,
         now: Moment,
         client: ClientId,
         line: Result<&[u8], TooLong>,
+        answers: &Answers,
     ) -> Option<Asked> {
         let busy = self.clients.values().filter(|client| client.asks > 0);
         let is_full = busy.count() >= CLIENTS_MAX;
@@ -210,7 +210,7 @@ impl Broker {
                 self.outputs.push_back(Output::Converse { client, raw });
                 let mut welcome = Welcome::new(self.link.clone(), self.can_send);
                 welcome.runs_alarm_hook = self.runs_alarm_hook;
-                welcome.answers = self.answers.all(now);
+                welcome.answers = answers.all(now);
                 welcome.truth.clone_from(&self.truth);
                 welcome.began_ms = self.began_ms;
                 self.reply(client, &StationLine::Welcome(welcome));
@@ -241,7 +241,7 @@ impl Broker {
                 });
                 return None;
             }
-            Ok(ClientLine::Answer { alarm, answer }) if self.answers.has(now, &alarm, answer) => {
+            Ok(ClientLine::Answer { alarm, answer }) if answers.has(now, &alarm, answer) => {
                 return None;
             }
             Ok(ClientLine::Answer { alarm, answer }) => {
@@ -335,11 +335,6 @@ impl Broker {
     /// Takes an operator's answer to an alarm; all clients but the one that gave it are told.
     pub fn handle_answer(&mut self, by: Option<ClientId>, answered: &AlarmAnswer) {
         self.send_all_but(by, &StationLine::Answered(answered.clone()));
-    }
-
-    /// Takes a new status of an alarm of the station.
-    pub fn handle_alarm(&mut self, now: Moment, alarm: &AlarmEvent) {
-        self.answers.take(now, alarm);
     }
 
     /// Takes the body of a line; a text is sent to all clients.

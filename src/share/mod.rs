@@ -13,6 +13,7 @@ mod lines;
 mod status;
 
 pub use address::{Address, Exposed};
+pub use answers::Answers;
 pub use broker::{Asked, Broker, CLIENTS_MAX, ClientId, OPERATOR, Output};
 pub use calls::{CallError, CallId, CallOutput, Calls, busy, is_stop, stop_queued};
 pub use codec::{

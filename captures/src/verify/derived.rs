@@ -43,8 +43,8 @@ struct Queue {
 pub(super) struct Derived {
     deriver: Deriver,
     queues: BTreeMap<Topic, Queue>,
-    /// The latest message of [`Topic::Outages`]; it may follow from the end of the recording.
-    held: Option<(MessageHeader, Vec<u8>)>,
+    /// The latest messages of [`Topic::Outages`], which have one time; they may follow from the end of the recording.
+    held: Vec<(MessageHeader, Vec<u8>)>,
     /// Whether the recording is complete from its beginning, so that every message and time must be equal.
     is_exact: bool,
 }
@@ -54,7 +54,7 @@ impl Derived {
         Self {
             deriver: Deriver::new(),
             queues: BTreeMap::new(),
-            held: None,
+            held: Vec::new(),
             is_exact: false,
         }
     }
@@ -118,10 +118,12 @@ impl Derived {
                 return;
             }
             Topic::Outages => {
-                if let Some((header, data)) = self.held.replace((header, data.to_vec())) {
-                    self.compare(topic, header, &data, verdict);
+                let first = self.held.first();
+                let is_later = first.is_some_and(|(first, _)| first.log_time != header.log_time);
+                if is_later || self.held.len() >= WAITING_MAX {
+                    self.compare_held(verdict);
                 }
-                return;
+                return self.held.push((header, data.to_vec()));
             }
             Topic::Station => StationEvent::decode(data).ok(),
             _ => None,
@@ -140,6 +142,12 @@ impl Derived {
                 }
                 Ok::<(), Infallible>(())
             });
+    }
+
+    fn compare_held(&mut self, verdict: &mut Verdict) {
+        for (header, data) in std::mem::take(&mut self.held) {
+            self.compare(Topic::Outages, header, &data, verdict);
+        }
     }
 
     fn compare(&mut self, topic: Topic, header: MessageHeader, data: &[u8], verdict: &mut Verdict) {
@@ -176,9 +184,7 @@ impl Derived {
             expect(queues, is_exact, &message);
             Ok::<(), Infallible>(())
         });
-        if let Some((header, data)) = self.held.take() {
-            self.compare(Topic::Outages, header, &data, verdict);
-        }
+        self.compare_held(verdict);
         for (topic, queue) in &self.queues {
             let count = queue.dropped + queue.expected.len();
             if queue.is_aligned && count > 0 && has(*topic) {

@@ -42,7 +42,7 @@ impl Decoder {
         let ahead = (line.sequence + SEQUENCE_MODULUS - newest.sequence) % SEQUENCE_MODULUS;
         let is_own = line.ack.boot == newest.boot
             && (1..=AHEAD_MAX).contains(&ahead)
-            && self.undecided.is_none()
+            && self.undecided[0].is_none()
             && self.robots.may_have_sent(&Received::Line(line, sent));
         (is_own && matches!(line.body, Body::State(_))).then_some(line)
     }

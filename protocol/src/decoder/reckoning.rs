@@ -9,6 +9,9 @@ use crate::{BYTES_PER_S, LINE_BYTES};
 /// Robot time without loss after which the robot's own rate is known more exactly than the wire's, seconds.
 const MEASURED_S: u64 = 8;
 
+/// Robot time without loss after which its rate is likelier than the wire's, if it differs by more than its error, seconds.
+const LIKELY_S: u64 = 3;
+
 /// Maximum time between two lines C without a gap that counts as without loss, seconds; three lines per second need longer for a
 /// hundred.
 const CLEAN_S: u64 = 30;
@@ -19,8 +22,14 @@ pub(super) const SILENCE_MS: u64 = 2000;
 /// Minimum ground time without loss after which its rate is used for the duration of a gap, ms.
 const HEARD_MS: u64 = 1000;
 
+/// Error of the ground time in which lines were heard, ms: their jitter.
+const HEARD_ERROR_MS: u64 = 500;
+
 /// Maximum ground time for which lines may come later, all at once, ms.
 const UNSPENT_MS: u64 = 60_000;
+
+/// Share of a line by which it may come too early for its lines to fit exactly: the jitter of reading.
+const EARLY_PART: u64 = 4;
 
 /// Number of bytes per line in the densest mix of lines: one long and three short lines.
 const DENSEST_BYTES: u64 = (LINE_BYTES as u64 + 3 * ACK_LINE_BYTES as u64) / 4;
@@ -80,6 +89,14 @@ impl AtCounters {
     pub(super) fn lines_before(&self) -> u64 {
         self.before_first.map_or(0, u64::from)
     }
+}
+
+/// How many bytes the robot sends.
+struct Rate {
+    bytes_per_s: u64,
+    error_pct: u64,
+    /// Whether it is the wire's rate, because the robot's own is not known.
+    is_guess: bool,
 }
 
 /// Compares the robot's clock with the sequence, from line C to line C.
@@ -151,6 +168,7 @@ impl Reckoning {
     /// Takes the time of a line, whether it is the next one by its sequence, and its length; returns the maximum number of lines that the robot
     /// can have sent in a silence before it, if there was one.
     pub(super) fn take_pause(&mut self, is_next: bool, length: usize) -> Option<u64> {
+        self.has_short |= length < LINE_BYTES;
         let before = core::mem::replace(&mut self.line_ms, self.now_ms)?;
         let pause_ms = self.now_ms?.saturating_sub(before);
         self.unspent_ms = self.unspent_ms.saturating_add(pause_ms).min(UNSPENT_MS);
@@ -171,7 +189,8 @@ impl Reckoning {
         let line = self.densest_line();
         let sent = |ms: u64| {
             let (bytes, of_ms) = self.measured().unwrap_or((BYTES_PER_S.into(), 1000));
-            (ms * bytes / of_ms).saturating_sub(length as u64) / line
+            let early = length as u64 / EARLY_PART;
+            (ms * bytes / of_ms + early).saturating_sub(length as u64) / line
         };
         self.silence_ms().map_or(0, sent)
     }
@@ -322,7 +341,7 @@ impl Reckoning {
         let hundreds = |lines: i64| (lines - missing).max(0) / MODULUS;
         let (min, max) = (hundreds(least + MODULUS - 1), hundreds(most));
         let is_possible = min <= max && missing <= most;
-        let is_guess = !self.is_rate_measured();
+        let is_guess = self.rate().is_guess;
         // The steps of the sequence alone tell the rate, where they fit it and a hundred more do not, or where no number fits a
         // guessed rate.
         let is_measure = passed_s < CLEAN_S
@@ -358,9 +377,37 @@ impl Reckoning {
         self.was_measured = true;
     }
 
-    /// Whether the robot's own rate is known better than the wire's.
-    const fn is_rate_measured(&self) -> bool {
-        self.clean_s >= MEASURED_S || self.heard_ms >= MEASURED_S * 1000
+    /// The robot's rate: as measured, or that of the wire, which is more likely until a measurement differs.
+    fn rate(&self) -> Rate {
+        let wire = u64::from(BYTES_PER_S);
+        let rate = |bytes_per_s, error_pct| Rate {
+            bytes_per_s,
+            error_pct,
+            is_guess: false,
+        };
+        if self.clean_s >= MEASURED_S {
+            let parts = 1 + self.breaks.isqrt();
+            let error_pct = 2 + parts * 100 / self.clean_s;
+            return rate(self.clean_bytes / self.clean_s, error_pct);
+        }
+        let (likely, error_pct) = if self.heard_ms >= HEARD_MS {
+            let heard = self.heard_bytes * 1000 / self.heard_ms;
+            if self.heard_ms >= MEASURED_S * 1000 {
+                return rate(heard, 3);
+            }
+            (heard, 3 + HEARD_ERROR_MS * 100 / self.heard_ms)
+        } else if self.clean_s >= LIKELY_S {
+            (self.clean_bytes / self.clean_s, 2 + 100 / self.clean_s)
+        } else {
+            (wire, 3)
+        };
+        if likely.abs_diff(wire) * 100 > wire * error_pct {
+            return rate(likely, error_pct);
+        }
+        Rate {
+            is_guess: true,
+            ..rate(wire, 3)
+        }
     }
 
     /// Whether the parts measured so far fit the wire's rate.
@@ -373,23 +420,17 @@ impl Reckoning {
     /// Minimum and maximum number of lines that can be missing among `bytes` in `passed_s` of the robot's clock, which counts
     /// whole seconds.
     fn expected(&self, passed_s: u64, bytes: u64, is_mixed: bool) -> (i64, i64) {
-        let (rate, error_pct) = if self.clean_s >= MEASURED_S {
-            let parts = 1 + self.breaks.isqrt();
-            (
-                self.clean_bytes / self.clean_s,
-                2 + parts * 100 / self.clean_s,
-            )
-        } else if self.heard_ms >= MEASURED_S * 1000 {
-            (self.heard_bytes * 1000 / self.heard_ms, 3)
-        } else {
-            (u64::from(BYTES_PER_S), 3)
-        };
+        let Rate {
+            bytes_per_s: rate,
+            error_pct,
+            ..
+        } = self.rate();
         let (least_rate, most_rate) = if self.takes_turns {
             // The time includes the ground's turns.
             (rate / 4, rate * 2)
         } else {
             (
-                rate * (100 - error_pct) / 100,
+                rate * 100_u64.saturating_sub(error_pct) / 100,
                 rate * (100 + error_pct) / 100,
             )
         };

@@ -20,7 +20,7 @@ const NEAR: u8 = LATE_LINES_MAX;
 
 /// The followed robot and other robots on its channel. Most lines contain their robot's id. Any other line belongs to the
 /// robot with the same boot counter; if several robots have it, to the one whose sequence the line continues most closely. If it continues no
-/// known robot, the next line decides: the robot may have restarted, or was not heard for long, or another robot may be on the channel.
+/// known robot, a later line with an id, or near the followed robot's, decides: the robot may have restarted, or was not heard for long, or another robot may be on the channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Robots {
     own: Option<Robot>,
@@ -97,8 +97,8 @@ pub(super) enum Sender {
     /// The robot that is followed from this line on. The lines before it, which show no id, are its own or another robot's: as its own, this
     /// number of lines would be missing between the latest of them and this line.
     Unclear(u8),
-    /// The next line decides, with [`Robots::sent_own`].
-    Undecided,
+    /// A later line decides, with [`Robots::sent_own`]. If the followed robot sent this one, this number of lines is missing before it.
+    Undecided(u8),
 }
 
 impl Robots {
@@ -165,13 +165,14 @@ impl Robots {
             return Sender::Own;
         };
         let is_own_boot = line.boot == own.latest.boot;
+        let undecided = Sender::Undecided(if is_own_boot {
+            line.skipped_since(own.latest)
+        } else {
+            line.sequence
+        });
         if self.others[0].is_none() {
             let is_own = line.continues(own.latest) || is_after_silence && is_own_boot;
-            return if is_own {
-                Sender::Own
-            } else {
-                Sender::Undecided
-            };
+            return if is_own { Sender::Own } else { undecided };
         }
         let skipped = |robot: Robot| line.skipped_since(robot.latest);
         let others = self.others.iter().enumerate();
@@ -191,11 +192,11 @@ impl Robots {
                     Sender::Own
                 } else {
                     // A line of another robot, most of whose lines were lost, may be anywhere.
-                    Sender::Undecided
+                    undecided
                 }
             }
             None if is_own_boot => Sender::Own,
-            None => Sender::Undecided,
+            None => undecided,
         }
     }
 
@@ -203,23 +204,26 @@ impl Robots {
         let robot = match sender {
             Sender::Other(place) => &mut self.others[place],
             Sender::Own | Sender::Successor | Sender::Unclear(_) => &mut self.own,
-            Sender::Undecided => return,
+            Sender::Undecided(_) => return,
         };
         if let Some(robot) = robot {
             robot.latest = line;
         }
     }
 
-    /// Decides by the `next` line, which is not taken yet, whether the followed robot sent an undecided line; `None` if that remains open.
+    /// Decides by the `next` line, which is not taken yet, whether the followed robot sent the undecided lines from `first` to `last`; `None`
+    /// if that remains open.
     pub(super) fn sent_own(
         &mut self,
-        undecided: &Received,
+        first: &Received,
+        last: &Received,
         next: &Received,
         silence_ms: Option<u64>,
     ) -> Option<bool> {
         let own = self.own?;
-        let (line, next_line) = (Place::of(undecided), Place::of(next));
-        let follows = next_line.follows(line);
+        let (line, last) = (Place::of(first), Place::of(last));
+        let next_line = Place::of(next);
+        let follows = next_line.follows(last);
         let skipped = next_line.skipped_since(own.latest);
         let is_own = match id_of(next) {
             Some(id) if id != own.id => {
@@ -234,14 +238,19 @@ impl Robots {
             }
             // The robot is where it was before, unless it numbers its lines through and shows a wrong boot.
             _ if next_line.continues(own.latest)
-                && !(follows && next_line.skipped_since(line) < skipped) =>
+                && !(follows && next_line.skipped_since(last) < skipped) =>
             {
                 line.skipped_since(own.latest) < skipped
             }
-            _ => true,
+            None if is_silence(silence_ms) && own.latest.boot == next_line.boot => {
+                line.boot == next_line.boot
+            }
+            // Only an id shows that the robot is elsewhere.
+            None => return None,
+            Some(_) => true,
         };
         if is_own {
-            self.follow(Sender::Own, line);
+            self.follow(Sender::Own, last);
         }
         Some(is_own)
     }

@@ -60,15 +60,10 @@ impl Attended {
         shelved.min()
     }
 
-    /// Unshelves alarms whose time is over; returns their indexes.
-    pub(in crate::model) fn expire(&mut self, now: Moment) -> Vec<usize> {
-        let mut expired = Vec::new();
-        for (index, attention) in self.0.iter_mut().enumerate() {
-            if attention.shelved_until.is_some_and(|until| until <= now) {
-                attention.shelved_until = None;
-                expired.push(index);
-            }
+    /// Unshelves alarms whose time is over.
+    pub(in crate::model) fn expire(&mut self, now: Moment) {
+        for attention in &mut self.0 {
+            attention.shelved_until.take_if(|until| *until <= now);
         }
-        expired
     }
 }

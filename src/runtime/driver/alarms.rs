@@ -10,9 +10,8 @@ use crate::share::OPERATOR;
 impl Driver {
     /// Adds an event that is not the station's own; [`Self::poll_event`] returns it.
     pub fn tell(&mut self, event: Event) {
-        let now = self.now();
-        if let (Event::Alarm(alarm), Some(server)) = (&event, &mut self.share) {
-            server.handle_alarm(now, alarm);
+        if let Event::Alarm(alarm) = &event {
+            self.answers.take(self.now(), alarm);
         }
         if let (Event::Alarm(alarm), Some(hook), false) =
             (&event, &self.alarm_hook, self.station_runs_hook)

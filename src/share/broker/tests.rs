@@ -1,7 +1,7 @@
 //! Clients connect, send commands, make mistakes and disconnect.
 
 use super::*;
-use crate::event::{AlarmStatus, Answer, Level};
+use crate::event::{AlarmEvent, AlarmStatus, Answer, Level};
 use crate::request::Request;
 use groundwave_protocol::status_codes::Mode;
 
@@ -11,6 +11,7 @@ const HELLO: &[u8] = b"{\"groundwave\":1,\"pid\":77}";
 
 struct Table {
     broker: Broker,
+    answers: Answers,
     now: Moment,
     next: u32,
 }
@@ -22,13 +23,16 @@ impl Table {
         broker.handle_connected(SECOND, "127.0.0.1:9".to_owned());
         Self {
             broker,
+            answers: Answers::default(),
             now: Moment::ZERO,
             next: 1,
         }
     }
 
     fn hear(&mut self, client: ClientId, line: &[u8]) -> Option<CommandId> {
-        let asked = self.broker.handle_line(self.now, client, Ok(line))?;
+        let asked = self
+            .broker
+            .handle_line(self.now, client, Ok(line), &self.answers)?;
         let id = CommandId(self.next);
         self.next += 1;
         self.broker
@@ -109,10 +113,12 @@ fn clients_are_named_by_the_system_before_their_own_word() {
     table.hear(FIRST, HELLO);
     table.hear(SECOND, HELLO);
     let by = |table: &mut Table, client| {
-        let asked =
-            table
-                .broker
-                .handle_line(Moment::ZERO, client, Ok(br#"{"id":1,"do":"mode prowl"}"#));
+        let asked = table.broker.handle_line(
+            Moment::ZERO,
+            client,
+            Ok(br#"{"id":1,"do":"mode prowl"}"#),
+            &table.answers,
+        );
         let asked = asked.expect("a wish");
         assert_eq!(asked.ask.request, Request::Mode(Mode::Prowl));
         asked.by
@@ -144,7 +150,9 @@ fn garbage_closes_only_its_client_with_a_reason() {
     }
     let mut table = Table::new();
     assert_eq!(
-        table.broker.handle_line(Moment::ZERO, FIRST, Err(TooLong)),
+        table
+            .broker
+            .handle_line(Moment::ZERO, FIRST, Err(TooLong), &table.answers),
         None
     );
     assert!(table.outputs()[0].contains("a line is longer"));
@@ -350,10 +358,18 @@ fn a_later_client_learns_the_answers_that_apply_and_repeated_ones_are_dropped() 
         alarm("battery_low", AlarmStatus::Shelved, Some(600)),
         alarm("robot_silent", AlarmStatus::Shelved, Some(600)),
         alarm("robot_silent", AlarmStatus::Unshelved, None),
+        alarm("bumper_jammed", AlarmStatus::Shelved, Some(30)),
     ] {
-        table.broker.handle_alarm(table.now, &event);
+        table.answers.take(table.now, &event);
     }
-    table.now = Moment::from_secs(60);
+    assert_eq!(table.answers.next_expiry(), Some(Moment::from_secs(30)));
+    table.now = Moment::from_mins(1);
+    let expired = table.answers.expired(table.now);
+    assert_eq!(
+        expired,
+        [alarm("bumper_jammed", AlarmStatus::Unshelved, None)]
+    );
+    assert_eq!(table.answers.expired(table.now), []);
     table.outputs();
     table.hear(SECOND, HELLO);
     let told = table.outputs().concat();

@@ -1,0 +1,123 @@
+//! The number of lost lines against the truth: it lies between the numbers that the decoder gives.
+
+use groundwave_protocol::decoder::Decoder;
+
+use crate::reckoning::{Draws, Robot, hear};
+
+/// A robot, what is heard of it, and how many of its lines were lost between the first and the latest heard one.
+struct Radio {
+    robot: Robot,
+    decoder: Decoder,
+    /// Time before the robot's latest boot, in byte times at 2400 baud.
+    before_boot: u64,
+    is_timed: bool,
+    /// Number of lines lost since the latest heard one.
+    pending: u64,
+    lost: u64,
+    has_heard: bool,
+}
+
+impl Radio {
+    fn send(&mut self, is_heard: bool, is_short: bool) {
+        let line = if is_short {
+            self.robot.next_short()
+        } else {
+            self.robot.next()
+        };
+        if is_heard {
+            if self.is_timed {
+                let time = self.before_boot + self.robot.clock;
+                self.decoder.set_time(time * 1000 / 240);
+            }
+            hear(&mut self.decoder, &line);
+            self.lost += std::mem::take(&mut self.pending);
+            self.has_heard = true;
+        } else if self.has_heard {
+            self.pending += 1;
+        }
+    }
+
+    fn boot(&mut self, pause: u64, boots: u8) {
+        self.before_boot += self.robot.clock + pause;
+        self.robot.clock = 0;
+        self.robot.boot = (self.robot.boot + boots) % 8;
+        (self.robot.sent, self.robot.sent_long) = (0, 0);
+    }
+}
+
+fn check(seed: u64) {
+    let mut draws = Draws(seed);
+    let mut below = |end: u64| draws.per_cent() * end / 100;
+    let is_timed = below(4) > 0;
+    // 2400, 4800, 9600 and 19,200 baud.
+    let speed = [1, 1, 2, 4, 8][below(5) as usize];
+    let loss_pct = if is_timed {
+        [0, 0, 10, 40][below(4) as usize]
+    } else {
+        0
+    };
+    let short_pct = if is_timed && speed == 1 {
+        [0, 0, 30][below(3) as usize]
+    } else {
+        0
+    };
+    let has_boots = below(3) == 0;
+    let mut radio = Radio {
+        robot: Robot {
+            shows_era: below(2) == 0,
+            sent: below(100),
+            sent_long: below(12),
+            idle: 80 / speed as i64 - 80,
+            ..Robot::new(7)
+        },
+        decoder: Decoder::default(),
+        before_boot: 0,
+        is_timed,
+        pending: 0,
+        lost: 0,
+        has_heard: false,
+    };
+    for part in 0..4 {
+        // The first part shows the rate.
+        let heard = speed * (9 + below(30)) + 24 * u64::from(!is_timed || part > 0);
+        for n in 0..heard {
+            let is_whole = part == 0 && n < 6 * speed;
+            let is_short = below(100) < short_pct;
+            radio.send(is_whole || below(100) >= loss_pct, is_short);
+        }
+        let lost = [0, below(8), below(100), below(400)][below(4) as usize];
+        let boots_after = below(lost + 1);
+        for n in 0..lost {
+            if has_boots && n == boots_after {
+                radio.boot([0, 80, 400][below(3) as usize], 1);
+            }
+            radio.send(false, below(100) < short_pct);
+        }
+    }
+    for _ in 0..30 {
+        radio.send(true, false);
+    }
+    let told = radio.decoder.counters().lost();
+    let max = told.known_max().unwrap_or(u64::MAX);
+    assert!(
+        (told.min..=max).contains(&radio.lost),
+        "seed {seed}: {told:?}, but {} are lost; at {speed} times 2400 baud, timed {is_timed}, loss {loss_pct} %, short {short_pct} %, boots {has_boots}",
+        radio.lost
+    );
+}
+
+#[test]
+fn the_true_loss_lies_in_the_interval() {
+    let mut wrong = Vec::new();
+    for seed in 0..1000 {
+        if let Err(error) = std::panic::catch_unwind(|| check(seed)) {
+            wrong.push(error.downcast_ref::<String>().cloned().unwrap_or_default());
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "{} of 1000: {:#?}",
+        wrong.len(),
+        &wrong[..wrong.len().min(12)]
+    );
+}
