@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{avr, capture, cargo, debian, mega, nightly, root, run};
+use crate::{BENCH, avr, build, capture, debian, mega, nightly, root, run};
 
 /// Number of seeds of each run in a night.
 const NIGHT_SEEDS: &str = "20";
@@ -52,8 +52,7 @@ fn board_with(options: &[&str]) -> Result<(), String> {
     let bare = mega::build("bare", &["--no-default-features"])?;
     let half = mega::build("half", &["--features", "lcd,half-duplex"])?;
     let emulator = compile("board")?;
-    let groundwave = root().join("target/debug/groundwave");
-    cargo(&[&["build", "--bin", "groundwave"], super::EVERYTHING].concat())?;
+    let groundwave = build("groundwave")?;
     run(bench()?
         .arg("board")
         .args(["--panic-at", &mega::panic_address(&full)?])
@@ -117,6 +116,5 @@ fn compile(name: &str) -> Result<PathBuf, String> {
 
 /// The program that compares a chip with the host.
 fn bench() -> Result<Command, String> {
-    cargo(&[&["build", "--bin", "sr04-bench"], super::EVERYTHING].concat())?;
-    Ok(Command::new(root().join("target/debug/sr04-bench")))
+    build(BENCH).map(Command::new)
 }

@@ -162,11 +162,9 @@ fn doc() -> Result<(), String> {
         .env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-/// Runs a judge (other people's program) for ten minutes at most (a minute is usual) on the program that the tests use;
-/// if the program were built alone, its dependencies would have other features.
+/// Runs a judge (other people's program) for ten minutes at most (a minute is usual).
 fn judge(script: &str) -> Result<(), String> {
-    cargo(&[&["test", "--no-run", "--test", "system"], EVERYTHING].concat())?;
-    let program = root().join("target/debug/groundwave");
+    let program = build("groundwave")?;
     run(Command::new("timeout")
         .args(["--verbose", "--kill-after=10", "600", "bash", script])
         .env("GROUNDWAVE", program))
@@ -174,8 +172,14 @@ fn judge(script: &str) -> Result<(), String> {
 
 /// Runs the trials of the robot; `--help` describes the options.
 fn acceptance(arguments: &[String]) -> Result<(), String> {
-    cargo(&[&["build", "--bin", "sr04-trials"], EVERYTHING].concat())?;
-    run(Command::new(root().join("target/debug/sr04-trials")).args(arguments))
+    run(Command::new(build("sr04-trials")?).args(arguments))
+}
+
+/// Builds a program and a test: without a test, the dependencies would have fewer features than in the step `test`, and
+/// cargo would compile most of them and the station again.
+fn build(program: &str) -> Result<PathBuf, String> {
+    cargo(&[&["build", "--bin", program, "--test", "system"], EVERYTHING].concat())?;
+    Ok(root().join("target/debug").join(program))
 }
 
 fn cargo(arguments: &[&str]) -> Result<(), String> {
