@@ -32,7 +32,7 @@ mod testing;
 
 use hostile_link::{DELAY_MS, Direction, JITTER_MS, Weather};
 
-const SEEDS: u64 = 40;
+const SEEDS: u64 = 20;
 
 /// Duration of a trial, milliseconds.
 const TRIAL_MS: u64 = 60_000;

@@ -9,7 +9,7 @@ use groundwave_protocol::Waypoint;
 use groundwave_protocol::digest::digest;
 use groundwave_protocol::status_codes::{Layer, LayerMask, Mode};
 
-const SEEDS: u64 = 50;
+const SEEDS: u64 = 20;
 
 /// A perfect radio, and one that damages every second line.
 const CHANNELS: [&str; 2] = ["", "ber=1e-3"];

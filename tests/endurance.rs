@@ -221,13 +221,13 @@ fn nothing_grows_over_a_day_of_outages() {
     assert!(output.status.success(), "{}", said.concat());
 }
 
-/// The child process of the test above: a whole day in `cargo xtask nightly`, otherwise ten hours.
+/// The child process of the test above: a whole day in `cargo xtask nightly`, otherwise six hours.
 #[test]
 fn a_day_of_outages() {
     if std::env::var_os(ALONE).is_none() {
         return;
     }
-    let hours = if is_nightly() { 24 } else { 10 };
+    let hours = if is_nightly() { 24 } else { 6 };
     let mut day = Day::new();
     // Logs, trails and charts are full after this.
     for _ in 0..4 {

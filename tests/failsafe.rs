@@ -47,7 +47,7 @@ fn armed<R: Robot>(seed: u64) -> CoSimulation<R> {
 
 #[test]
 fn a_quiet_station_is_not_a_silent_ground() {
-    stay_quiet::<Simulation>(20);
+    stay_quiet::<Simulation>(8);
     #[cfg(unix)]
     stay_quiet::<CSimulation>(4);
 }

@@ -27,7 +27,7 @@ use groundwave::share::{
 use groundwave_lines::{FIELDS_MAX, Recognizer, runs};
 use sr04_sim::World;
 
-const ITERATIONS: usize = 5000;
+const ITERATIONS: usize = 1000;
 
 const WORLD: &str = include_str!("../firmware/sim/worlds/corridor.toml");
 

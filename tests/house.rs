@@ -13,7 +13,7 @@ fn house(seed: u64) -> Simulation {
 /// A robot is stuck if it moves less than 12 inches in 5 minutes in a driving mode.
 #[test]
 fn nineteen_of_twenty_robots_prowl_ten_minutes_without_a_stuck() {
-    let stuck = on_all_cores(seeds(40), |seed| {
+    let stuck = on_all_cores(seeds(20), |seed| {
         let mut simulation = house(seed);
         (0..600).any(|_| {
             simulation.run_for_ms(1000);

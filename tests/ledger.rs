@@ -14,7 +14,7 @@ use groundwave_protocol::telemetry::Body;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-const SEEDS: u64 = 50;
+const SEEDS: u64 = 20;
 
 const SIZE: (u16, u16) = (160, 50);
 
@@ -223,7 +223,7 @@ fn no_row_says_more_than_is_so_at_the_robot() {
 fn a_layer_key_pressed_twice_forbids_and_allows_again() {
     let sonar = LayerMask::NONE.with(Layer::Sonar);
     let channels = ["", "delay=400ms", "delay=1500ms", "ber=1e-3"];
-    on_all_cores(seeds(100), |seed| {
+    on_all_cores(seeds(2 * SEEDS), |seed| {
         let channel = channels[seed as usize % channels.len()];
         let mut watched = Watched::new(seed, channel);
         watched.run_until("a line B", 60, |watched| watched.co.allowed.is_some());

@@ -11,7 +11,7 @@ use groundwave_protocol::status_codes::Mode;
 use sr04_firmware::board::{Duplex, HC_12_PATIENCE_BYTES};
 use sr04_sim::Simulation;
 
-const SEEDS: u64 = 50;
+const SEEDS: u64 = 20;
 
 /// Seeds with the robot in C, a process that answers at every byte time.
 #[cfg(unix)]

@@ -156,10 +156,10 @@ fn repeat_an_earlier_session<R: Robot>(seeds: u64) {
 
 const CONFIRMED: CommandStatus = CommandStatus::Confirmed { digest: None };
 
-/// Step between moments: the gate tries every fourth, the nightly run each; with the robot in C, a sixteenth of them.
+/// Step between moments: the gate tries every eighth, the nightly run each; with the robot in C, an eighth of them.
 fn sampling<R: Robot>() -> usize {
-    let step = if is_nightly() { 1 } else { 4 };
-    if R::IS_IN_C { 16 * step } else { step }
+    let step = if is_nightly() { 1 } else { 8 };
+    if R::IS_IN_C { 8 * step } else { step }
 }
 
 /// Maximum time from the key until the robot's program stops, on a clean link in any phase.

@@ -25,11 +25,11 @@ use sr04_sim::{ChannelSpec, Simulation, SimulationConfig, World};
 /// A change of the C library's source: a text that occurs once, and its replacement.
 pub type Patch = (&'static str, &'static str);
 
-/// The seeds of a property: `few` seeds from 0 on. With `GROUNDWAVE_SEEDS=FIRST`, as set by `cargo xtask nightly`, ten
+/// The seeds of a property: `few` seeds from 0 on. With `GROUNDWAVE_SEEDS=FIRST`, as set by `cargo xtask nightly`, 25
 /// times as many from `FIRST` on.
 pub fn seeds(few: u64) -> Range<u64> {
     match std::env::var("GROUNDWAVE_SEEDS").map(|first| first.parse::<u64>()) {
-        Ok(Ok(first)) => first..first + 10 * few,
+        Ok(Ok(first)) => first..first + 25 * few,
         Ok(Err(error)) => panic!("GROUNDWAVE_SEEDS is not a number: {error}"),
         Err(_) => 0..few,
     }

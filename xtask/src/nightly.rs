@@ -9,7 +9,7 @@ const SEEDS_A_DAY: u64 = 10_000;
 /// Duration of each fuzz target, milliseconds.
 const FUZZ_MS: u64 = 600_000;
 
-/// Runs every test with today's seeds, ten times as many as usual.
+/// Runs every test with today's seeds, 25 times as many as usual.
 pub(crate) fn seeds() -> Result<(), String> {
     let first = first_seed();
     println!("seeds from {first} on: GROUNDWAVE_SEEDS={first} PROPTEST_RNG_SEED={first}");
