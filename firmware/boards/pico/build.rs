@@ -1,4 +1,5 @@
-//! Puts `memory.x` where the linker looks for it.
+//! Puts `memory.x` where the linker looks for it. Options of the linker are here rather than in `.cargo/config.toml`, so that both
+//! boards of this chip share the compiled `core`.
 
 use std::env;
 use std::fs;
@@ -10,5 +11,7 @@ fn main() {
         println!("cargo::error=memory.x: {error}");
     }
     println!("cargo::rustc-link-search={out}");
+    println!("cargo::rustc-link-arg=--nmagic");
+    println!("cargo::rustc-link-arg=-Tlink.x");
     println!("cargo::rerun-if-changed=memory.x");
 }
