@@ -9,8 +9,9 @@ use std::process::Command;
 
 use crate::{BENCH, avr, build, capture, debian, mega, nightly, root, run};
 
-/// Number of seeds of each run in a night.
+/// Number of seeds of each run in a night, and its duration.
 const NIGHT_SEEDS: &str = "20";
+const NIGHT_S: &str = "600";
 
 /// Seeds of the board's checks in a night, and seconds of each drive in the house.
 const BOARD_SEEDS: &str = "5";
@@ -29,7 +30,14 @@ pub(crate) fn microbit() -> Result<(), String> {
 /// Repeats runs with the seeds of today on both chips, and drives the board for hours.
 pub(crate) fn night() -> Result<(), String> {
     let first = nightly::first_seed().to_string();
-    let options = ["--seed", &first, "--seeds", NIGHT_SEEDS];
+    let options = [
+        "--seed",
+        &first,
+        "--seeds",
+        NIGHT_SEEDS,
+        "--seconds",
+        NIGHT_S,
+    ];
     mega(&options)?;
     micro(&options)?;
     board_with(&[
