@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use groundwave_mapping::{Compass, CorrectedPose};
 use groundwave_protocol::decoder::{Decoder, Received};
-use groundwave_protocol::status_codes::{Drive, LayerMask};
+use groundwave_protocol::status_codes::{Bump, Drive, LayerMask};
 use groundwave_protocol::telemetry::{Ack, Body, Line, ListPlace, StateLine, StatusLine};
 use sr04_sim::{Pose, Simulation, SimulationConfig, World};
 
@@ -254,6 +254,32 @@ fn stated_pose_keeps_its_uncertainty_and_another_is_taken_as_true() {
         other.ellipse.long_in < 1e-6 && other.theta_deg.half < 1.0,
         "{other:?}"
     );
+}
+
+/// The bumper's side that touches first holds the robot back: it turns there, and its wheels slip.
+#[test]
+fn contact_on_one_side_turns_the_robot_there() {
+    let heading_error_deg = |bumps: &[Bump]| {
+        let mut compass = Compass::default();
+        for (at, bump) in bumps.iter().enumerate() {
+            let state = StateLine {
+                y_tenths_in: 30 * at as i32,
+                wheel_left_in_s: 10,
+                wheel_right_in_s: 10,
+                velocity_in_s: 10,
+                bump: *bump,
+                ..StateLine::BLANK
+            };
+            let now = Duration::from_millis(300 * at as u64);
+            compass.handle_line(now, &line(Body::State(state)));
+        }
+        compass.heading_error_deg().expect("a heading").value
+    };
+    let contact = |bump| heading_error_deg(&[Bump::None, Bump::None, bump, bump, Bump::None]);
+    assert!(contact(Bump::None).abs() < 1e-6);
+    assert!(contact(Bump::Center).abs() < 1e-6);
+    assert!((0.7..1.3).contains(&contact(Bump::Right)));
+    assert!((contact(Bump::Right) + contact(Bump::Left)).abs() < 1e-6);
 }
 
 /// Lines A and B tell of the same setting of the pose, in either order, and either may be lost.

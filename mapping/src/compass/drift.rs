@@ -33,6 +33,8 @@ const NEGLIGIBLE: f64 = 1e-9;
 pub(super) struct Motion {
     pub(super) path_in: f64,
     pub(super) turn_deg: f64,
+    /// Turn of the robot by contacts that the odometer does not see, degrees.
+    pub(super) pushed_deg: f64,
     /// Variance of the heading error that has no known cause, square degrees.
     pub(super) variance: f64,
 }
@@ -203,6 +205,7 @@ impl Filter {
         let Motion {
             path_in,
             turn_deg,
+            pushed_deg,
             variance,
         } = motion;
         let (state, p) = (self.state, self.covariance);
@@ -215,7 +218,7 @@ impl Filter {
         covariance[2][0] = row[2];
         Self {
             weight: self.weight,
-            state: [dot(step, state), state[1], state[2]],
+            state: [dot(step, state) + pushed_deg, state[1], state[2]],
             covariance,
         }
     }
@@ -312,7 +315,7 @@ mod tests {
             error_deg in 0.0..6.0_f64, phase in 0.0..6.3_f64,
         ) {
             let mut drift = Drift::default();
-            let motion = Motion { path_in: 80.0, turn_deg: 30.0, variance: 1.0 };
+            let motion = Motion { path_in: 80.0, turn_deg: 30.0, variance: 1.0, ..Motion::default() };
             let mut truth_deg = 0.0;
             for step in 0..60 {
                 // Errors without a mean or a trend, from the golden angle.
@@ -335,7 +338,7 @@ mod tests {
         #[test]
         fn heading_without_walls_is_lost(path_in in 50.0..200.0_f64) {
             let mut drift = Drift::default();
-            let motion = Motion { path_in, turn_deg: 0.0, variance: 0.1 };
+            let motion = Motion { path_in, variance: 0.1, ..Motion::default() };
             let mut was_lost = false;
             for _ in 0..60 {
                 drift.update(motion, |_| 1.0);

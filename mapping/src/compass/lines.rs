@@ -6,6 +6,10 @@ use groundwave_protocol::telemetry::StateLine;
 /// Difference of a wheel's speed from its command from which the wheel is held, in/s: more than a robot gains in 0.3 s.
 const HELD_IN_S: i16 = 8;
 
+/// Turn towards the side of a contact, degrees per in/s of speed ahead: the other side goes on while the wheels slip. A robot at
+/// 10 in/s turned by a mean of 1.0 with a deviation of 1.3 degrees (4,500 contacts of sixty simulated robots).
+const PUSHED_DEG: f64 = 0.1;
+
 /// Position of the odometer, inches.
 pub(super) fn position_in(state: &StateLine) -> (f64, f64) {
     (
@@ -17,6 +21,17 @@ pub(super) fn position_in(state: &StateLine) -> (f64, f64) {
 /// The shortest turn from one heading to another, degrees, positive to the right.
 pub(super) fn turn_deg(from: f64, to: f64) -> f64 {
     (to - from + 540.0).rem_euclid(360.0) - 180.0
+}
+
+/// Turn of the robot, which its odometer does not see, by a contact that began between two lines: degrees, positive to the right.
+pub(super) fn pushed_deg(last: &StateLine, state: &StateLine) -> f64 {
+    let side = match state.bump {
+        Bump::Left if last.bump != Bump::Left => -1.0,
+        Bump::Right if last.bump != Bump::Right => 1.0,
+        _ => return 0.0,
+    };
+    let wheels_in_s = i16::from(last.wheel_left_in_s) + i16::from(last.wheel_right_in_s);
+    side * PUSHED_DEG * f64::from(wheels_in_s.max(0)) / 2.0
 }
 
 /// Whether a wheel lags behind its command by more than it takes to speed up.

@@ -31,7 +31,7 @@ pub(crate) use align::{align, thinned};
 use directions::{Belief, Change};
 use dock::Dock;
 use drift::{Drift, Motion};
-use lines::{is_touching, position_in, turn_deg};
+use lines::{is_touching, position_in, pushed_deg, turn_deg};
 pub(crate) use matching::Foot;
 pub use reckoning::Ellipse;
 use reckoning::Reckoning;
@@ -97,7 +97,7 @@ pub struct Compass {
     resets: Resets,
     boots: Option<u16>,
     gauge: Gauge,
-    /// Odometry since the stretch began, with the known error of the wheels taken off.
+    /// Odometry since the stretch began, with the known errors of the wheels and of contacts taken off.
     pose: Pose,
     echoes_at: Option<Pose>,
     stretch: Stretch,
@@ -329,6 +329,8 @@ impl Compass {
         }
         self.motion.path_in += path_in;
         self.motion.turn_deg += turn_deg;
+        let pushed_deg = pushed_deg(&last, state);
+        self.motion.pushed_deg += pushed_deg;
         self.motion.variance +=
             PER_IN * path_in.abs() + PER_DEG * turn_deg.abs() + PER_CONTACT_S * contact_s;
         if let Some(tracker) = &mut self.tracker {
@@ -343,7 +345,7 @@ impl Compass {
         }
         self.stretch.drive(path_in.abs());
 
-        let turn_rad = (turn_deg + growth.value * path_in).to_radians();
+        let turn_rad = (turn_deg + growth.value * path_in + pushed_deg).to_radians();
         let between = Pose {
             theta_rad: self.pose.theta_rad + turn_rad / 2.0,
             ..self.pose
@@ -477,7 +479,7 @@ impl Compass {
         let stretch = likelihood.map(|_| self.stretch.clone());
         Leg {
             change: Change {
-                mean_deg: -growth.value * self.motion.path_in,
+                mean_deg: -growth.value * self.motion.path_in - self.motion.pushed_deg,
                 variance: self.motion.variance + unknown_deg * unknown_deg,
                 likelihood: likelihood.copied(),
             },

@@ -42,9 +42,8 @@ const SHAPE: f64 = 4.0;
 const IDLE_RECENT: f64 = 0.1;
 const IDLE_EARLIER: f64 = 0.3;
 
-/// Stretches compared at once with places of long ago, and the least number of submaps there.
-const STRETCHES: usize = 4;
-const EARLIER_LEAST: usize = 4;
+/// Least number of submaps at a place of long ago.
+const EARLIER_LEAST: usize = 2;
 
 /// Maximum patches: 20 min of driving before the first is dropped. With at most 128 views of 14 bytes they take 172 kB, usually half.
 /// Copies of a map share them.
@@ -73,8 +72,6 @@ pub(super) struct Submaps {
     feet: Vec<Arc<[Foot]>>,
     /// What was seen, oldest first.
     patches: Vec<Patch>,
-    /// Stretches since the last match with places of long ago.
-    unmatched: usize,
 }
 
 /// The state is enough to tell two maps apart.
@@ -94,7 +91,6 @@ impl Submaps {
             covariance: Symmetric::diagonal(&[variance, variance, 1.0]),
             feet: Vec::new(),
             patches: Vec::new(),
-            unmatched: 0,
         }
     }
 
@@ -105,7 +101,6 @@ impl Submaps {
             covariance: self.covariance.first(ROBOT),
             feet: Vec::new(),
             patches: Vec::new(),
-            unmatched: 0,
         }
     }
 
@@ -172,32 +167,17 @@ impl Submaps {
         let (recent, earlier): (Vec<usize>, Vec<usize>) =
             near.partition(|at| self.variance(0, state(*at)) < TOGETHER);
         self.match_with(&feet, &recent, IDLE_RECENT);
-        self.unmatched += 1;
         let nearest = earlier
             .iter()
             .copied()
             .min_by(|one, other| distance_in(self, *one).total_cmp(&distance_in(self, *other)));
-        let count = self.feet.len();
-        if let Some(nearest) = nearest
-            && self.unmatched >= STRETCHES
-            && count >= STRETCHES
-        {
-            let newest = count + 1 - STRETCHES..count;
+        if let Some(nearest) = nearest {
             let group: Vec<usize> = earlier
                 .into_iter()
                 .filter(|at| self.variance(state(nearest), state(*at)) < TOGETHER)
-                .filter(|at| *at < newest.start)
                 .collect();
             if group.len() >= EARLIER_LEAST {
-                let here = self.position_in();
-                let mut seen = feet.clone();
-                for at in newest {
-                    let origin = self.origin(at);
-                    let from = (origin.0 - here.0, origin.1 - here.1);
-                    seen.extend(self.feet[at].iter().map(|foot| foot.moved(from)));
-                }
-                self.match_with(&seen, &group, IDLE_EARLIER);
-                self.unmatched = 0;
+                self.match_with(&feet, &group, IDLE_EARLIER);
             }
         }
         if feet.len() >= FEET_LEAST {
