@@ -490,6 +490,23 @@ mod tests {
             prop_assert!((kept.0 - first.0).hypot(kept.1 - first.1) < 3.0, "{kept:?}");
         }
 
+        /// A robot that comes back to a room of two stretches is placed by its first stretch there.
+        #[test]
+        fn first_stretch_in_an_old_place_is_matched(off_in in -20.0..20.0_f64) {
+            let (first, second) = ((40.0, 40.0), (120.0, 40.0));
+            let mut submaps = Submaps::at(first, 1.0);
+            submaps.take(room(first));
+            submaps.advance((80.0, 0.0), 0.02, 80.0, 0.0);
+            submaps.take(room(second));
+            submaps.advance((-80.0, off_in), 0.25, 80.0, 0.0);
+            let before = submaps.covariance();
+            submaps.take(room(first));
+            let (_, y_in) = submaps.position_in();
+            let left_in = (y_in - first.1).abs();
+            prop_assert!(left_in < 3.0 + off_in.abs() / 4.0, "{left_in} of {off_in}");
+            prop_assert!(submaps.covariance()[1][1] < before[1][1] / 2.0);
+        }
+
         /// Where the map has no walls, a stretch changes nothing.
         #[test]
         fn unknown_place_says_nothing(x_in in 400.0..900.0_f64) {
