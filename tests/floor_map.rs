@@ -121,7 +121,7 @@ fn floor_is_exported_for_ros() {
         0,
         &["export", bursts, "--to", "map", "--force", "-o", &name],
     );
-    assert!(err.contains("map of 30 x 22 ft; image a "), "{err}");
+    assert!(err.contains("map of 30 x 24 ft; image a "), "{err}");
     fs::remove_dir_all(folder).unwrap();
 }
 
