@@ -147,7 +147,7 @@ impl Dashboard {
 
     /// Plans a route, sends it and makes the robot prowl, as an operator does; then waits for its end. Tries again each minute
     /// while no route can be planned.
-    fn drive_planned(&mut self, plan: &str, seconds: u64) {
+    pub(crate) fn drive_planned(&mut self, plan: &str, seconds: u64) {
         let end = self.co.now() + Duration::from_secs(seconds);
         let drafted = |notices: &[String]| notices.iter().any(|text| text.contains("drafted"));
         while !drafted(&self.notices) && self.co.now() < end {
@@ -170,6 +170,11 @@ impl Dashboard {
         self.run_until(left, |it| {
             it.has_stopped() && it.notices.iter().any(is_over)
         });
+    }
+
+    /// Forgets the log, so that the next destination is not taken for the one before.
+    pub(crate) fn forget_notices(&mut self) {
+        self.notices.clear();
     }
 
     pub(crate) fn accept(&mut self) {
@@ -266,7 +271,7 @@ fn drive_home(seed: u64, bit_errors: f64) -> [f64; 2] {
 }
 
 /// Share of successes with its 95 % interval by Wilson, per cent.
-fn wilson(count: usize, of: usize) -> [f64; 3] {
+pub(crate) fn wilson(count: usize, of: usize) -> [f64; 3] {
     const Z: f64 = 1.96;
     let n = of as f64;
     let share = count as f64 / n;

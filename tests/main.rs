@@ -45,6 +45,7 @@ mod outages;
 mod outputs;
 mod own_lines;
 mod parameters;
+mod planned_routes;
 mod processes;
 #[path = "common/programs.rs"]
 mod programs;

@@ -290,6 +290,27 @@ fn a_silence_until_a_recording_was_ended_is_listed() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// An outage whose number of lost lines no line C shows before the recording ends in a silence.
+#[test]
+fn a_recording_that_ends_soon_after_an_outage_is_good() {
+    let folder = scratch("silent-soon");
+    let path = folder.join("a.mcap");
+    let mut recorder = Recorder::start(&path, Existing::Refuse, &session()).unwrap();
+    let lines = sample();
+    for n in (0..24).chain(33..36) {
+        assert!(n < 33 || lines[n][0] != b'C');
+        let now = Duration::from_millis(n as u64 * 333);
+        recorder.handle_rx(now, wall(now), &lines[n]);
+    }
+    let now = Duration::from_secs(22);
+    recorder.handle_event(now, wall(now), &ending());
+    recorder.finish().unwrap();
+    assert_eq!(messages(&path)["/outages"].len(), 2);
+    let (out, _) = expect(0, &["verify", path.to_str().unwrap()]);
+    assert!(out.contains("good"), "{out}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
 /// Every verb lists the outage of a recording, which has not ended.
 fn lasts_until_the_end(path: &Path, code: &str) {
     let path = path.to_str().unwrap();

@@ -18,8 +18,8 @@ use groundwave::recorded::to_recorded;
 use groundwave::request::Request;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, FirmwareVersion, Line, Note, ParameterLine, ParameterName, Printable,
-    SongLine, TextLine,
+    Ack, Body, CountersLine, Detail, FirmwareVersion, Line, Note, ParameterLine, ParameterName,
+    Printable, SongLine, TextLine,
 };
 use groundwave_protocol::{LINE_BYTES, Waypoint};
 use proptest::prelude::*;
@@ -157,7 +157,13 @@ fn messages_are_as_derived_encoders_write_them() {
     fn again<M: Message + Default>(data: &[u8]) -> Vec<u8> {
         M::decode(data).unwrap().encode_to_vec()
     }
-    let ack = Ack::default();
+    let ack = Ack {
+        detail: Detail::Idle {
+            owner: 0,
+            robot_id: 7,
+        },
+        ..Ack::default()
+    };
     let told = [
         Body::Parameter(ParameterLine {
             place: 2,

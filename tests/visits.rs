@@ -41,7 +41,10 @@ fn suggested_visit_leads_where_the_robot_has_not_been() {
     for run in &runs {
         println!("{run:?}");
     }
-    let runs = runs.iter().filter_map(|(_, run)| run.as_ref());
-    let visits = runs.filter(|(arrived, new_in, _)| *arrived && *new_in > 20.0);
-    assert!(visits.count() >= 3);
+    let visits = runs.iter().filter_map(|(_, run)| run.as_ref());
+    let visits: Vec<_> = visits.filter(|(_, new_in, _)| *new_in > 20.0).collect();
+    assert!(visits.len() >= 4, "{}", visits.len());
+    // The others still drove after ten minutes.
+    let arrived = visits.iter().filter(|(arrived, ..)| *arrived).count();
+    assert!(arrived >= 2, "{arrived}");
 }
