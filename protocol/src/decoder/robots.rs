@@ -1,7 +1,8 @@
 //! Distinguishes the lines of robots that share a channel.
 
+use super::Received;
+use super::counting::LATE_LINES_MAX;
 use super::reckoning::SILENCE_MS;
-use super::{LATE_LINES_MAX, Received};
 use crate::telemetry::SEQUENCE_MODULUS;
 
 /// Minimum number of another robot's lines after which it replaces the followed one, unless that is heard between them: a minute of a busy
