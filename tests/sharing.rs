@@ -226,7 +226,7 @@ fn station_at(share: &str, link: &str, folder: &Path) -> (Telling, String) {
 fn last_error(reading: &mut impl Read) -> Value {
     let mut answer = String::new();
     reading.read_to_string(&mut answer).unwrap();
-    let begin = answer.rfind("{\"error\"").expect(&answer);
+    let begin = answer.rfind("{\"code\"").expect(&answer);
     serde_json::from_str(answer[begin..].trim_end()).expect(&answer)
 }
 
