@@ -271,7 +271,7 @@ fn drive_home(seed: u64, bit_errors: f64) -> [f64; 2] {
 }
 
 /// Share of successes with its 95 % interval by Wilson, per cent.
-pub(crate) fn wilson(count: usize, of: usize) -> [f64; 3] {
+fn wilson(count: usize, of: usize) -> [f64; 3] {
     const Z: f64 = 1.96;
     let n = of as f64;
     let share = count as f64 / n;
@@ -280,24 +280,30 @@ pub(crate) fn wilson(count: usize, of: usize) -> [f64; 3] {
     [share, middle - half, middle + half].map(|it| 100.0 * it)
 }
 
-/// Prints the distances and the counts of robots that are home; returns the counts.
-fn homes(seeds: std::ops::Range<u64>, bit_errors: f64) -> [usize; 2] {
-    let ends = on_all_cores(seeds.clone(), |seed| drive_home(seed, bit_errors));
-    println!("{seeds:?}, bit errors {bit_errors}: {ends:.0?}");
+/// Prints the distances from a place, and how many robots are there, alone and with the ground; returns the counts.
+pub(crate) fn count_ends(ends: &[(u64, [f64; 2])], within_in: f64) -> [usize; 2] {
+    println!("{ends:.0?}");
     [0, 1].map(|by| {
-        let mut home_in: Vec<f64> = ends.iter().map(|(_, end)| end[by]).collect();
-        home_in.sort_by(f64::total_cmp);
-        let count = home_in.iter().filter(|home_in| **home_in <= HOME_IN).count();
-        let [share, low, high] = wilson(count, home_in.len());
+        let mut off_in: Vec<f64> = ends.iter().map(|(_, end)| end[by]).collect();
+        off_in.sort_by(f64::total_cmp);
+        let count = off_in.iter().filter(|off_in| **off_in <= within_in).count();
+        let [share, low, high] = wilson(count, off_in.len());
         println!(
             "{}: {count} of {}, {share:.1} % ({low:.1} to {high:.1}), median {:.0} in, 90 % within {:.0} in",
             ["alone", "--advise=auto"][by],
-            home_in.len(),
-            home_in[home_in.len() / 2],
-            home_in[home_in.len() * 9 / 10]
+            off_in.len(),
+            off_in[off_in.len() / 2],
+            off_in[off_in.len() * 9 / 10]
         );
         count
     })
+}
+
+/// Numbers of robots that are home.
+fn homes(seeds: std::ops::Range<u64>, bit_errors: f64) -> [usize; 2] {
+    println!("{seeds:?}, bit errors {bit_errors}");
+    let ends = on_all_cores(seeds, |seed| drive_home(seed, bit_errors));
+    count_ends(&ends, HOME_IN)
 }
 
 /// Houses that were not used for tuning. Where a robot is not home, its position is off, as docs/acceptance.md says.

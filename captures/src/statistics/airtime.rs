@@ -18,8 +18,8 @@ const SLACK_S: f64 = 2.0;
 /// Longest pause after which its bytes may come all at once, as from a suspended program, seconds.
 const PAUSE_MAX_S: f64 = 120.0;
 
-/// Limit of the time by which bytes may be too many, so that a flood is forgotten soon, seconds.
-const OVERDRAWN_MAX_S: f64 = -10.0;
+/// Limit of the time by which bytes are too many, so that a flood is forgotten soon, seconds.
+const OVERDRAWN_MAX_S: f64 = 10.0;
 
 /// Measures the airtime of one direction.
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ impl Airtime {
             self.latest = now;
         }
         let spent_s = air.as_secs_f64() * 100.0 / SHARE_MAX_PCT;
-        self.unspent_s = (self.unspent_s(now) - spent_s).max(OVERDRAWN_MAX_S);
+        self.unspent_s = (self.unspent_s(now) - spent_s).max(-OVERDRAWN_MAX_S);
         self.latest = self.latest.max(now);
         while self
             .clumps

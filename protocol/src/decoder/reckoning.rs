@@ -377,7 +377,7 @@ impl Reckoning {
         self.was_measured = true;
     }
 
-    /// The robot's rate: as measured, or that of the wire, which is more likely until a measurement differs.
+    /// The robot's measured rate, or the wire's, which is more likely until a measurement differs.
     fn rate(&self) -> Rate {
         let wire = u64::from(BYTES_PER_S);
         let rate = |bytes_per_s, error_pct| Rate {
