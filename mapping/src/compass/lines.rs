@@ -6,8 +6,8 @@ use groundwave_protocol::telemetry::StateLine;
 /// Difference of a wheel's speed from its command from which the wheel is held, in/s: more than a robot gains in 0.3 s.
 const HELD_IN_S: i16 = 8;
 
-/// Turn towards the side of a contact, degrees per in/s of speed ahead: the other side goes on while the wheels slip. A robot at
-/// 10 in/s turned by a mean of 1.0 with a deviation of 1.3 degrees (4,500 contacts of sixty simulated robots).
+/// Turn towards the side of a contact, degrees per in/s of speed ahead: the other side goes on while the wheels slip. Measured in
+/// simulated houses (docs/decisions.md).
 const PUSHED_DEG: f64 = 0.1;
 
 /// Position of the odometer, inches.
