@@ -539,6 +539,54 @@ fn text_without_its_pauses_says_how_long_the_robots_clock_ran() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// Without times, a text does not show how long a robot was silent before it booted again, and neither does its conversion.
+#[test]
+fn a_reboot_in_text_without_timestamps_leaves_the_loss_open() {
+    let mut text = Vec::new();
+    for (boots, lines) in [(4, 0..100), (5, 90..150)] {
+        let mut robot = Robot {
+            boots,
+            booted_s: 0.0,
+            sent: 0,
+        };
+        for n in 0..lines.end {
+            let line = robot.line(f64::from(n) / 3.0);
+            if lines.contains(&n) {
+                text.extend(line);
+            }
+        }
+    }
+    let folder = scratch("untimed-reboot");
+    let [text_path, recording] = ["a.txt", "a.mcap"].map(|name| folder.join(name));
+    let [path, recording] = [&text_path, &recording].map(|path| path.to_str().unwrap());
+    fs::write(path, &text).unwrap();
+    expect(0, &["export", path, "--to", "mcap", "-o", recording]);
+    let outages = |verb: &str, path: &str| {
+        let figures = object(&expect(0, &[verb, path, "--json"]).0, "lines_lost");
+        let told = (&figures["lines_lost"], &figures["lines_lost_max"]);
+        assert_eq!(told, (&90.into(), &Value::Null), "{verb} {path}");
+        figures["outages"].clone()
+    };
+    let listed = outages("info", path);
+    assert_eq!(
+        (&listed[0]["code"], &listed[0]["lines_lost_max"]),
+        (&"rebooted".into(), &Value::Null)
+    );
+    for path in [path, recording] {
+        for verb in ["info", "verify"] {
+            assert_eq!(outages(verb, path), listed, "{verb} {path}");
+        }
+        outages("runs", path);
+        let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", path], 160, 60);
+        replay.wait_for("the beginning", |text| text.contains("REPLAY"));
+        replay.type_keys("G");
+        replay.wait_for("the loss", |text| text.contains("loss 36.0 to 100.0 %"));
+        replay.type_keys("q");
+        assert_eq!(replay.wait(), 0);
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
 /// A suspended laptop: the outage has its own cause. Another station serves as the clock.
 #[test]
 fn a_suspended_station_reports_its_outage() {

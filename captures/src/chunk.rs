@@ -11,6 +11,8 @@ pub struct Chunk<'a> {
     /// Time since the capture began. Without timestamps in a raw capture, the time is that of a 2400-baud radio without
     /// pauses.
     pub at: Duration,
+    /// Whether the time was measured.
+    pub has_time: bool,
     /// The bytes.
     pub bytes: &'a [u8],
     /// Whether bytes are missing before these.
@@ -30,9 +32,11 @@ impl Chunk<'_> {
         self.is_after_missing || self.unplugged_at.is_some()
     }
 
-    /// Sets the time of these bytes in a decoder, and the gap before them.
+    /// Sets the time of these bytes in a decoder, if it was measured, and the gap before them.
     pub fn tell(&self, decoder: &mut Decoder) {
-        set_time(decoder, self.at);
+        if self.has_time {
+            set_time(decoder, self.at);
+        }
         if self.is_after_missing {
             decoder.skip();
         } else if self.unplugged_at.is_some() {

@@ -132,6 +132,7 @@ impl<W: Write> Records<'_, W> {
             } else {
                 None
             };
+            let has_time = capture.has_time_ahead()?;
             let Some((at, piece)) = capture.next_piece()? else {
                 break;
             };
@@ -141,7 +142,9 @@ impl<W: Write> Records<'_, W> {
                 Piece::Received(bytes) => {
                     let diagnosis =
                         diagnosis.get_or_insert_with(|| Diagnosis::new(recognizer(table.as_ref())));
-                    diagnosis.set_time(at);
+                    if has_time {
+                        diagnosis.set_time(at);
+                    }
                     diagnosis.each_line(bytes, |line, counters| match line {
                         Line::Wire(received) => {
                             outages.handle_line(at, received, counters);

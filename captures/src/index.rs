@@ -88,6 +88,11 @@ pub trait SeekableReader {
         Recognizer::default()
     }
 
+    /// Whether the times of the bytes were measured.
+    fn has_times(&self) -> bool {
+        true
+    }
+
     /// A second, independent reader of this capture.
     fn reopen(&self) -> Box<dyn SeekableReader + Send>;
 }

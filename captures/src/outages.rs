@@ -316,10 +316,12 @@ impl Outages {
             self.settle();
         }
         if received.uptime_s().is_some() {
-            // The clock in line C has shown the hundreds, unless it is the first one.
+            // The clock in line C has shown the hundreds, unless it is the first one. It counts from the boot, so it never shows how many
+            // lines were lost before.
             let is_open = seen.hidden.since(latest.hidden).is_open;
             for gap in &mut self.waiting {
-                gap.lost.is_open &= is_open;
+                let is_of_boot = gap.cause == OutageCause::Rebooted && seen.hidden.is_open;
+                gap.lost.is_open &= is_open || is_of_boot;
             }
         }
         if received.uptime_s().is_some() || self.waiting.len() >= WAITING_MAX {

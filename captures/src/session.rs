@@ -42,11 +42,19 @@ impl Session {
     /// Key of the note with the port's baud rate.
     pub const BAUD: &str = "baud";
 
+    /// Key of the note that the times are estimated from the number of bytes, as for raw text without timestamps.
+    pub const ESTIMATED_TIMES: &str = "estimated_times";
+
     /// Key of the note with the form of the robot's own lines, as JSON.
     pub const LINES: &str = "lines";
 
     /// Key of the note with the simulator's true state, as JSON.
     pub const TRUTH: &str = "truth";
+
+    /// Whether the times were measured, from the session's table.
+    pub(crate) fn has_times(table: &BTreeMap<String, String>) -> bool {
+        !table.contains_key(Self::ESTIMATED_TIMES)
+    }
 
     /// The metadata table that describes the session.
     pub(super) fn table(&self) -> Metadata {

@@ -11,7 +11,6 @@ use groundwave_protocol::telemetry::FirmwareVersion;
 
 use super::layout;
 use super::observations::{Item, Observation};
-use super::own_lines;
 use super::session::{ROBOT, Session, since_1970_ns};
 use super::topics::{Deriver, StationEvent, Topic, TopicMessage, register};
 
@@ -37,7 +36,7 @@ impl<W: Write> SessionWriter<W> {
         let mut writer = Self::with_chunks(output, CHUNK_BYTES)?;
         writer.handle_event(since_1970_ns(session.start), &session.beginning())?;
         let table = session.table();
-        writer.read_own_lines(&table);
+        writer.take_session(&table);
         writer.write_metadata(&table)?;
         if let Some(configuration) = session.configuration() {
             writer.attach(&configuration)?;
@@ -120,7 +119,7 @@ impl<W: Write> SessionWriter<W> {
             Item::Table(table) if table.name == ROBOT => Ok(()),
             Item::Attachment(attachment) if attachment.name == layout::NAME => Ok(()),
             Item::Table(table) => {
-                self.read_own_lines(&table);
+                self.take_session(&table);
                 self.write_metadata(&table)
             }
             Item::Attachment(attachment) => self.attach(&attachment),
@@ -128,11 +127,10 @@ impl<W: Write> SessionWriter<W> {
         }
     }
 
-    /// Sets how lines of the robot's own are read, from the session's table.
-    fn read_own_lines(&mut self, table: &Metadata) {
+    /// Takes a metadata table, if it is the session's.
+    fn take_session(&mut self, table: &Metadata) {
         if table.name == Session::TABLE {
-            self.deriver
-                .set_own_lines(own_lines::recognizer(Some(&table.metadata)));
+            self.deriver.take_session(&table.metadata);
         }
     }
 

@@ -16,6 +16,7 @@ use super::marks::Marks;
 use super::mcap_reader::Damages;
 use super::name::utc;
 use super::pieces::{Piece, Pieces, has_received};
+use super::session::Session;
 use super::text::TextReader;
 use super::topics::RAW_RX;
 use crate::outages::{Outage, OutageList};
@@ -233,6 +234,30 @@ impl Capture {
         Ok(self.session().cloned())
     }
 
+    /// Whether the time of the next piece was measured, unlike in raw text without timestamps. A time that was not measured shows no silence.
+    ///
+    /// # Errors
+    /// The capture cannot be read.
+    pub(crate) fn has_time_ahead(&mut self) -> Result<bool, CaptureError> {
+        let ahead = match &mut self.reader {
+            Reader::Raw(reader) => reader.style().map(drop),
+            Reader::Mcap(reader) => reader.next_ns().map(drop),
+        };
+        ahead.map_err(|error| CaptureError::Read {
+            path: self.path.clone(),
+            error,
+        })?;
+        Ok(self.has_time())
+    }
+
+    /// Whether the time of the latest piece was measured.
+    fn has_time(&self) -> bool {
+        match &self.reader {
+            Reader::Raw(reader) => reader.judged().is_some_and(|style| style.is_stamped()),
+            Reader::Mcap(reader) => Session::has_times(reader.session()),
+        }
+    }
+
     /// Statistics of the bytes sent up to the piece read last; `None` for a raw capture.
     #[must_use]
     pub const fn uplink(&self) -> Option<&Uplink> {
@@ -368,6 +393,7 @@ impl Capture {
         self.end = at;
         Ok(Some(Chunk {
             at,
+            has_time: self.has_time(),
             bytes: &self.current,
             is_after_missing,
             unplugged_at,

@@ -1,6 +1,6 @@
 //! Exhaustive search of the state machines: all possible orders of a few steps.
 //!
-//! Each test searches a small setting to its end. `search/model.rs` and `search/instants.rs` describe the limits.
+//! Each test searches a small setting: `cargo xtask nightly` to its end, other runs its nearest states. `search/model.rs` and `search/instants.rs` describe the limits.
 
 mod ground;
 mod instants;
@@ -25,7 +25,10 @@ fn alone(requests: &[ground::Request]) -> Setting {
     }
 }
 
-/// Limit on the states of a search.
+/// Steps to which a search is limited outside `cargo xtask nightly`: the nearest states come first, and most mistakes show there.
+const STEPS_SAMPLED: usize = 400_000;
+
+/// Steps after which a search counts as without an end.
 const STEPS_MAX: usize = 12_000_000;
 
 /// Number of searches at once: two take 2.5 GB, ten 4.1 GB and not less time.
@@ -57,7 +60,7 @@ impl Drop for Turn {
     }
 }
 
-/// Searches all states and prints their number.
+/// Searches the states, all of them at night, and prints their number.
 fn search(name: &str, setting: Setting) {
     search_to(usize::MAX, name, setting);
 }
@@ -65,12 +68,14 @@ fn search(name: &str, setting: Setting) {
 /// Searches all states within `depth` steps.
 fn search_to(depth: usize, name: &str, setting: Setting) {
     let _turn = Turn::take();
+    let is_nightly = std::env::var_os("GROUNDWAVE_SEEDS").is_some();
+    let steps_max = if is_nightly { STEPS_MAX } else { STEPS_SAMPLED };
     let checker = setting
         .checker()
         .target_max_depth(depth)
         .threads(1)
         .finish_when(HasDiscoveries::AnyFailures)
-        .target_state_count(STEPS_MAX)
+        .target_state_count(steps_max)
         .spawn_bfs()
         .join();
     println!(
@@ -87,8 +92,8 @@ fn search_to(depth: usize, name: &str, setting: Setting) {
         .map(|(name, path)| format!("broken: {name}\n{:?}", path.into_actions()))
         .collect();
     assert!(broken.is_empty(), "{}", broken.join("\n"));
-    let steps = checker.state_count();
-    assert!(steps < STEPS_MAX, "{name}: not searched to its end");
+    let is_whole = checker.state_count() < steps_max;
+    assert!(is_whole || !is_nightly, "{name}: not searched to its end");
     checker.assert_properties();
 }
 

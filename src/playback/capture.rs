@@ -61,6 +61,9 @@ impl CaptureState {
             station.set_baud(baud);
         }
         station.set_own_lines(reader.own_lines());
+        if !reader.has_times() {
+            station.ignore_times();
+        }
         station.handle_link(place.at(), opened(name));
         let mut scene = Self {
             station,

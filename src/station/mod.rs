@@ -48,6 +48,8 @@ pub struct Station {
     own: Recognizer,
     /// Number of lines of the robot's own so far.
     own_lines: u64,
+    /// Whether the times of bytes were not measured.
+    ignores_times: bool,
     /// Lines of its own with values, and all lines.
     own_values: u64,
     all_lines: u64,
@@ -110,6 +112,7 @@ impl Station {
             decoder: Decoder::default(),
             own: Recognizer::default(),
             own_lines: 0,
+            ignores_times: false,
             own_values: 0,
             all_lines: 0,
             own_uplink: None,
@@ -149,6 +152,11 @@ impl Station {
     /// wait for a lost link, because the robot may be stopped by others until it is open again.
     pub const fn set_attended(&mut self) {
         self.is_attended = true;
+    }
+
+    /// Ignores the times of bytes for the count of lost lines, because they were not measured.
+    pub const fn ignore_times(&mut self) {
+        self.ignores_times = true;
     }
 
     /// Sets how lines in the robot's own form are read. Until then, the form is recognized automatically.
@@ -234,7 +242,9 @@ impl Station {
     /// Takes a line or a part of a line, and the empty lines after it.
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
-        self.decoder.set_time(now.as_millis() as u64);
+        if !self.ignores_times {
+            self.decoder.set_time(now.as_millis() as u64);
+        }
         let before = *self.decoder.counters();
         let mut bytes = run;
         let mut last = None;

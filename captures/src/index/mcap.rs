@@ -42,6 +42,7 @@ pub struct SeekableRecording {
     truth: Option<Truth>,
     baud: Option<u32>,
     own: Recognizer,
+    has_times: bool,
     pieces: Pieces<SourceReader>,
     at: Moment,
     /// Whether the end has been reached and its reason returned.
@@ -79,6 +80,7 @@ impl SeekableRecording {
             truth: contents.truth,
             baud: contents.baud,
             own: contents.own,
+            has_times: !contents.has_estimated_times,
             pieces,
             at: Moment::ZERO,
             is_over: false,
@@ -218,6 +220,10 @@ impl SeekableReader for SeekableRecording {
         self.own.clone()
     }
 
+    fn has_times(&self) -> bool {
+        self.has_times
+    }
+
     fn unix(&self) -> Option<Moment> {
         Some(Moment::from_nanos(self.start_ns))
     }
@@ -232,6 +238,7 @@ struct Contents {
     truth: Option<Truth>,
     baud: Option<u32>,
     own: Recognizer,
+    has_estimated_times: bool,
 }
 
 impl Contents {
@@ -241,6 +248,7 @@ impl Contents {
         let baud = session.get(Session::BAUD);
         self.baud = baud.and_then(|baud| baud.parse().ok());
         self.own = recognizer(Some(session));
+        self.has_estimated_times = !Session::has_times(session);
     }
 
     fn take_metadata(&mut self, body: &[u8]) {

@@ -385,6 +385,10 @@ impl SeekableReader for SeekableText {
         Box::new(self.clone())
     }
 
+    fn has_times(&self) -> bool {
+        self.style.is_stamped()
+    }
+
     fn unix(&self) -> Option<Moment> {
         self.style.unix()
     }

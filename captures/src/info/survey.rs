@@ -75,7 +75,9 @@ impl Survey {
         while let Some(chunk) = capture.next_chunk()? {
             let diagnosis =
                 diagnosis.get_or_insert_with(|| Diagnosis::new(recognizer(chunk.session)));
-            diagnosis.set_time(chunk.at);
+            if chunk.has_time {
+                diagnosis.set_time(chunk.at);
+            }
             if chunk.is_interrupted() {
                 self.gaps.interrupt();
                 self.noise.interrupt();

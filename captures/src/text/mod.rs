@@ -185,7 +185,7 @@ impl Style {
     }
 
     /// Whether lines have timestamps.
-    pub(super) const fn is_stamped(&self) -> bool {
+    pub(crate) const fn is_stamped(&self) -> bool {
         self.stamps.is_some()
     }
 

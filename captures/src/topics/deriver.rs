@@ -3,7 +3,7 @@
 mod events;
 mod lines;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use foxglove::messages::log::Level;
 use groundwave_lines::{Content, OwnLine, Recognizer};
@@ -19,8 +19,9 @@ use super::{Topic, TopicMessage};
 use crate::chunk::set_time;
 use crate::event::Moment;
 use crate::outages::{Outage, Outages};
-use crate::own_lines::{DescribedFields, Values};
+use crate::own_lines::{DescribedFields, Values, recognizer};
 use crate::robot_clock::RobotClock;
+use crate::session::Session;
 use crate::text::line_feed;
 use events::Command;
 
@@ -79,6 +80,8 @@ enum Lines {
     /// The deriver decodes the bytes.
     #[default]
     OfBytes,
+    /// The deriver decodes the bytes, whose times were not measured.
+    OfUntimedBytes,
     /// The caller passes the lines to [`Deriver::handle_received`].
     Decoded,
 }
@@ -99,9 +102,13 @@ impl Deriver {
         }
     }
 
-    /// Sets how lines of the robot's own are read. Until then, their form is recognized automatically.
-    pub fn set_own_lines(&mut self, own: Recognizer) {
-        self.own = own;
+    /// Takes the session's table: the form of the robot's own lines, which is recognized automatically until then, and whether times were
+    /// measured.
+    pub fn take_session(&mut self, table: &BTreeMap<String, String>) {
+        self.own = recognizer(Some(table));
+        if self.lines == Lines::OfBytes && !Session::has_times(table) {
+            self.lines = Lines::OfUntimedBytes;
+        }
     }
 
     /// Begins the next part of a recording. Both streams count from zero, and periodic messages are due at once. The state
@@ -250,7 +257,7 @@ impl Deriver {
     }
 
     fn take_own(&mut self, run: &[u8], is_wire: bool) -> Option<OwnLine> {
-        (self.lines == Lines::OfBytes)
+        (self.lines != Lines::Decoded)
             .then(|| self.own.take(run, is_wire))
             .flatten()
     }
@@ -357,9 +364,11 @@ impl Deriver {
         self.encoder.raw(self.rx_offset, bytes);
         self.rx_offset = self.rx_offset.saturating_add(bytes.len() as u64);
         take(self.encoder.message(Topic::RawRx, self.now_ns, None))?;
-        if self.lines == Lines::OfBytes {
+        if self.lines != Lines::Decoded {
             let now = Moment::from_nanos(self.now_ns);
-            set_time(&mut self.decoder, now);
+            if self.lines == Lines::OfBytes {
+                set_time(&mut self.decoder, now);
+            }
             while let Some(received) = self.decoder.next_own_line(&mut bytes) {
                 self.outages
                     .handle_line(now, &received, self.decoder.counters());

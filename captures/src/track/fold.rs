@@ -94,14 +94,20 @@ impl Fold {
         decoder: &mut Decoder,
         take: &mut impl FnMut(Duration, &Arrival),
     ) -> Result<(), CaptureError> {
-        while let Some((at, piece)) = capture.next_piece()? {
+        loop {
+            let has_time = capture.has_time_ahead()?;
+            let Some((at, piece)) = capture.next_piece()? else {
+                break;
+            };
             self.latest = at;
             match piece {
                 Piece::Received(mut bytes) => {
                     if !bytes.is_empty() {
                         self.track.duration = at;
                     }
-                    set_time(decoder, at);
+                    if has_time {
+                        set_time(decoder, at);
+                    }
                     while let Some(arrival) = decoder.next_arrival(&mut bytes) {
                         if let Arrival::Line(received) = &arrival {
                             self.outages.handle_line(at, received, decoder.counters());

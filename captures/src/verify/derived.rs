@@ -11,7 +11,6 @@ use prost::Message as _;
 
 use super::Verdict;
 use crate::messages::{RawBytes, StationEvent};
-use crate::own_lines;
 use crate::topics::{Deriver, Origin, RAW_RX, Topic, TopicMessage};
 use crate::words::counted;
 
@@ -64,10 +63,9 @@ impl Derived {
         self.is_exact = true;
     }
 
-    /// Takes the session's table, which contains the form of the robot's own lines.
+    /// Takes the session's table.
     pub(super) fn take_session(&mut self, table: &BTreeMap<String, String>) {
-        self.deriver
-            .set_own_lines(own_lines::recognizer(Some(table)));
+        self.deriver.take_session(table);
     }
 
     /// Sets that the recording is a part, whose earlier state is unknown.

@@ -209,7 +209,10 @@ impl Verdict {
 pub fn verify_raw(source: impl Read) -> io::Result<Verdict> {
     let mut verdict = Verdict::new(Form::Raw);
     let mut reader = TextReader::new(source);
-    let mut lines = Lines::default();
+    let mut lines = Lines {
+        has_estimated_times: !reader.style()?.is_stamped(),
+        ..Lines::default()
+    };
     while let Some(piece) = reader.next_piece()? {
         lines.take(piece.radio, piece.at, &mut verdict);
     }
@@ -226,6 +229,7 @@ struct Lines {
     gaps: Gaps,
     outages: OutageList,
     diagnosis: Diagnosis,
+    has_estimated_times: bool,
     end: Duration,
 }
 
@@ -249,7 +253,9 @@ impl Lines {
     fn take(&mut self, bytes: &[u8], at: Duration, verdict: &mut Verdict) {
         let shown = |counters: &Counters| counters.lost().min - counters.hidden.min;
         let mut before = shown(self.diagnosis.counters());
-        self.diagnosis.set_time(at);
+        if !self.has_estimated_times {
+            self.diagnosis.set_time(at);
+        }
         self.end = self.end.max(at);
         let Ok(()) = self.diagnosis.each_line(bytes, |line, counters| {
             if let Line::Wire(received) = line {

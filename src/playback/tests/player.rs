@@ -18,8 +18,8 @@ fn player(name: &str) -> Player<CaptureState> {
 fn jump_into_the_unread_part_waits_for_it() {
     let calm = std::fs::read(groundwave_captures::samples().join("house-clean.txt"));
     let calm = calm.unwrap();
-    let day = calm.repeat(60);
-    let lines = 60 * 359;
+    let day = calm.repeat(20);
+    let lines = 20 * 359;
     let reader = text(&day);
     let length = reader.length();
     let first = CaptureState::new("radio", Arc::default(), &*reader);

@@ -118,7 +118,7 @@ fn jumps_find_every_landmark_and_nothing_else() {
 #[test]
 fn moment_of_an_unread_capture_is_partial_and_then_exact() {
     let day = std::fs::read(groundwave_captures::samples().join("house-clean.txt"));
-    let day = day.unwrap().repeat(40);
+    let day = day.unwrap().repeat(12);
     let (mut whole, end) = read_whole(text(&day));
     let at = end / 10 * 9;
     whole.seek(at);

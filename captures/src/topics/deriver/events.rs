@@ -38,7 +38,7 @@ impl Deriver {
         if event.is_loss_of_link() {
             self.own.interrupt();
         }
-        if self.lines == Lines::OfBytes {
+        if self.lines != Lines::Decoded {
             self.outages
                 .handle_event(Moment::from_nanos(self.now_ns), event);
             self.give_outages(&mut take)?;
