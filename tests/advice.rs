@@ -34,8 +34,8 @@ pub(crate) struct Dashboard {
 
 /// Distance and angle between the robot's pose and the true one, inches and degrees.
 #[derive(Clone, Copy, Debug)]
-struct Error {
-    position_in: f64,
+pub(crate) struct Error {
+    pub(crate) position_in: f64,
     heading_deg: f64,
 }
 
@@ -172,6 +172,13 @@ impl Dashboard {
         });
     }
 
+    /// What the log says of a route that is planned into the draft.
+    pub(crate) fn draft(&mut self, to: &str) -> String {
+        self.forget_notices();
+        self.type_keys(&format!(":plan {to}\r"));
+        self.notices.concat()
+    }
+
     /// Forgets the log, so that the next destination is not taken for the one before.
     pub(crate) fn forget_notices(&mut self) {
         self.notices.clear();
@@ -182,7 +189,7 @@ impl Dashboard {
         self.tell(self.co.now(), Event::Key(key));
     }
 
-    fn error(&self) -> Error {
+    pub(crate) fn error(&self) -> Error {
         let truth = self.co.simulation.truth().pose;
         let state = self.state.expect("a line A");
         let x_in = f64::from(state.x_tenths_in) / 10.0 - truth.x_in;

@@ -91,6 +91,20 @@ fn drive(world: &World, floor_in: &[(f64, f64)], seed: u64, bit_errors: f64) -> 
     })
 }
 
+/// A point is counted from where home truly is, also when the robot believes that it is far from its true place.
+#[test]
+fn a_point_is_planned_in_the_frame_of_home() {
+    let world = World::built_in("living-room").expect("a world");
+    let mut robot = Dashboard::new(world, 61_000, 0.0, Advise::Suggest);
+    robot.run(5 * 60);
+    let off_in = robot.error().position_in;
+    assert!(off_in > 2.0 * THERE_IN, "{off_in}");
+    let [home, origin] =
+        ["home", "0 0"].map(|to| robot.draft(to).replace(&format!("plan {to}"), "plan"));
+    assert!(home.contains("drafted"), "{home}");
+    assert_eq!(home, origin);
+}
+
 /// Points anywhere on the floor, 20 s after the start; seeds that were not used for tuning.
 #[test]
 #[ignore = "takes minutes"]

@@ -19,7 +19,7 @@ mod trail;
 mod unvisited;
 
 pub use compass::{
-    Compass, CorrectedPose, Destination, Ellipse, Interval, NoPlace, NoRoute, PlannedRoute, Wheels,
+    Compass, CorrectedPose, Ellipse, Interval, NoPlace, NoRoute, PlannedRoute, Wheels,
 };
 pub use floor_map::{FloorCell, FloorMap};
 pub use grid::CELL_IN;

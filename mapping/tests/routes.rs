@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use groundwave_mapping::{Compass, Destination, NoRoute};
+use groundwave_mapping::{Compass, NoRoute};
 use groundwave_protocol::command::{Command, Key, Message, Open, Order, Slots};
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::digest::digest;
@@ -10,6 +10,9 @@ use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Outcome;
 use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
 use sr04_sim::{Simulation, SimulationConfig, World};
+
+/// The place where the pose was set.
+const HOME: (f64, f64) = (0.0, 0.0);
 
 /// Time of prowling before the route home, and limit for the route.
 const PROWL_MS: u64 = 20 * 60_000;
@@ -122,7 +125,7 @@ impl Run {
     /// Drives a planned route home; returns whether its end was reached.
     fn drive_route(&mut self, limit_ms: u64) -> bool {
         // Without a new route, the robot drives on along the one that it has.
-        if let Ok(route) = self.compass.route(Destination::Home, WAYPOINTS_MAX) {
+        if let Ok(route) = self.compass.route(HOME, WAYPOINTS_MAX) {
             self.route(&route.waypoints);
             self.count = route.waypoints.len();
         }
@@ -237,11 +240,7 @@ fn robot_comes_home_by_planned_routes() {
 #[test]
 fn routes_end_at_their_destinations() {
     let [one, two] = [0, 1].map(|_| Run::new(40_010, 1e-3).compass);
-    let point = Waypoint {
-        x_in: 20,
-        y_in: -30,
-    };
-    for to in [Destination::Home, Destination::Point(point)] {
+    for to in [HOME, (20.0, -30.0)] {
         let route = one.route(to, WAYPOINTS_MAX).expect("a route");
         assert_eq!(two.route(to, WAYPOINTS_MAX), Ok(route.clone()));
         assert!(
@@ -271,7 +270,7 @@ fn no_route_is_planned_with_a_huge_ellipse() {
         run.until(5 * 60_000, |_| false);
         let ellipse = run.compass.pose().expect("a pose").ellipse;
         assert_eq!(ellipse.long_in > 300.0, is_huge, "{ellipse:?}");
-        let refusal = run.compass.route(Destination::Home, WAYPOINTS_MAX).err();
+        let refusal = run.compass.route(HOME, WAYPOINTS_MAX).err();
         assert_eq!(refusal, is_huge.then_some(NoRoute::TooUncertain));
     }
 }

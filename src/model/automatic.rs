@@ -6,7 +6,7 @@
 //! is unfinished, and no route while the robot's position is not known.
 
 use groundwave_captures::words::counted;
-use groundwave_mapping::{Destination, NoRoute, PlannedRoute};
+use groundwave_mapping::NoRoute;
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::Mode;
 
@@ -70,12 +70,17 @@ pub(super) struct Automatic {
 }
 
 impl Automatic {
-    /// Takes a draft that was planned.
-    pub(super) fn take_planned(&mut self, to: &str, route: &PlannedRoute) {
+    /// Takes a draft that was planned to a true point, inches.
+    pub(super) fn take_planned(
+        &mut self,
+        to: &str,
+        target_in: (f64, f64),
+        waypoints: Vec<Waypoint>,
+    ) {
         self.planned = Some(Planned {
             to: to.to_owned(),
-            target_in: route.target_in,
-            waypoints: route.waypoints.clone(),
+            target_in,
+            waypoints,
             is_detour: false,
         });
     }
@@ -218,10 +223,8 @@ impl Ui {
             self.note(Level::Info, format!("plan {to}: {within}"));
             return unasked(onward);
         }
-        let (x_in, y_in) = drive.target_in;
-        let route = facts
-            .ground
-            .route(Destination::True(x_in, y_in), facts.robot.list_capacity());
+        let most = facts.robot.list_capacity();
+        let route = facts.ground.route(drive.target_in, most);
         let mut drive = Drive {
             planned_at: now,
             ..drive

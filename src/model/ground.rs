@@ -8,7 +8,7 @@ mod held;
 mod rules;
 mod unvisited;
 
-use groundwave_mapping::{Compass, CorrectedPose, Destination, FloorMap, NoRoute, PlannedRoute};
+use groundwave_mapping::{Compass, CorrectedPose, FloorMap, NoRoute, PlannedRoute};
 use groundwave_protocol::Waypoint;
 use groundwave_protocol::status_codes::{Layer, Mode};
 use groundwave_protocol::telemetry::{Body, Line, Reading as Measured, StateLine};
@@ -65,17 +65,17 @@ impl Suggestion {
     /// A way to a true point (inches) over the floor that was seen; `None` if there is none, or the robot is there.
     fn way(
         code: SuggestionCode,
-        (x_in, y_in): (f64, f64),
+        target_in: (f64, f64),
         it: &Situation<'_>,
         compass: &Compass,
         figure: Figure,
     ) -> Option<Self> {
         let most = it.robot.list_capacity();
-        let route = compass.route(Destination::True(x_in, y_in), most).ok()?;
+        let route = compass.route(target_in, most).ok()?;
         (!route.waypoints.is_empty()).then(|| Self {
             code,
             requests: vec![Request::Route(route.waypoints)],
-            target_in: Some(route.target_in),
+            target_in: Some(target_in),
             figures: vec![figure],
         })
     }
@@ -172,12 +172,16 @@ impl Ground {
         }
     }
 
-    /// Plans a route for a robot whose list holds `most` waypoints.
+    /// Plans a route to a true point (inches) for a robot whose list holds `most` waypoints.
     ///
     /// # Errors
     /// The reason why there is none.
-    pub(super) fn route(&self, to: Destination, most: usize) -> Result<PlannedRoute, NoRoute> {
-        self.compass.route(to, most)
+    pub(super) fn route(
+        &self,
+        target_in: (f64, f64),
+        most: usize,
+    ) -> Result<PlannedRoute, NoRoute> {
+        self.compass.route(target_in, most)
     }
 
     /// The floor that was seen; `None` while what is seen cannot be placed well.

@@ -1,7 +1,7 @@
 //! The command `plan`: the draft becomes a route over the floor that the robot has seen.
 
 use groundwave_captures::words::counted;
-use groundwave_mapping::Destination;
+use groundwave_protocol::Waypoint;
 
 use super::{Facts, Ui};
 use crate::event::{Effect, Level};
@@ -29,8 +29,8 @@ impl Ui {
         if most == 0 {
             return Err("this robot takes no routes".to_owned());
         }
-        let destination = destination(to)?;
-        let route = facts.ground.route(destination, most);
+        let target_in = destination_in(to)?;
+        let route = facts.ground.route(target_in, most);
         let route = route.map_err(|reason| format!("no route planned: {reason}"))?;
         let count = counted(route.waypoints.len() as u64, "waypoint");
         let mut parts = vec![
@@ -46,23 +46,24 @@ impl Ui {
         let text = parts.join(", ") + &self.with_keys("; <send-draft> sends them");
         self.note(Level::Info, text);
         self.map.take_draft(&route.waypoints);
-        self.automatic.take_planned(to, &route);
+        self.automatic.take_planned(to, target_in, route.waypoints);
         self.show_selected();
         Ok(())
     }
 }
 
-/// The destination in words.
-fn destination(to: &str) -> Result<Destination, String> {
+/// The destination in words: a true point, inches.
+fn destination_in(to: &str) -> Result<(f64, f64), String> {
     let point: Vec<&str> = to
         .split([',', ' '])
         .filter(|word| !word.is_empty())
         .collect();
     match point[..] {
-        ["home"] => Ok(Destination::Home),
+        ["home"] => Ok((0.0, 0.0)),
         [x, y] => match Request::from_words(&["goto", x, y]) {
             Ok(Request::Route(waypoints)) if waypoints.len() == 1 => {
-                Ok(Destination::Point(waypoints[0]))
+                let Waypoint { x_in, y_in } = waypoints[0];
+                Ok((f64::from(x_in), f64::from(y_in)))
             }
             Err(error) => Err(error.to_string()),
             Ok(_) => Err(FORM.to_owned()),

@@ -36,7 +36,7 @@ pub(crate) use matching::Foot;
 pub use reckoning::Ellipse;
 use reckoning::Reckoning;
 use resets::Resets;
-pub use route::{Destination, NoRoute, PlannedRoute};
+pub use route::{NoRoute, PlannedRoute};
 pub(crate) use seen::{Frame, Seen};
 pub use statement::{CorrectedPose, Interval, Wheels};
 use tracker::{Leg, Tracker};

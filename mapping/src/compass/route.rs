@@ -17,24 +17,11 @@ use crate::unvisited;
 /// Long semi-axis of the position's 95 % ellipse from which no route is planned, inches: a room.
 const UNCERTAIN_IN: f64 = 300.0;
 
-/// Where a route leads.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Destination {
-    /// The true origin of the odometer's frame, where its pose was set.
-    Home,
-    /// A point in the odometer's frame as the robot believes it now.
-    Point(Waypoint),
-    /// X and Y of a true point, inches: [`PlannedRoute::target_in`] of an earlier route.
-    True(f64, f64),
-}
-
 /// A route for a robot that trusts its odometer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedRoute {
     /// The waypoints as the robot will believe them.
     pub waypoints: Vec<Waypoint>,
-    /// True X and Y of the destination, inches.
-    pub target_in: (f64, f64),
     /// Length, inches.
     pub length_in: f64,
     /// Length over floor that was never seen, inches.
@@ -86,14 +73,15 @@ impl fmt::Display for NoRoute {
 impl std::error::Error for NoRoute {}
 
 impl Compass {
-    /// Plans a route from the true pose to a destination over the floor that was seen, with no more than `most` waypoints.
+    /// Plans a route from the true pose to a true point (X and Y, inches; the origin is home) over the floor that was seen, with no more
+    /// than `most` waypoints.
     ///
     /// The waypoints are turned and shifted by the error of the odometer, and by its expected growth on the route: a robot that
     /// drives them by its odometer arrives there.
     ///
     /// # Errors
     /// If the true pose is not known, or the floor is blocked.
-    pub fn route(&self, to: Destination, most: usize) -> Result<PlannedRoute, NoRoute> {
+    pub fn route(&self, target_in: (f64, f64), most: usize) -> Result<PlannedRoute, NoRoute> {
         let (_, last) = self.last.as_ref().ok_or(NoRoute::NoPose)?;
         let error_deg = self
             .heading_error_deg()
@@ -110,19 +98,6 @@ impl Compass {
         let (views, start) = tracker.seen(&self.unfinished_leg(last));
 
         let here = tracker.in_world(start, house);
-        let believed = super::position_in(last);
-        let target_in = match to {
-            Destination::Home => (0.0, 0.0),
-            Destination::True(x_in, y_in) => (x_in, y_in),
-            Destination::Point(point) => {
-                let from_robot = (
-                    f64::from(point.x_in) - believed.0,
-                    f64::from(point.y_in) - believed.1,
-                );
-                let (x_in, y_in) = turned(from_robot, -error_deg.to_radians());
-                (here.0 + x_in, here.1 + y_in)
-            }
-        };
         let target = tracker.in_house(target_in, house);
         let floor = Floor::new(&views);
         let terrain = Terrain::new(&floor, start, target).ok_or(NoRoute::TooFar)?;
@@ -135,10 +110,9 @@ impl Compass {
         points.truncate(most);
         let end = points.last().copied().unwrap_or(start);
         let world = points.iter().map(|point| tracker.in_world(*point, house));
-        let waypoints = self.believed(believed, here, error_deg, world);
+        let waypoints = self.believed(super::position_in(last), here, error_deg, world);
         Ok(PlannedRoute {
             waypoints,
-            target_in,
             length_in: length_in(start, &points),
             unknown_in: terrain.unknown_in(start, &points),
             short_in: libm::hypot(end.0 - target.0, end.1 - target.1),
@@ -263,9 +237,7 @@ mod tests {
 
     #[test]
     fn unknown_position_is_refused_in_words() {
-        let refusal = Compass::default()
-            .route(Destination::Home, 300)
-            .unwrap_err();
+        let refusal = Compass::default().route((0.0, 0.0), 300).unwrap_err();
         assert_eq!(
             refusal.to_string(),
             "the ground does not know where the robot is: no position was received"

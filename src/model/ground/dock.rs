@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use groundwave_mapping::{Compass, CorrectedPose, Destination};
+use groundwave_mapping::{Compass, CorrectedPose};
 use groundwave_protocol::status_codes::{Mode, Power};
 
 use super::{Situation, Suggestion, is_on_route, rules};
@@ -14,6 +14,9 @@ use crate::request::Request;
 
 /// Time between two looks: each plans a route.
 const LOOK_EVERY: Moment = Moment::from_secs(30);
+
+/// The place of the dock, inches.
+const HOME_IN: (f64, f64) = (0.0, 0.0);
 
 /// Distance from home within which the robot finds its dock by the beacon, inches.
 const NEAR_IN: f64 = 60.0;
@@ -140,14 +143,12 @@ impl Dock {
         }
         let takes_min = |length_in: f64| length_in / SPEED_IN_S / 60.0 + DOCKING_MIN;
         let is_late = |takes_min: f64| lasts_min < DRIVES * takes_min + SPARE_MIN;
-        let route = compass
-            .route(Destination::Home, it.robot.list_capacity())
-            .ok()?;
+        let route = compass.route(HOME_IN, it.robot.list_capacity()).ok()?;
         let takes_min = takes_min(route.length_in);
         (is_late(takes_min) && !route.waypoints.is_empty()).then(|| Suggestion {
             code: SuggestionCode::DockNow,
             requests: vec![Request::Route(route.waypoints), Request::Mode(Mode::Prowl)],
-            target_in: Some(route.target_in),
+            target_in: Some(HOME_IN),
             figures: vec![figure("dock-takes", takes_min), lasts],
         })
     }
