@@ -262,7 +262,7 @@ fn claiming_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
         ("noise in a chunk", recording(&[honest_chunk(&noise)])),
         (
             "many chunks that unpack to much",
-            recording(&vec![honest_chunk(&too_long); 20 * factor]),
+            recording(&vec![honest_chunk(&too_long); 5 * factor]),
         ),
         (
             "an event as long as a book",
@@ -277,7 +277,7 @@ fn claiming_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
 
 /// Captures that repeat one thing many times.
 fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
-    let mib = factor << 20;
+    let mib = factor << 18;
     let lines = fs::read("captures/house-clean.txt").unwrap()[..8000].to_vec();
     vec![
         (
@@ -312,7 +312,7 @@ fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
                 [row, claiming(op::ATTACHMENT, left as u64, &fields.concat())].concat()
             }),
         ),
-        ("200,000 channels", many_channels(20_000 * factor)),
+        ("many channels", many_channels(5_000 * factor)),
         ("times and offsets of any value", wild_numbers(&lines)),
         (
             "a table of many pairs",
@@ -323,9 +323,9 @@ fn repeating_much(factor: usize) -> Vec<(&'static str, Vec<u8>)> {
         ),
         (
             "records without a body",
-            recording(&vec![record(op::SCHEMA, &[]); 20_000 * factor]),
+            recording(&vec![record(op::SCHEMA, &[]); 5_000 * factor]),
         ),
-        ("floors of as many cells as are read", floors(500 * factor)),
+        ("floors of as many cells as are read", floors(125 * factor)),
         ("no line", vec![b'x'; 2 * mib]),
         ("only line feeds", vec![b'\n'; mib]),
         (
@@ -429,7 +429,7 @@ fn stamped(lines: &[u8]) -> Vec<u8> {
 
 #[test]
 fn commands_bear_hostile_captures() {
-    let factor = if is_nightly() { 8 } else { 1 };
+    let factor = if is_nightly() { 32 } else { 1 };
     let captures = hostile(factor);
     on_all_cores(0..captures.len() as u64, |n| {
         let (what, bytes) = &captures[n as usize];

@@ -100,7 +100,7 @@ struct Replay {
     #[arg(value_name = "ELF")]
     program: PathBuf,
     /// Virtual duration of each run, seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 300)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 180)]
     seconds: u64,
     /// First seed of each run
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -35,7 +35,7 @@ fn obstacles_and_worn_sensors_are_no_broken_encoder() {
         let world = World::built_in(name).expect("the world is built in");
         for seed in 1..=3 {
             let mut rig = Rig::with(&world, seed, parameters(&[]), &with(Faults::WORN));
-            assert_eq!(rig.run_to(Mode::Stop, 1800), None, "{name} {seed}");
+            assert_eq!(rig.run_to(Mode::Stop, 600), None, "{name} {seed}");
         }
     }
 }

@@ -81,7 +81,7 @@ const KINDS: [Landmark; 4] = [
 ];
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(12))]
 
     /// For any chunks: the index has the time of each line and rules out no landmark,
     /// and neither does the prefilter of a text.
