@@ -192,7 +192,7 @@ fn messages_are_as_derived_encoders_write_them() {
             bumps: 0,
             failsafe: None,
         }),
-        // The outage is reported at the next line, since nothing explained it until then.
+        // The outage is reported half a second later, since nothing explained it until then.
         Body::Text(TextLine::new("")),
     ];
     let told = (1..).zip(told).map(|(sequence, body)| Line {
@@ -219,7 +219,7 @@ fn messages_are_as_derived_encoders_write_them() {
     for (at_ns, part) in [0, START_NS, START_NS + LINE_NS]
         .into_iter()
         .zip(parts.chunks(parts.len() / 3 + 1))
-        .chain([(START_NS + 2 * LINE_NS, last)])
+        .chain([(START_NS + 3 * LINE_NS, last)])
     {
         deriver.handle_rx(at_ns, part, keep(&mut kept)).unwrap();
     }

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::fmt;
 
 use groundwave_protocol::decoder::{Counters, Lost, Received};
+use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use crate::chunk::Chunk;
@@ -21,8 +22,9 @@ pub const OUTAGE_AFTER: Moment = Moment::from_millis(2150);
 /// Duration from which an outage is reported before its end: a line that arrived in time has been read by then.
 const BEGUN_AFTER: Moment = Moment::from_millis(2400);
 
-/// Maximum time between the end of an outage and the end of the suspension that explains it; bytes that waited are read first.
-const EXPLAINED_WITHIN: Moment = Moment::from_millis(250);
+/// Maximum time between the end of an outage and the end of the suspension that explains it, or the next line, which shows the lines lost in it
+/// if the first one had begun before; bytes that waited are read first.
+const EXPLAINED_WITHIN: Moment = Moment::from_millis(500);
 
 /// Minimum noise in an outage of a radio that was not silent, bytes.
 const NOISE_BYTES: u64 = 160;
@@ -152,6 +154,12 @@ fn begin_of(line_at: Moment, cause_at: Moment) -> Moment {
     } else {
         cause_at.max(line_at)
     }
+}
+
+/// Whether sending a number of lines takes longer than a pause.
+fn is_longer_than(lines: u64, pause: Moment) -> bool {
+    let bytes = u128::from(lines) * LINE_BYTES as u128;
+    bytes * 1000 > pause.as_millis() * u128::from(BYTES_PER_S)
 }
 
 /// Counts and time at a line.
@@ -299,6 +307,10 @@ impl Outages {
                 };
                 self.waiting.push(rebooted);
             }
+        } else if is_longer_than(lost, pause)
+            && let Some(outage) = self.ended_at(latest.at)
+        {
+            outage.lost = outage.lost.and(shown);
         }
         let likelihood = Likelihood::of(pause, lost);
         if self.likeliest.is_none_or(|(it, _)| likelihood > it) {
@@ -328,6 +340,12 @@ impl Outages {
             self.settle();
             self.report(now);
         }
+    }
+
+    /// The outage that a line at `at` ended. If that line had begun before the outage, the next one shows how many were lost.
+    fn ended_at(&mut self, at: Moment) -> Option<&mut Outage> {
+        let ended = self.waiting.last_mut().or(self.settled.back_mut());
+        ended.filter(|it| it.end == Some(at))
     }
 
     fn longest_waiting(&mut self) -> Option<&mut Outage> {

@@ -150,6 +150,31 @@ fn each_outage_has_its_cause_its_times_and_its_lines() {
     }
 }
 
+/// The first line after an outage had begun before it: the second one shows how many lines were lost.
+#[test]
+fn a_line_that_an_outage_interrupted_ends_it() {
+    // A line A, and a line C, which settles earlier outages.
+    for interrupted in [179, 180] {
+        let (mut robot, mut decoder, mut list) =
+            (Robot::new(), Decoder::default(), OutageList::default());
+        for n in 0..300_u64 {
+            let at_ms = n * 1000 / 3;
+            let line = robot.line(at_ms);
+            let delay_ms = if n == interrupted { 3000 } else { 0 };
+            let now = Moment::from_millis(at_ms + delay_ms);
+            let is_lost = (interrupted + 1..interrupted + 10).contains(&n);
+            let mut bytes = if is_lost { &[] } else { &line[..] };
+            set_time(&mut decoder, now);
+            while let Some(received) = decoder.next_own_line(&mut bytes) {
+                list.handle_line(now, &received, decoder.counters());
+            }
+        }
+        let outages = list.into_outages(Moment::from_secs(100), decoder.counters());
+        let lost: Vec<_> = outages.iter().map(|it| (it.cause, it.lost)).collect();
+        assert_eq!(lost, [(OutageCause::Silent, Lost::between(9, 9))]);
+    }
+}
+
 /// A recording has the lines that waited before the end of the suspension, and among them a line C.
 #[test]
 fn a_suspension_that_is_told_after_the_lines_that_waited_explains_the_silence() {
