@@ -543,7 +543,7 @@ fn text_without_its_pauses_says_how_long_the_robots_clock_ran() {
 #[test]
 fn a_reboot_in_text_without_timestamps_leaves_the_loss_open() {
     let mut text = Vec::new();
-    for (boots, lines) in [(4, 0..100), (5, 90..150)] {
+    for (boots, lines) in [(4, 0..100), (5, 90..150), (6, 0..60)] {
         let mut robot = Robot {
             boots,
             booted_s: 0.0,
@@ -565,13 +565,20 @@ fn a_reboot_in_text_without_timestamps_leaves_the_loss_open() {
         let figures = object(&expect(0, &[verb, path, "--json"]).0, "lines_lost");
         let told = (&figures["lines_lost"], &figures["lines_lost_max"]);
         assert_eq!(told, (&90.into(), &Value::Null), "{verb} {path}");
+        assert_eq!(
+            figures.get("airtime_down_pct"),
+            Some(&Value::Null).filter(|_| verb == "info")
+        );
         figures["outages"].clone()
     };
     let listed = outages("info", path);
-    assert_eq!(
-        (&listed[0]["code"], &listed[0]["lines_lost_max"]),
-        (&"rebooted".into(), &Value::Null)
-    );
+    for (outage, lost) in listed.as_array().unwrap().iter().zip([90, 0]) {
+        assert_eq!(outage["code"], "rebooted");
+        let told = (&outage["lines_lost"], &outage["lines_lost_max"]);
+        assert_eq!(told, (&lost.into(), &Value::Null));
+    }
+    let info = expect(0, &["info", path]).0;
+    assert!(info.contains(": an unknown number of lines lost"), "{info}");
     for path in [path, recording] {
         for verb in ["info", "verify"] {
             assert_eq!(outages(verb, path), listed, "{verb} {path}");
@@ -580,7 +587,12 @@ fn a_reboot_in_text_without_timestamps_leaves_the_loss_open() {
         let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", path], 160, 60);
         replay.wait_for("the beginning", |text| text.contains("REPLAY"));
         replay.type_keys("G");
-        replay.wait_for("the loss", |text| text.contains("loss 36.0 to 100.0 %"));
+        replay.wait_for("the loss", |text| text.contains("loss 29.0 to 100.0 %"));
+        // Soon after the second reboot.
+        replay.type_keys("g82%\r");
+        replay.wait_for("the latest loss", |text| {
+            text.contains("loss at least 0.0 %")
+        });
         replay.type_keys("q");
         assert_eq!(replay.wait(), 0);
     }

@@ -77,7 +77,7 @@ pub struct Info {
     pub outages: Vec<Outage>,
     /// Bytes between intact lines, if there are any.
     pub resync: Option<Resync>,
-    /// Downlink airtime, per cent; `None` for raw text, and for a capture not made in real time: from a pipe or
+    /// Downlink airtime, per cent; `None` for raw text and what was converted from it without times, and for a capture not made in real time: from a pipe or
     /// a faster simulator.
     pub airtime_down_pct: Option<f64>,
     /// Totals sent; `None` for raw text.

@@ -85,6 +85,9 @@ impl fmt::Display for Outage {
         let (lost, plural) = (lost_words(self.lost), plural(self.lost.max));
         match (self.cause, self.lost.max) {
             // How many lines the robot sent before is unknown.
+            (OutageCause::Rebooted, 0) if self.lost.is_open => {
+                f.write_str(": an unknown number of lines lost")
+            }
             (OutageCause::Rebooted, 0) => Ok(()),
             (OutageCause::Rebooted, max) if max == self.lost.min => {
                 write!(f, ": {lost} line{plural} lost since the boot")
@@ -250,6 +253,7 @@ impl Outages {
             if let Some(gap) = self.longest_waiting() {
                 gap.lost.min = gap.lost.min.saturating_sub(never_sent);
                 gap.lost.max = gap.lost.max.saturating_sub(never_sent);
+                gap.lost.is_open |= seen.hidden.is_open;
                 is_told = gap.cause == OutageCause::Silent;
                 if is_told {
                     gap.cause = OutageCause::Rebooted;

@@ -251,7 +251,7 @@ impl Capture {
     }
 
     /// Whether the time of the latest piece was measured.
-    fn has_time(&self) -> bool {
+    pub(crate) fn has_time(&self) -> bool {
         match &self.reader {
             Reader::Raw(reader) => reader.judged().is_some_and(|style| style.is_stamped()),
             Reader::Mcap(reader) => Session::has_times(reader.session()),

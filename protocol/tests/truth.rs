@@ -94,6 +94,15 @@ fn mistake(seed: u64) -> Option<String> {
             }
             radio.send(false, below(100) < short_pct);
         }
+        if has_boots && is_timed && below(2) == 0 {
+            // Too few lines for a line C, then another silence.
+            for _ in 0..=below(10) {
+                radio.send(true, false);
+            }
+            for _ in 0..below(300) {
+                radio.send(false, false);
+            }
+        }
     }
     for _ in 0..30 {
         radio.send(true, false);

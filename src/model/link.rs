@@ -60,6 +60,8 @@ pub(crate) enum Health {
 pub(crate) struct Shares {
     pub(crate) lost: f64,
     pub(crate) damaged: f64,
+    /// Whether more lines may be lost, any number of them: the robot booted, and no time shows its silence.
+    pub(crate) is_open: bool,
 }
 
 impl Shares {
@@ -70,7 +72,8 @@ impl Shares {
 
     /// The shares as text: `loss 6.0 %`, and `damaged 2.0 %` if there are damaged lines.
     pub(crate) fn words(self) -> Vec<String> {
-        let loss = format!("loss {:.1} %", self.lost * 100.0);
+        let at_least = if self.is_open { "at least " } else { "" };
+        let loss = format!("loss {at_least}{:.1} %", self.lost * 100.0);
         let damaged = format!("damaged {:.1} %", self.damaged * 100.0);
         [Some(loss), (self.damaged > 0.0).then_some(damaged)]
             .into_iter()
@@ -337,6 +340,7 @@ impl Link {
         (sent > 0.0).then(|| Shares {
             lost: lost / sent,
             damaged: damaged / sent,
+            is_open: self.counters.hidden.is_open && self.counters.restarts > then.restarts,
         })
     }
 

@@ -154,7 +154,7 @@ impl Station {
         self.is_attended = true;
     }
 
-    /// Ignores the times of bytes for the count of lost lines, because they were not measured.
+    /// Ignores the times of bytes for the count of lost lines and for airtime, because they were not measured.
     pub const fn ignore_times(&mut self) {
         self.ignores_times = true;
     }
@@ -504,7 +504,15 @@ impl Station {
     /// Statistics of the link; the caller adds `not_taken_bytes`.
     #[must_use]
     pub fn statistics(&self, now: Moment) -> Statistics {
-        self.meter.statistics(now, self.decoder.counters())
+        let statistics = self.meter.statistics(now, self.decoder.counters());
+        if !self.ignores_times {
+            return statistics;
+        }
+        Statistics {
+            airtime_down_pct: None,
+            airtime_up_pct: None,
+            ..statistics
+        }
     }
 
     /// Whether every command has ended.

@@ -200,7 +200,8 @@ impl Survey {
         let slower = [port_bytes_per_s, self.own_bytes_per_s];
         let bytes_per_s = slower.into_iter().flatten().min().unwrap_or(BYTES_PER_S);
         let share_pct = |bytes| plausible_share_pct(bytes, capture.end(), bytes_per_s);
-        let airtime_down_pct = capture.uplink().and_then(|_| share_pct(after_first));
+        let is_timed = capture.uplink().is_some() && capture.has_time();
+        let airtime_down_pct = share_pct(after_first).filter(|_| is_timed);
         let version = said("software_version").map(|version| format!(" {version}"));
         let is_own = self.lines.total() == 0 && !self.own.is_empty();
         Info {

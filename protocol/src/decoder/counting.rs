@@ -202,14 +202,15 @@ impl Decoder {
                 if let Some(gap) = self.after_longest.filter(is_in_gap) {
                     self.counters.lines_lost -= self.longest_step;
                     self.counters.damaged_in_gaps -= gap.damaged;
-                    self.before_boot = gap.most.saturating_sub(gap.boot.lines_before());
+                    self.add_before_boot(gap.most.saturating_sub(gap.boot.lines_before()));
                     self.begin_life(gap.boot, gap.damaged);
                 } else {
-                    self.before_boot = self.before_repeated.unwrap_or(0);
+                    self.add_before_boot(self.before_repeated.unwrap_or(0));
                 }
             }
             if self.reckoning.time().is_none() {
                 self.counters.hidden.is_open = true;
+                self.counters.unclocked_gaps += 1;
             }
             if let Some(newest) = &mut self.newest {
                 // The gap is not counted, so late lines in it are not subtracted.
@@ -229,8 +230,9 @@ impl Decoder {
             let mut hidden = self
                 .reckoning
                 .take_uptime(uptime_s, frames_heard, &self.counters);
-            // Lines before a boot are in the same silence as those after it.
-            hidden.max = hidden.max.max(core::mem::take(&mut self.before_boot));
+            // Lines before a boot, which are counted, are in the same silence as those after it.
+            let before = core::mem::take(&mut self.before_boot);
+            hidden.max = hidden.max.saturating_sub(before).max(hidden.min);
             self.counters.hidden = self.counters.hidden.and(hidden);
         }
         if has_restarted || received.uptime_s().is_some() {
@@ -243,6 +245,12 @@ impl Decoder {
         self.longest_step = 0;
         self.after_longest = None;
         self.before_repeated = None;
+    }
+
+    /// Counts the lines that may be lost before a boot, at most `most`.
+    const fn add_before_boot(&mut self, most: u64) {
+        self.before_boot = most;
+        self.counters.hidden = self.counters.hidden.and(Lost::between(0, most));
     }
 
     /// Begins a life of the robot (the time from boot to boot), whose first line was received after `damaged` damaged lines.
@@ -278,9 +286,9 @@ impl Decoder {
                 };
                 let is_open = self.reckoning.spend(sequence.into(), length);
                 self.add_unsettled(sequence.into(), most_after, is_open);
-                self.before_boot = most.saturating_sub(u64::from(sequence));
+                self.add_before_boot(most.saturating_sub(u64::from(sequence)));
                 let unsettled = &mut self.counters.unsettled.max;
-                *unsettled = (*unsettled).max(self.before_boot);
+                *unsettled = unsettled.saturating_sub(self.before_boot);
                 let boot = self.reckoning.boot(sequence, &self.counters, length);
                 self.begin_life(boot, self.damaged);
             } else {
@@ -297,6 +305,10 @@ impl Decoder {
         let most_before = silent.unwrap_or(fitting);
         if most >= FULL_ROUND || silence_ms.is_some_and(|silence_ms| silence_ms > LATE_MS_MAX) {
             newest.is_late_possible = false;
+        }
+        if most >= FULL_ROUND {
+            // Another silence than that of the boot.
+            self.before_boot = 0;
         }
         if behind > LATE_LINES_MAX || behind > 0 && !newest.is_late_possible {
             self.reckoning.advance(ahead);
