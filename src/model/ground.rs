@@ -38,6 +38,9 @@ const LIFE: Moment = Moment::from_mins(5);
 const REST: Moment = Moment::from_secs(30);
 const LONG_REST: Moment = Moment::from_mins(15);
 
+/// X and Y of home and its dock, inches.
+pub(super) const HOME_IN: (f64, f64) = (0.0, 0.0);
+
 /// Lowest levels (SPEC.md section 1) of robots that accept a pose and a scan, and of robots with parameters.
 const POSE_LEVEL: u8 = 4;
 const PARAMETER_LEVEL: u8 = 5;

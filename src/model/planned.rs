@@ -3,6 +3,7 @@
 use groundwave_captures::words::counted;
 use groundwave_protocol::Waypoint;
 
+use super::ground::HOME_IN;
 use super::{Facts, Ui};
 use crate::event::{Effect, Level};
 use crate::request::Request;
@@ -59,7 +60,7 @@ fn destination_in(to: &str) -> Result<(f64, f64), String> {
         .filter(|word| !word.is_empty())
         .collect();
     match point[..] {
-        ["home"] => Ok((0.0, 0.0)),
+        ["home"] => Ok(HOME_IN),
         [x, y] => match Request::from_words(&["goto", x, y]) {
             Ok(Request::Route(waypoints)) if waypoints.len() == 1 => {
                 let Waypoint { x_in, y_in } = waypoints[0];

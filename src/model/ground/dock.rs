@@ -8,15 +8,12 @@ use std::collections::VecDeque;
 use groundwave_mapping::{Compass, CorrectedPose};
 use groundwave_protocol::status_codes::{Mode, Power};
 
-use super::{Situation, Suggestion, is_on_route, rules};
+use super::{HOME_IN, Situation, Suggestion, is_on_route, rules};
 use crate::event::{Figure, Moment, SuggestionCode};
 use crate::request::Request;
 
 /// Time between two looks: each plans a route.
 const LOOK_EVERY: Moment = Moment::from_secs(30);
-
-/// The place of the dock, inches.
-const HOME_IN: (f64, f64) = (0.0, 0.0);
 
 /// Distance from home within which the robot finds its dock by the beacon, inches.
 const NEAR_IN: f64 = 60.0;
