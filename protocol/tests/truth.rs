@@ -122,3 +122,33 @@ fn the_true_loss_lies_in_the_interval() {
     let wrong: Vec<String> = (0..1000).filter_map(mistake).collect();
     assert!(wrong.is_empty(), "{} of 1000: {wrong:#?}", wrong.len());
 }
+
+/// A reboot that only the robot's clock shows leaves the hundreds of an earlier silence possible.
+#[test]
+fn a_silence_before_a_reboot_with_the_same_boot_number_keeps_its_hundreds() {
+    let mut radio = Radio {
+        robot: Robot::new(7),
+        decoder: Decoder::default(),
+        before_boot: 0,
+        is_timed: true,
+        pending: 0,
+        lost: 0,
+        has_heard: false,
+    };
+    let (boot, parts) = (radio.robot.boot, [(30, true), (106, false), (2, true)]);
+    for (lines, is_heard) in parts {
+        for _ in 0..lines {
+            radio.send(is_heard, false);
+        }
+    }
+    radio.boot(80);
+    radio.robot.boot = boot;
+    for _ in 0..3 {
+        radio.send(true, false);
+    }
+    let (told, lost) = (radio.decoder.counters().lost(), radio.lost);
+    assert!(
+        (told.min..=told.max).contains(&lost),
+        "{told:?}, but {lost} are lost"
+    );
+}

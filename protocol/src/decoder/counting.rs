@@ -193,7 +193,7 @@ impl Decoder {
         if has_restarted {
             // The boot counter in the acknowledgements may be equal.
             if !is_boot {
-                self.counters.unsettled = Lost::default();
+                self.counters.unsettled.is_open = false;
                 self.reckoning.forget();
                 let is_in_gap = |gap: &AfterGap| {
                     (self.longest_step > 0 || gap.is_doubtful)
@@ -202,11 +202,17 @@ impl Decoder {
                 if let Some(gap) = self.after_longest.filter(is_in_gap) {
                     self.counters.lines_lost -= self.longest_step;
                     self.counters.damaged_in_gaps -= gap.damaged;
+                    // The lines that may be lost in it are counted as before and after the boot.
+                    let doubted = if gap.is_doubtful { gap.lost } else { 0 };
+                    let in_gap = doubted + hundreds_beyond(gap.lost, gap.most);
+                    let unsettled = &mut self.counters.unsettled.max;
+                    *unsettled = unsettled.saturating_sub(in_gap);
                     self.add_before_boot(gap.most.saturating_sub(gap.boot.lines_before()));
                     self.begin_life(gap.boot, gap.damaged);
                 } else {
                     self.add_before_boot(self.before_repeated.unwrap_or(0));
                 }
+                self.counters.give_up_settling();
             }
             if self.reckoning.time().is_none() {
                 self.counters.hidden.is_open = true;
