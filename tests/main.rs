@@ -72,6 +72,7 @@ mod text;
 mod tools;
 mod topics;
 mod unchunked;
+mod untimed_text;
 mod verbs;
 mod verify;
 mod visits;

@@ -121,14 +121,14 @@ fn an_outage_has_the_same_figures_everywhere() {
 }
 
 /// The lines that a robot sends in five minutes, three per second, each with the robot's time in seconds.
-struct Robot {
-    boots: u16,
-    booted_s: f64,
-    sent: u64,
+pub struct Robot {
+    pub boots: u16,
+    pub booted_s: f64,
+    pub sent: u64,
 }
 
 impl Robot {
-    fn line(&mut self, at_s: f64) -> [u8; 80] {
+    pub fn line(&mut self, at_s: f64) -> [u8; 80] {
         let body = if self.sent.is_multiple_of(12) {
             Body::Counters(CountersLine {
                 robot_id: 4,
@@ -518,84 +518,6 @@ fn marks_are_exported() {
     );
     let picture = exported("svg");
     assert!(picture.contains("mark at 16 s") && !picture.contains("mark at 21 s"));
-    fs::remove_dir_all(folder).unwrap();
-}
-
-/// Pauses that a text does not contain show in the robot's clock.
-#[test]
-fn text_without_its_pauses_says_how_long_the_robots_clock_ran() {
-    let lines = sample();
-    let text = [&lines[..30], &lines[195..]].concat().concat();
-    let folder = scratch("without-pauses");
-    let path = folder.join("a.txt");
-    fs::write(&path, text).unwrap();
-    let (info, _) = expect(0, &["info", path.to_str().unwrap()]);
-    for words in [
-        "1 min 4.7 s without the pauses, 1 min 56.0 s by the robot's clock",
-        "gap at 10.0 s: 165 lines lost",
-    ] {
-        assert!(info.contains(words), "no {words} in {info}");
-    }
-    fs::remove_dir_all(folder).unwrap();
-}
-
-/// Without times, a text does not show how long a robot was silent before it booted again, and neither does its conversion.
-#[test]
-fn a_reboot_in_text_without_timestamps_leaves_the_loss_open() {
-    let mut text = Vec::new();
-    for (boots, lines) in [(4, 0..100), (5, 90..150), (6, 0..60)] {
-        let mut robot = Robot {
-            boots,
-            booted_s: 0.0,
-            sent: 0,
-        };
-        for n in 0..lines.end {
-            let line = robot.line(f64::from(n) / 3.0);
-            if lines.contains(&n) {
-                text.extend(line);
-            }
-        }
-    }
-    let folder = scratch("untimed-reboot");
-    let [text_path, recording] = ["a.txt", "a.mcap"].map(|name| folder.join(name));
-    let [path, recording] = [&text_path, &recording].map(|path| path.to_str().unwrap());
-    fs::write(path, &text).unwrap();
-    expect(0, &["export", path, "--to", "mcap", "-o", recording]);
-    let outages = |verb: &str, path: &str| {
-        let figures = object(&expect(0, &[verb, path, "--json"]).0, "lines_lost");
-        let told = (&figures["lines_lost"], &figures["lines_lost_max"]);
-        assert_eq!(told, (&90.into(), &Value::Null), "{verb} {path}");
-        assert_eq!(
-            figures.get("airtime_down_pct"),
-            Some(&Value::Null).filter(|_| verb == "info")
-        );
-        figures["outages"].clone()
-    };
-    let listed = outages("info", path);
-    for (outage, lost) in listed.as_array().unwrap().iter().zip([90, 0]) {
-        assert_eq!(outage["code"], "rebooted");
-        let told = (&outage["lines_lost"], &outage["lines_lost_max"]);
-        assert_eq!(told, (&lost.into(), &Value::Null));
-    }
-    let info = expect(0, &["info", path]).0;
-    assert!(info.contains(": an unknown number of lines lost"), "{info}");
-    for path in [path, recording] {
-        for verb in ["info", "verify"] {
-            assert_eq!(outages(verb, path), listed, "{verb} {path}");
-        }
-        outages("runs", path);
-        let mut replay = OnTerminal::start(GROUNDWAVE, &["replay", path], 160, 60);
-        replay.wait_for("the beginning", |text| text.contains("REPLAY"));
-        replay.type_keys("G");
-        replay.wait_for("the loss", |text| text.contains("loss 29.0 to 100.0 %"));
-        // Soon after the second reboot.
-        replay.type_keys("g82%\r");
-        replay.wait_for("the latest loss", |text| {
-            text.contains("loss at least 0.0 %")
-        });
-        replay.type_keys("q");
-        assert_eq!(replay.wait(), 0);
-    }
     fs::remove_dir_all(folder).unwrap();
 }
 

@@ -1,5 +1,6 @@
 //! Converts raw text to MCAP.
 
+use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -43,17 +44,17 @@ pub fn convert_raw(
     let start_ns = start_ns
         .or_else(|| style.unix().map(nanoseconds))
         .unwrap_or_default();
-    let estimated = (!style.is_stamped()).then_some(Session::ESTIMATED_TIMES);
+    let mut notes = BTreeMap::new();
+    if !style.is_stamped() {
+        notes.insert(Session::ESTIMATED_TIMES.to_owned(), String::new());
+    }
     let session = Session {
         link: match style.words() {
             None => "a raw capture".to_owned(),
             Some(words) => format!("a raw capture {words}"),
         },
         start: UNIX_EPOCH + Duration::from_nanos(start_ns),
-        notes: estimated
-            .map(|note| (note.to_owned(), String::new()))
-            .into_iter()
-            .collect(),
+        notes,
         configuration: String::new(),
     };
     let mut writer = SessionWriter::new(output, &session).map_err(ConvertError::Write)?;

@@ -77,8 +77,8 @@ pub struct Info {
     pub outages: Vec<Outage>,
     /// Bytes between intact lines, if there are any.
     pub resync: Option<Resync>,
-    /// Downlink airtime, per cent; `None` for raw text and what was converted from it without times, and for a capture not made in real time: from a pipe or
-    /// a faster simulator.
+    /// Downlink airtime, per cent; `None` for raw text and a recording converted from text without timestamps, and for a capture not made
+    /// in real time: from a pipe or a faster simulator.
     pub airtime_down_pct: Option<f64>,
     /// Totals sent; `None` for raw text.
     pub sent: Option<Sent>,

@@ -53,7 +53,8 @@ pub struct Counters {
     pub unsettled: Lost,
     /// Lines that may be lost before lines whose sender is not known yet.
     pub undecided: u64,
-    /// Number of gaps that take 2 s longer to send than the ground's clock shows: their pause is not in it, as in text without timestamps.
+    /// Number of gaps that take 2 s longer to send than the ground's clock shows: their pause is not in it, as in text without timestamps;
+    /// and of boots without times.
     pub unclocked_gaps: u64,
     /// Damaged lines. A line feed in noise does not count as one.
     pub damaged: Damaged,
@@ -117,7 +118,7 @@ pub struct Decoder {
     longest_step: u64,
     /// State after the longest gap, in case the gap was a boot.
     after_longest: Option<AfterGap>,
-    /// Maximum number of lines sent and lost before a boot in a silence, until the next line C.
+    /// Maximum number of lines sent and lost before the boot in the latest silence, until the next line C.
     before_boot: u64,
     /// Maximum number of lines sent before the latest line that came twice by its sequence, since the latest line C: it may be of another life.
     before_repeated: Option<u64>,

@@ -25,7 +25,7 @@ fn alone(requests: &[ground::Request]) -> Setting {
     }
 }
 
-/// Steps to which a search is limited outside `cargo xtask nightly`: the nearest states come first, and most mistakes show there.
+/// Steps of a search outside `cargo xtask nightly`; the nearest states come first.
 const STEPS_SAMPLED: usize = 400_000;
 
 /// Steps after which a search counts as without an end.
@@ -60,7 +60,7 @@ impl Drop for Turn {
     }
 }
 
-/// Searches the states, all of them at night, and prints their number.
+/// Searches the states and prints their number.
 fn search(name: &str, setting: Setting) {
     search_to(usize::MAX, name, setting);
 }

@@ -18,6 +18,18 @@ struct Radio {
 }
 
 impl Radio {
+    fn new(robot: Robot, is_timed: bool) -> Self {
+        Self {
+            robot,
+            decoder: Decoder::default(),
+            before_boot: 0,
+            is_timed,
+            pending: 0,
+            lost: 0,
+            has_heard: false,
+        }
+    }
+
     fn send(&mut self, is_heard: bool, is_short: bool) {
         let line = if is_short {
             self.robot.next_short()
@@ -63,21 +75,14 @@ fn mistake(seed: u64) -> Option<String> {
         0
     };
     let has_boots = below(3) == 0;
-    let mut radio = Radio {
-        robot: Robot {
-            shows_era: below(2) == 0,
-            sent: below(100),
-            sent_long: below(12),
-            idle: 80 / speed as i64 - 80,
-            ..Robot::new(7)
-        },
-        decoder: Decoder::default(),
-        before_boot: 0,
-        is_timed,
-        pending: 0,
-        lost: 0,
-        has_heard: false,
+    let robot = Robot {
+        shows_era: below(2) == 0,
+        sent: below(100),
+        sent_long: below(12),
+        idle: 80 / speed as i64 - 80,
+        ..Robot::new(7)
     };
+    let mut radio = Radio::new(robot, is_timed);
     for part in 0..4 {
         // The first part shows the rate.
         let heard = speed * (9 + below(30)) + 24 * u64::from(!is_timed || part > 0);
@@ -126,15 +131,7 @@ fn the_true_loss_lies_in_the_interval() {
 /// A reboot that only the robot's clock shows leaves the hundreds of an earlier silence possible.
 #[test]
 fn a_silence_before_a_reboot_with_the_same_boot_number_keeps_its_hundreds() {
-    let mut radio = Radio {
-        robot: Robot::new(7),
-        decoder: Decoder::default(),
-        before_boot: 0,
-        is_timed: true,
-        pending: 0,
-        lost: 0,
-        has_heard: false,
-    };
+    let mut radio = Radio::new(Robot::new(7), true);
     let (boot, parts) = (radio.robot.boot, [(30, true), (106, false), (2, true)]);
     for (lines, is_heard) in parts {
         for _ in 0..lines {

@@ -53,7 +53,7 @@ impl Ui {
     }
 }
 
-/// The destination in words: a true point, inches.
+/// The true point that words name, inches.
 fn destination_in(to: &str) -> Result<(f64, f64), String> {
     let point: Vec<&str> = to
         .split([',', ' '])

@@ -62,7 +62,7 @@ impl CaptureState {
         }
         station.set_own_lines(reader.own_lines());
         if !reader.has_times() {
-            station.ignore_times();
+            station.set_estimated_times();
         }
         station.handle_link(place.at(), opened(name));
         let mut scene = Self {

@@ -44,12 +44,12 @@ struct Waiting {
 #[derive(Clone, Debug)]
 pub struct Station {
     decoder: Decoder,
+    /// Whether the times of bytes were not measured.
+    has_estimated_times: bool,
     /// Reads lines in the robot's own form.
     own: Recognizer,
     /// Number of lines of the robot's own so far.
     own_lines: u64,
-    /// Whether the times of bytes were not measured.
-    ignores_times: bool,
     /// Lines of its own with values, and all lines.
     own_values: u64,
     all_lines: u64,
@@ -110,9 +110,9 @@ impl Station {
     pub fn new(config: Config, can_send: bool) -> Self {
         Self {
             decoder: Decoder::default(),
+            has_estimated_times: false,
             own: Recognizer::default(),
             own_lines: 0,
-            ignores_times: false,
             own_values: 0,
             all_lines: 0,
             own_uplink: None,
@@ -154,9 +154,9 @@ impl Station {
         self.is_attended = true;
     }
 
-    /// Ignores the times of bytes for the count of lost lines and for airtime, because they were not measured.
-    pub const fn ignore_times(&mut self) {
-        self.ignores_times = true;
+    /// Sets that the times of bytes were not measured: the count of lost lines does not use them, and airtime is unknown.
+    pub const fn set_estimated_times(&mut self) {
+        self.has_estimated_times = true;
     }
 
     /// Sets how lines in the robot's own form are read. Until then, the form is recognized automatically.
@@ -242,7 +242,7 @@ impl Station {
     /// Takes a line or a part of a line, and the empty lines after it.
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
-        if !self.ignores_times {
+        if !self.has_estimated_times {
             self.decoder.set_time(now.as_millis() as u64);
         }
         let before = *self.decoder.counters();
@@ -505,7 +505,7 @@ impl Station {
     #[must_use]
     pub fn statistics(&self, now: Moment) -> Statistics {
         let statistics = self.meter.statistics(now, self.decoder.counters());
-        if !self.ignores_times {
+        if !self.has_estimated_times {
             return statistics;
         }
         Statistics {

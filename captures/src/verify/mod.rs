@@ -229,6 +229,7 @@ struct Lines {
     gaps: Gaps,
     outages: OutageList,
     diagnosis: Diagnosis,
+    /// Whether the times of bytes were not measured.
     has_estimated_times: bool,
     end: Duration,
 }

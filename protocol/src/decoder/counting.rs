@@ -193,6 +193,7 @@ impl Decoder {
         if has_restarted {
             // The boot counter in the acknowledgements may be equal.
             if !is_boot {
+                // Without times, `hidden` is open from now on.
                 self.counters.unsettled.is_open = false;
                 self.reckoning.forget();
                 let is_in_gap = |gap: &AfterGap| {
@@ -202,7 +203,7 @@ impl Decoder {
                 if let Some(gap) = self.after_longest.filter(is_in_gap) {
                     self.counters.lines_lost -= self.longest_step;
                     self.counters.damaged_in_gaps -= gap.damaged;
-                    // The lines that may be lost in it are counted as before and after the boot.
+                    // The boot divides the gap: what may be lost in it is counted before and after the boot.
                     let doubted = if gap.is_doubtful { gap.lost } else { 0 };
                     let in_gap = doubted + hundreds_beyond(gap.lost, gap.most);
                     let unsettled = &mut self.counters.unsettled.max;
@@ -236,7 +237,7 @@ impl Decoder {
             let mut hidden = self
                 .reckoning
                 .take_uptime(uptime_s, frames_heard, &self.counters);
-            // Lines before a boot, which are counted, are in the same silence as those after it.
+            // Each line that may be lost before the boot, already counted, takes the place of one after it in the same silence.
             let before = core::mem::take(&mut self.before_boot);
             hidden.max = hidden.max.saturating_sub(before).max(hidden.min);
             self.counters.hidden = self.counters.hidden.and(hidden);
@@ -313,7 +314,7 @@ impl Decoder {
             newest.is_late_possible = false;
         }
         if most >= FULL_ROUND {
-            // Another silence than that of the boot.
+            // The boot was in an earlier silence.
             self.before_boot = 0;
         }
         if behind > LATE_LINES_MAX || behind > 0 && !newest.is_late_possible {
