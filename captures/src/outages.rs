@@ -357,14 +357,15 @@ impl Outages {
         waiting.max_by_key(|it| Likelihood::of(it.duration(), it.lost.min))
     }
 
-    /// Adds lost lines that only the robot's clock shows, to the longest outage since the previous line C.
+    /// Adds lost lines that only the robot's clock shows, to the longest outage since the previous line C. A single lost line, after which
+    /// hundreds remain possible, is no outage.
     fn add_hidden(&mut self, hidden: Lost) {
         if hidden.max == 0 && !hidden.is_open {
             return;
         }
         if let Some(outage) = self.longest_waiting() {
             outage.lost = outage.lost.and(hidden);
-        } else if let Some((_, gap)) = self.likeliest {
+        } else if let Some((_, gap)) = self.likeliest.filter(|_| hidden.max > 0) {
             let lost = gap.lost.and(hidden);
             self.waiting.push(Outage { lost, ..gap });
         }

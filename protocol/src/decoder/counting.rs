@@ -47,6 +47,14 @@ pub(super) struct Newest {
     pub(super) is_late_possible: bool,
 }
 
+impl Newest {
+    /// Takes an earlier line, by a number of lines, for the newest.
+    const fn go_back(&mut self, lines: u8) {
+        self.sequence = (self.sequence + SEQUENCE_MODULUS - lines) % SEQUENCE_MODULUS;
+        self.arrived = self.arrived >> lines | !(u8::MAX >> lines);
+    }
+}
+
 /// The state after a gap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AfterGap {
@@ -237,6 +245,14 @@ impl Decoder {
             let mut hidden = self
                 .reckoning
                 .take_uptime(uptime_s, frames_heard, &self.counters);
+            if hidden.max > 0 {
+                if let Some(newest) = &mut self.newest {
+                    newest.go_back(self.reckoning.go_back());
+                }
+                if self.reckoning.is_late() {
+                    self.open_unless_timed();
+                }
+            }
             // Each line that may be lost before the boot, already counted, takes the place of one after it in the same silence.
             let before = core::mem::take(&mut self.before_boot);
             hidden.max = hidden.max.saturating_sub(before).max(hidden.min);
@@ -334,6 +350,9 @@ impl Decoder {
                 self.add_unsettled(lost, most, is_unclocked);
                 self.counters.lines_lost += lost;
                 damaged = self.count_damaged_in_gap(lost);
+                if damaged < lost {
+                    self.open_unless_timed();
+                }
             }
             let likeliest = self.after_longest;
             let likeliest = likeliest.map_or((false, 0), |gap| (gap.is_impossible, gap.lost));
@@ -353,9 +372,10 @@ impl Decoder {
         if behind == 0 && most >= FULL_ROUND {
             self.counters.unsettled.max += FULL_ROUND + hundreds_beyond(FULL_ROUND, most);
         }
-        self.reckoning.set_behind(behind);
+        let is_late = newest.arrived & 1 << behind == 0;
+        self.reckoning.set_behind(behind, is_late);
         self.reckoning.spend(0, length);
-        if newest.arrived & 1 << behind == 0 {
+        if is_late {
             // The line was counted as lost, but was only late.
             newest.arrived |= 1 << behind;
             self.counters.lines_lost -= 1;
@@ -363,6 +383,7 @@ impl Decoder {
         } else {
             self.before_repeated = Some(most_before);
         }
+        self.open_unless_timed();
         false
     }
 
@@ -375,6 +396,11 @@ impl Decoder {
             max: hundreds_beyond(lost, most),
             is_open,
         });
+    }
+
+    /// Leaves the hundreds open after a line that does not continue the sequence, if no clock shows a pause.
+    fn open_unless_timed(&mut self) {
+        self.counters.unsettled.is_open |= self.reckoning.time().is_none();
     }
 
     /// Counts the damaged lines among the `lost` lines of a gap, including those with a damaged line feed: the noise is as

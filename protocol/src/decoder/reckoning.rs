@@ -103,8 +103,10 @@ struct Rate {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reckoning {
     /// The sum of all steps of the sequence, and the number of lines by which the latest line is behind.
-    progress: u64,
+    progress: i64,
     behind: u8,
+    /// The same number if that line was lost before; 0 if it has the sequence of one that arrived.
+    late: u8,
     latest: Option<AtCounters>,
     /// Bytes and seconds of the parts with a certain number of lost lines, and the number of separate parts after the first.
     clean_bytes: u64,
@@ -130,7 +132,7 @@ pub(super) struct AtCounters {
     uptime_s: u32,
     /// Number of frames that the robot has heard since its boot, modulo 1000.
     frames_heard: u16,
-    progress: u64,
+    progress: i64,
     lines: u64,
     ack_lines: u64,
     lines_lost: u64,
@@ -141,13 +143,26 @@ pub(super) struct AtCounters {
 impl Reckoning {
     /// Takes a step of the sequence.
     pub(super) const fn advance(&mut self, lines: u8) {
-        self.progress += lines as u64;
-        self.behind = 0;
+        self.progress += lines as i64;
+        (self.behind, self.late) = (0, 0);
     }
 
     /// Takes a late or repeated line, which is behind the newest by a number of lines.
-    pub(super) const fn set_behind(&mut self, lines: u8) {
-        self.behind = lines;
+    pub(super) const fn set_behind(&mut self, lines: u8, is_late: bool) {
+        (self.behind, self.late) = (lines, if is_late { lines } else { 0 });
+    }
+
+    /// Goes on at a line behind the newest one, which followed a gap; returns by how many lines it is behind. A late line stays late.
+    pub(super) fn go_back(&mut self) -> u8 {
+        let behind = self.behind - self.late;
+        self.progress -= i64::from(behind);
+        self.behind -= behind;
+        behind
+    }
+
+    /// Whether the latest line came late.
+    pub(super) const fn is_late(&self) -> bool {
+        self.late > 0
     }
 
     /// Sets the ground's time of the next bytes, ms.
@@ -298,7 +313,7 @@ impl Reckoning {
         let now = AtCounters {
             uptime_s,
             frames_heard,
-            progress: self.progress.saturating_sub(u64::from(self.behind)),
+            progress: self.progress - i64::from(self.behind),
             lines: counters.lines - counters.other_lines,
             ack_lines: counters.ack_lines - counters.other_ack_lines,
             lines_lost: counters.lines_lost,
@@ -312,8 +327,9 @@ impl Reckoning {
         let short = now.ack_lines - then.ack_lines;
         let bytes = long * LINE_BYTES as u64 + short * ACK_LINE_BYTES as u64;
         // Negative if lines were repeated or a gap looked like a late line.
-        let missing = now.progress as i64 - then.progress as i64 - (long + short) as i64;
-        let counted = now.lines_lost.saturating_sub(then.lines_lost) as i64;
+        let missing = now.progress - then.progress - (long + short) as i64;
+        // Negative if lines that were lost before the earlier line C look late.
+        let counted = now.lines_lost as i64 - then.lines_lost as i64;
         let had_short = core::mem::replace(&mut self.has_short, short > 0);
         // The robot acknowledges the frames that it hears with short lines, also while it is not heard.
         let is_mixed = had_short || short > 0 || frames_heard != then.frames_heard;
@@ -366,7 +382,10 @@ impl Reckoning {
             0 => 0,
             _ => (missing + hundreds * MODULUS - counted).max(0) as u64,
         };
-        Lost::between(hidden(min), hidden(max))
+        let (min, max) = (hidden(min), hidden(max));
+        // A late line C may also have followed a gap: then the lines up to the newest one seem to be late after it.
+        let after = if max > 0 { self.late } else { 0 };
+        Lost::between(min, max + u64::from(after))
     }
 
     /// Takes the bytes that the robot sent in `passed_s` of its clock; `is_next` if the previous time was measured, too.
