@@ -200,3 +200,45 @@ fn the_true_loss_of_a_text_without_timestamps_lies_in_the_interval() {
     let wrong: Vec<String> = (0..2000).filter_map(mistake_without_times).collect();
     assert!(wrong.is_empty(), "{} of 2000: {wrong:#?}", wrong.len());
 }
+
+/// The first line after a line C after which the figure is wrong, if there is one, of a robot that booted eight times in an outage and goes on with a sequence near
+/// the one before.
+fn mistake_after_eight_boots(seed: u64) -> Option<String> {
+    let mut draws = Draws(seed);
+    let mut below = |end: u64| draws.per_cent() * end / 100;
+    let mut radio = Radio::new(Robot::new(7), true);
+    let (heard, lost_before) = (20 + below(80), below(60));
+    for _ in 0..heard {
+        radio.send(true, false);
+    }
+    for _ in 0..lost_before {
+        radio.send(false, false);
+    }
+    for _ in 0..8 {
+        radio.boot(80 + below(400));
+        for _ in 0..below(9) {
+            radio.send(false, false);
+        }
+    }
+    let near = (heard + below(12)).saturating_sub(6);
+    while radio.robot.sent < near {
+        radio.send(false, false);
+    }
+    for line in 1..=40 {
+        radio.send(true, false);
+        // Line C shows the boots.
+        if line > 12 && !contains_truth(&radio) {
+            let (told, lost) = (radio.decoder.counters().lost(), radio.lost);
+            return Some(format!(
+                "seed {seed}: {told:?}, but {lost} are lost; {heard} heard before, {lost_before} lost before the boots, sequence {near}, line {line}"
+            ));
+        }
+    }
+    None
+}
+
+#[test]
+fn the_true_loss_lies_in_the_interval_after_eight_boots() {
+    let wrong: Vec<String> = (0..1000).filter_map(mistake_after_eight_boots).collect();
+    assert!(wrong.is_empty(), "{} of 1000: {wrong:#?}", wrong.len());
+}

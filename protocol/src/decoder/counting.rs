@@ -205,7 +205,7 @@ impl Decoder {
                 self.counters.unsettled.is_open = false;
                 self.reckoning.forget();
                 let is_in_gap = |gap: &AfterGap| {
-                    (self.longest_step > 0 || gap.is_doubtful)
+                    (self.longest_step > 0 || gap.is_doubtful || gap.lost == 0)
                         && (gap.is_impossible || self.before_repeated.is_none())
                 };
                 if let Some(gap) = self.after_longest.filter(is_in_gap) {
@@ -356,7 +356,9 @@ impl Decoder {
             }
             let likeliest = self.after_longest;
             let likeliest = likeliest.map_or((false, 0), |gap| (gap.is_impossible, gap.lost));
-            if (is_impossible, lost) > likeliest {
+            // The robot may also have booted in a silence after which the sequence goes on.
+            let is_first_silence = silent.is_some() && self.after_longest.is_none();
+            if (is_impossible, lost) > likeliest || is_first_silence {
                 self.longest_step = if is_doubtful { 0 } else { lost };
                 self.after_longest = Some(AfterGap {
                     boot: self.reckoning.boot(sequence, &self.counters, length),
