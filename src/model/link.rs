@@ -60,7 +60,7 @@ pub(crate) enum Health {
 pub(crate) struct Shares {
     pub(crate) lost: f64,
     pub(crate) damaged: f64,
-    /// Whether more lines may be lost, any number of them: the robot booted, and no time shows its silence.
+    /// Whether more lines may be lost, any number of them: lines are missing or the robot booted, and no time shows a silence.
     pub(crate) is_open: bool,
 }
 
@@ -340,7 +340,8 @@ impl Link {
         (sent > 0.0).then(|| Shares {
             lost: lost / sent,
             damaged: damaged / sent,
-            is_open: self.counters.hidden.is_open && self.counters.restarts > then.restarts,
+            is_open: self.counters.unsettled.is_open
+                || self.counters.hidden.is_open && self.counters.restarts > then.restarts,
         })
     }
 
