@@ -164,6 +164,17 @@ fn an_alarm_is_answered_for_all_programs_on_the_link() {
             "{answered}"
         );
     }
+    client
+        .write_all(b"{\"alarm\":\"battery_low\",\"answer\":{\"shelved_s\":600}}\n")
+        .unwrap();
+    station.wait_for("the shelving", |value| value["status"] == "shelved");
+    let mut third = Telling::start(&["watch", "--via", &socket, "--headless", "--config", config]);
+    let mut shelvings = 0;
+    third.wait_for("a line", |value| {
+        shelvings += u32::from(value["status"] == "shelved");
+        value["event"] == "line"
+    });
+    assert_eq!(shelvings, 1, "told once to a program that comes later");
     for it in [station, second] {
         let mut process = it.process;
         kill_process(Pid::from_child(&process.0), Signal::TERM).unwrap();
@@ -174,7 +185,11 @@ fn an_alarm_is_answered_for_all_programs_on_the_link() {
         .lines()
         .map(|line| serde_json::from_str::<Value>(line).unwrap());
     let statuses: Vec<_> = statuses.map(|event| event["status"].clone()).collect();
-    assert_eq!(statuses, ["begun", "acknowledged"], "by the station alone");
+    assert_eq!(
+        statuses,
+        ["begun", "acknowledged", "shelved"],
+        "by the station alone"
+    );
 }
 
 #[test]

@@ -101,7 +101,6 @@ impl Driver {
         let station_sends = sends(link.share());
         let station_runs_hook = link.share().is_some_and(|it| it.runs_alarm_hook);
         let can_send = radio.can_send() && link.can_send() && station_sends;
-        let events = link.share().map(welcomed).unwrap_or_default();
         let station_began_ms = link.share().and_then(|welcome| welcome.began_ms);
         let mut station = Station::new(radio.config(random_owner()), can_send);
         station.handle_shared(started.elapsed(), link.share().is_some());
@@ -124,7 +123,7 @@ impl Driver {
             alarm_hook: None,
             answers: Answers::default(),
             advising: None,
-            events,
+            events: VecDeque::new(),
         }
     }
 
@@ -324,8 +323,7 @@ impl Driver {
                 if before_ms.is_some() && before_ms != began_ms {
                     self.station.handle_other_station();
                 }
-                self.events
-                    .extend(share.as_ref().map(welcomed).unwrap_or_default());
+                self.events.extend(share.iter().flat_map(welcomed));
                 let name = renamed.unwrap_or_else(|| self.name.clone());
                 let opened = LinkEvent::Opened {
                     name: via(share.as_ref(), name),
@@ -466,10 +464,10 @@ fn via(share: Option<&Welcome>, name: String) -> String {
 }
 
 /// What another station's welcome says: the world of its simulated robot, and the answers to its alarms.
-fn welcomed(share: &Welcome) -> VecDeque<Event> {
+fn welcomed(share: &Welcome) -> impl Iterator<Item = Event> {
     let answers = share.answers.iter().cloned().map(Event::AlarmAnswer);
     let truth = share.truth.clone().map(Event::Truth);
-    truth.into_iter().chain(answers).collect()
+    truth.into_iter().chain(answers)
 }
 
 async fn next_client(server: Option<&mut ShareServer>) -> FromClient {
