@@ -302,9 +302,10 @@ fn compare(name: &str, relation: &str, value: &str) -> Result<Term, String> {
         ));
     };
     let value = recorded_word(field.name, value);
-    let than = match value.parse() {
-        Ok(number) if field.words.is_empty() && field.kind != "string" => Than::Number(number),
-        _ if field.words.is_empty() && field.kind != "string" => {
+    let is_number = field.words.is_empty() && field.kind != "string";
+    let than = match value.parse::<f64>() {
+        Ok(number) if is_number && number.is_finite() => Than::Number(number),
+        _ if is_number => {
             return Err(format!("{} is a number, and `{value}` is none", field.name));
         }
         _ if !field.words.is_empty() && !field.words.contains(&value) => {
@@ -424,6 +425,8 @@ A03 +000.0 +001.7 000 +12 +00 +05 +05 081 081 35 46 ....... P----..- (```$DL!L
             ("mode xyzzy", "home, dock"),
             ("battery ~ 12", "compares nothing"),
             ("battery < low", "is a number"),
+            ("battery < nan", "is a number"),
+            ("battery > inf", "is a number"),
             ("mode < home", "compare it with ="),
             ("", "a condition is"),
             ("a b c d", "a condition is"),
