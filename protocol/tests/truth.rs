@@ -242,3 +242,26 @@ fn the_true_loss_lies_in_the_interval_after_eight_boots() {
     let wrong: Vec<String> = (0..1000).filter_map(mistake_after_eight_boots).collect();
     assert!(wrong.is_empty(), "{} of 1000: {wrong:#?}", wrong.len());
 }
+
+/// A gap that the clock forbids is not counted as lost, so a late line in it is not subtracted.
+#[test]
+fn a_late_line_in_a_doubted_gap_takes_nothing_from_the_count() {
+    let robot = Robot {
+        sent: 97,
+        sent_long: 3,
+        ..Robot::new(7)
+    };
+    let mut radio = Radio::new(robot, true);
+    for _ in 0..12 {
+        radio.send(true, false);
+    }
+    assert_eq!(radio.robot.sent % 100, 9);
+    // A second later, the sequence is 02, and then 01.
+    radio.robot.clock += 160;
+    radio.robot.sent += 93;
+    radio.send(true, false);
+    radio.robot.sent -= 2;
+    radio.send(true, false);
+    let told = radio.decoder.counters().lost();
+    assert!(told.min == 0 && told.max < 100, "{told:?}");
+}

@@ -345,6 +345,8 @@ impl Decoder {
             let is_doubtful = is_impossible && u64::from(sequence) <= fitting;
             let mut damaged = 0;
             if is_doubtful {
+                // The gap is not counted, so late lines in it are not subtracted.
+                newest.arrived = !0;
                 self.counters.unsettled.max += lost;
             } else {
                 self.add_unsettled(lost, most, is_unclocked);
