@@ -341,6 +341,7 @@ impl Link {
             lost: lost / sent,
             damaged: damaged / sent,
             is_open: self.counters.unsettled.is_open
+                || self.counters.hidden.since(then.hidden).is_open
                 || self.counters.hidden.is_open && self.counters.restarts > then.restarts,
         })
     }
