@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use groundwave_protocol::decoder::Decoder;
+use groundwave_protocol::decoder::{Counters, Decoder};
 
 /// Bytes that were received together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +45,16 @@ impl Chunk<'_> {
     }
 }
 
+/// The decoder's totals if the capture ends at a time.
+pub(crate) fn counters_until(decoder: &Decoder, at: Duration) -> Counters {
+    decoder.counters_until(milliseconds(at))
+}
+
 /// Sets the time of the next bytes in a decoder.
 pub(crate) const fn set_time(decoder: &mut Decoder, at: Duration) {
-    decoder.set_time(at.as_millis() as u64);
+    decoder.set_time(milliseconds(at));
+}
+
+const fn milliseconds(at: Duration) -> u64 {
+    at.as_millis() as u64
 }

@@ -173,7 +173,7 @@ impl<W: Write> Records<'_, W> {
             }
             written = outages.ended().len();
         }
-        let counters = diagnosis.as_ref().map(|it| *it.counters());
+        let counters = diagnosis.as_ref().map(|it| it.counters_until(now));
         for outage in &outages.into_outages(now, &counters.unwrap_or_default())[written..] {
             self.write_event(now, &EventRecord::of_outage(outage))?;
         }

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 
-use groundwave_protocol::decoder::{Counters, Lost, Received};
+use groundwave_protocol::decoder::{Counters, LASTING_SILENCE_MS, Lost, Received};
 use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
@@ -19,8 +19,8 @@ use crate::words::{lost_words, plural};
 /// so that the jitter of a line's arrival does not decide.
 pub const OUTAGE_AFTER: Moment = Moment::from_millis(2150);
 
-/// Duration from which an outage is reported before its end: a line that arrived in time has been read by then.
-const BEGUN_AFTER: Moment = Moment::from_millis(2400);
+/// Duration from which an outage is reported before its end.
+const BEGUN_AFTER: Moment = Moment::from_millis(LASTING_SILENCE_MS);
 
 /// Maximum time between the end of an outage and the end of the suspension that explains it, or the next line, which shows the lines lost in it
 /// if the first one had begun before; bytes that waited are read first.
@@ -41,7 +41,7 @@ pub struct Outage {
     pub begin: Moment,
     /// End: the next line; `None` while the outage lasts.
     pub end: Option<Moment>,
-    /// Lines lost in the outage, as far as known.
+    /// Lines lost in the outage, as far as known; open while it lasts.
     pub lost: Lost,
 }
 
@@ -73,9 +73,11 @@ impl fmt::Display for Outage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (cause, begin_s) = (self.cause.code(), self.begin.as_secs_f64());
         if self.end.is_none() {
-            return write!(f, "{cause} from {begin_s:.1} s on");
-        }
-        if self.cause == OutageCause::Gap {
+            write!(f, "{cause} from {begin_s:.1} s on")?;
+            if self.lost.is_open {
+                return Ok(());
+            }
+        } else if self.cause == OutageCause::Gap {
             // The pause is not in the capture's times.
             write!(f, "{cause} at {begin_s:.1} s")?;
         } else {
@@ -117,8 +119,8 @@ pub struct Outages {
     unplugged_at: Option<Moment>,
     /// Time at which this station was suspended; `None` if that was before the latest line.
     suspended_at: Option<Moment>,
-    /// Reported beginning of the current outage.
-    begun: Option<Moment>,
+    /// Reported cause and beginning of the current outage.
+    begun: Option<(OutageCause, Moment)>,
     /// Outages that have ended since the latest line C.
     waiting: Vec<Outage>,
     /// Outages with a known number of lost lines that a suspension may still explain.
@@ -265,7 +267,7 @@ impl Outages {
             self.settle();
         }
         let (unplugged_at, suspended_at) = (self.unplugged_at.take(), self.suspended_at.take());
-        let begun = self.begun.take();
+        let begun = self.begun.take().map(|(_, begin)| begin);
         let pause = now.saturating_sub(latest.at);
         // Lines that waited while this station was suspended do not count as an outage.
         let suspended_at = suspended_at.filter(|_| pause >= OUTAGE_AFTER);
@@ -352,8 +354,9 @@ impl Outages {
         ended.filter(|it| it.end == Some(at))
     }
 
+    /// The longest outage since the previous line C; of two at one time, the loss of the link and not the boot.
     fn longest_waiting(&mut self) -> Option<&mut Outage> {
-        let waiting = self.waiting.iter_mut();
+        let waiting = self.waiting.iter_mut().rev();
         waiting.max_by_key(|it| Likelihood::of(it.duration(), it.lost.min))
     }
 
@@ -432,25 +435,43 @@ impl Outages {
     /// Reports the beginning of an outage, unless one is reported already; its end will have the same beginning.
     fn begin(&mut self, cause: OutageCause, begin: Moment) {
         if self.latest.is_some() && self.begun.is_none() {
-            self.begun = Some(begin);
+            self.begun = Some((cause, begin));
             self.found.push_back(Outage {
                 cause,
                 begin,
                 end: None,
-                lost: Lost::default(),
+                lost: Lost {
+                    is_open: true,
+                    ..Lost::default()
+                },
             });
         }
     }
 
-    /// Takes the end of the session and the decoder's totals: reports outages whose number of lost lines is not final. An outage that has not
-    /// ended is reported as begun.
+    /// Whether an outage has been reported as begun and lasts.
+    #[must_use]
+    pub const fn is_lasting(&self) -> bool {
+        self.begun.is_some()
+    }
+
+    /// Takes the end of the session and the decoder's totals until then: reports outages whose number of lost lines is not final, and one that lasts with the
+    /// lines that may be lost in it.
     pub fn finish(&mut self, now: Moment, counters: &Counters) {
         self.give_up_settling();
         self.handle_timeout(now, counters);
-        self.latest = None;
+        if let (Some(latest), Some((cause, begin))) = (self.latest.take(), self.begun) {
+            self.found.pop_back_if(|it| it.end.is_none());
+            self.found.push_back(Outage {
+                cause,
+                begin,
+                end: None,
+                lost: counters.unsettled.since(latest.unsettled),
+            });
+        }
     }
 
-    /// The next outage, which is returned twice with the same beginning: when it begins, if [`Self::handle_timeout`] is called or the link is lost, and when it has ended.
+    /// The next outage, which is returned twice with the same beginning: when it begins, if [`Self::handle_timeout`] is called or the link is lost, and when it has ended
+    /// or the session has.
     pub fn poll(&mut self) -> Option<Outage> {
         self.found.pop_front()
     }
@@ -492,12 +513,6 @@ impl OutageList {
         self.collect();
     }
 
-    /// Takes the loss of the link.
-    pub(crate) fn handle_unplugged(&mut self, now: Moment) {
-        self.outages.handle_unplugged(now);
-        self.collect();
-    }
-
     /// Takes the gap before a chunk.
     pub fn handle_chunk(&mut self, chunk: &Chunk<'_>) {
         if chunk.is_after_missing {
@@ -521,7 +536,7 @@ impl OutageList {
         }
     }
 
-    /// The outages in the order of their ends, with the decoder's totals; an outage that lasts at the end of the capture comes last.
+    /// The outages in the order of their ends, with the decoder's totals until `end`; an outage that lasts at the end of the capture comes last.
     #[must_use]
     pub fn into_outages(mut self, end: Moment, counters: &Counters) -> Vec<Outage> {
         self.outages.finish(end, counters);

@@ -115,8 +115,6 @@ pub struct Capture {
     end: Duration,
     /// Time of the latest message of any kind, since the capture began.
     latest: Duration,
-    /// Time of a loss of the link after the latest received bytes.
-    unplugged_at: Option<Duration>,
     missing_bytes: u64,
     uplink: Uplink,
     marks: Marks,
@@ -167,7 +165,6 @@ impl Capture {
             reader,
             end: Duration::ZERO,
             latest: Duration::ZERO,
-            unplugged_at: None,
             missing_bytes: 0,
             uplink: Uplink::default(),
             marks: Marks::default(),
@@ -279,13 +276,15 @@ impl Capture {
         self.end
     }
 
-    /// The outages of a capture that has been read to its end, with one that lasts until the latest message of any kind; takes the decoder's totals.
+    /// Time of the latest message of any kind, since the capture began.
+    pub(crate) fn latest(&self) -> Duration {
+        self.latest.max(self.end)
+    }
+
+    /// The outages of a capture that has been read to its end, with one that lasts until the latest message of any kind; takes the decoder's totals until then.
     #[must_use]
-    pub(crate) fn outages(&self, mut list: OutageList, counters: &Counters) -> Vec<Outage> {
-        if let Some(at) = self.unplugged_at {
-            list.handle_unplugged(at);
-        }
-        list.into_outages(self.latest.max(self.end), counters)
+    pub(crate) fn outages(&self, list: OutageList, counters: &Counters) -> Vec<Outage> {
+        list.into_outages(self.latest(), counters)
     }
 
     /// The next piece and its time since the capture began; `None` at the end.
@@ -304,8 +303,10 @@ impl Capture {
         }
         let (at, piece) = match &mut self.reader {
             Reader::Raw(reader) => {
-                let piece = reader.next_piece().map_err(read_error)?;
-                return Ok(piece.map(|piece| (piece.at, Piece::Received(piece.radio))));
+                let Some(piece) = reader.next_piece().map_err(read_error)? else {
+                    return Ok(None);
+                };
+                (piece.at, Piece::Received(piece.radio))
             }
             Reader::Mcap(reader) => {
                 let first_ns = reader.first_ns().unwrap_or(0);
@@ -359,23 +360,24 @@ impl Capture {
         }
     }
 
-    /// The next bytes from the robot; `None` at the end.
+    /// The next bytes from the robot; `None` at the end. A chunk without bytes says what came after the last ones.
     ///
     /// # Errors
     /// The errors of [`Self::next_piece`].
     pub fn next_chunk(&mut self) -> Result<Option<Chunk<'_>>, CaptureError> {
         let mut bytes = std::mem::take(&mut self.current);
+        bytes.clear();
         let mut is_after_missing = false;
         let (mut unplugged_at, mut suspended_at) = (None, None);
         let at = loop {
             match self.next_piece()? {
-                None => {
-                    self.unplugged_at = unplugged_at;
-                    return Ok(None);
+                None if is_after_missing || unplugged_at.or(suspended_at).is_some() => {
+                    break self.latest();
                 }
+                None => return Ok(None),
                 Some((at, Piece::Received(received))) => {
-                    bytes.clear();
                     bytes.extend_from_slice(received);
+                    self.end = at;
                     break at;
                 }
                 Some((_, Piece::Missing(_) | Piece::Damaged(_))) => is_after_missing = true,
@@ -390,7 +392,6 @@ impl Capture {
             }
         };
         self.current = bytes;
-        self.end = at;
         Ok(Some(Chunk {
             at,
             has_time: self.has_time(),

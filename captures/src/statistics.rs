@@ -71,7 +71,7 @@ pub struct Loss {
     /// Minimum number of lost lines.
     pub lines_lost: u64,
     /// Maximum number of lost lines. The hundreds are known at the robot's next line C, and may stay uncertain after a long outage;
-    /// `None` if no clock shows them.
+    /// `None` while an outage lasts, or if no clock shows them.
     pub lines_lost_max: Option<u64>,
     /// `lines_lost` in per cent of the lines sent.
     pub loss_pct: f64,
@@ -91,6 +91,12 @@ impl Loss {
             loss_pct: per_cent(lost.min, arrived + lost.min),
             loss_max_pct: (lost.known_max()).map_or(100.0, |max| per_cent(max, arrived + max)),
         }
+    }
+
+    /// Leaves the upper end open.
+    pub const fn leave_open(&mut self) {
+        self.lines_lost_max = None;
+        self.loss_max_pct = 100.0;
     }
 
     /// The number of lost lines as text: `165`, `165 to 265`, or `at least 65`.

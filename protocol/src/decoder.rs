@@ -16,7 +16,7 @@ use crate::telemetry::{ACK_LINE_BYTES, AckLine, FieldError, Line, is_intact};
 pub use arrival::Arrival;
 use counting::{AfterGap, Newest, UNDECIDED_MAX, Undecided};
 pub use damage::{DamageKind, Damaged};
-pub use reckoning::Lost;
+pub use reckoning::{LASTING_SILENCE_MS, Lost};
 use reckoning::Reckoning;
 pub use robots::OTHERS_MAX;
 use robots::Robots;
@@ -128,6 +128,8 @@ pub struct Decoder {
     undecided: [Option<Undecided>; UNDECIDED_MAX],
     /// Whether the latest line is from the followed robot.
     is_own: bool,
+    /// Whether the link was lost since the latest line of the followed robot.
+    is_interrupted: bool,
     /// Number of damaged lines since the latest line of the followed robot, and the noise bytes before that line.
     damaged: u64,
     noise_before: u64,
@@ -151,6 +153,7 @@ impl Default for Decoder {
             robots: Robots::default(),
             undecided: [None; UNDECIDED_MAX],
             is_own: true,
+            is_interrupted: false,
             damaged: 0,
             noise_before: 0,
             last_field_error: None,
@@ -166,9 +169,20 @@ impl Decoder {
         &self.counters
     }
 
+    /// The counts if the stream ends at a time: the lines that the robot can have sent since its latest line, in a silence or while the link
+    /// is lost, may be lost. The time is that of [`Self::set_time`], ms; without times, the counts so far.
+    #[must_use]
+    pub fn counters_until(&self, now_ms: u64) -> Counters {
+        let mut counters = self.counters;
+        let most = self.reckoning.most_until(now_ms, self.is_interrupted);
+        counters.unsettled.max += most.saturating_sub(self.damaged);
+        counters
+    }
+
     /// Marks an interruption of the link: a partial line is dropped, and lines sent meanwhile count as lost.
     pub const fn interrupt(&mut self) {
         self.fresh = 0;
+        self.is_interrupted = true;
         if let Some(newest) = &mut self.newest {
             // After an interruption, a line 1 to 5 behind does not count as late.
             newest.is_late_possible = false;

@@ -79,6 +79,8 @@ pub struct Station {
     /// What was reported of other robots on the channel.
     reported_other: OtherRobot,
     outages: Outages,
+    /// Time at which the link ended for good.
+    ended_at: Option<Moment>,
     examiner: Examiner,
     /// Rate of the port, bit/s; `None` if it is unknown, as behind a network.
     baud: Option<u32>,
@@ -132,6 +134,7 @@ impl Station {
             reported_counters: Counters::default(),
             reported_other: OtherRobot::default(),
             outages: Outages::default(),
+            ended_at: None,
             examiner: Examiner::default(),
             baud: None,
             meter: LinkMeter::default(),
@@ -177,9 +180,6 @@ impl Station {
 
     /// Takes a change of the connection.
     pub fn handle_link(&mut self, now: Moment, event: LinkEvent) {
-        if !matches!(event, LinkEvent::Opened { .. }) {
-            self.report_last_statistics();
-        }
         self.listener
             .open(matches!(event, LinkEvent::Opened { .. }));
         if let Some(uplink) = &mut self.own_uplink {
@@ -205,8 +205,12 @@ impl Station {
             }
             LinkEvent::Ended => {
                 self.sending = Sending::Never;
-                self.outages.finish(now, self.decoder.counters());
+                self.ended_at = Some(now);
+                self.outages.finish(now, &self.totals(now));
             }
+        }
+        if !matches!(event, LinkEvent::Opened { .. }) {
+            self.report_last_statistics(now);
         }
         self.events.push_back(Event::Link(event));
         self.report_outages();
@@ -243,7 +247,7 @@ impl Station {
     fn handle_run(&mut self, now: Moment, run: &[u8]) {
         self.meter.take_received(now, run.len());
         if !self.has_estimated_times {
-            self.decoder.set_time(now.as_millis() as u64);
+            self.decoder.set_time(milliseconds(now));
         }
         let before = *self.decoder.counters();
         let mut bytes = run;
@@ -367,14 +371,13 @@ impl Station {
         }
     }
 
-    /// Reports the latest statistics, if statistics were reported before.
-    fn report_last_statistics(&mut self) {
+    /// Reports the statistics with the latest airtimes, if statistics were reported before.
+    fn report_last_statistics(&mut self, now: Moment) {
         if let Some((at, latest)) = self.reported_statistics {
-            let statistics = self.statistics(at);
             let last = Statistics {
                 airtime_down_pct: latest.airtime_down_pct,
                 airtime_up_pct: latest.airtime_up_pct,
-                ..statistics
+                ..self.statistics_so_far(now)
             };
             self.reported_statistics = Some((at, last));
             self.events.push_back(Event::Statistics(Box::new(last)));
@@ -388,7 +391,7 @@ impl Station {
         if is_early {
             return;
         }
-        let statistics = self.statistics(now);
+        let statistics = self.statistics_so_far(now);
         let latest = self.reported_statistics.map(|(_, latest)| latest);
         if latest == Some(statistics) {
             return;
@@ -501,10 +504,25 @@ impl Station {
         self.own_lines
     }
 
-    /// Statistics of the link; the caller adds `not_taken_bytes`.
+    /// The decoder's totals until `now` or the end of the link.
+    fn totals(&self, now: Moment) -> Counters {
+        let until = self.ended_at.unwrap_or(now);
+        self.decoder.counters_until(milliseconds(until))
+    }
+
+    /// Statistics that hold until the next report: an outage that lasts leaves the loss open.
+    fn statistics_so_far(&self, now: Moment) -> Statistics {
+        let mut statistics = self.statistics(now);
+        if self.ended_at.is_none() && self.outages.is_lasting() {
+            statistics.loss.leave_open();
+        }
+        statistics
+    }
+
+    /// Statistics of the link if it ends at `now`; the caller adds `not_taken_bytes`.
     #[must_use]
     pub fn statistics(&self, now: Moment) -> Statistics {
-        let statistics = self.meter.statistics(now, self.decoder.counters());
+        let statistics = self.meter.statistics(now, &self.totals(now));
         if !self.has_estimated_times {
             return statistics;
         }
@@ -526,6 +544,10 @@ impl Station {
         self.events
             .push_back(Event::Notice(Notice::new(code, level, text)));
     }
+}
+
+const fn milliseconds(moment: Moment) -> u64 {
+    moment.as_millis() as u64
 }
 
 fn micros(moment: Moment) -> u64 {

@@ -19,7 +19,7 @@ use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use kind::Kind;
 use serde::{Serialize, Serializer};
 
-use crate::chunk::set_time;
+use crate::chunk::{counters_until, set_time};
 use crate::own_lines::DescribedFields;
 
 pub use examiner::Examiner;
@@ -183,6 +183,11 @@ impl Diagnosis {
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         self.decoder.counters()
+    }
+
+    /// The decoder's counts if the capture ends at a time.
+    pub(crate) fn counters_until(&self, at: Duration) -> Counters {
+        counters_until(&self.decoder, at)
     }
 
     /// Lines of the robot's own: level 0.

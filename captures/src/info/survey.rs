@@ -174,7 +174,7 @@ impl Survey {
         diagnosis: &Diagnosis,
         problem: Option<String>,
     ) -> Info {
-        let seen = diagnosis.counters();
+        let seen = &diagnosis.counters_until(capture.latest());
         let ticks: u64 = self.ticks.iter().sum();
         let names = Layer::ALL.into_iter().map(layer_word).chain(["prowl"]);
         let mut holders: Vec<HolderShare> = names

@@ -6,7 +6,7 @@ use groundwave_protocol::telemetry::{
 };
 
 use super::*;
-use crate::chunk::set_time;
+use crate::chunk::{counters_until, set_time};
 
 /// A robot that sends three lines per second; every twelfth is a line C.
 struct Robot {
@@ -56,7 +56,7 @@ impl Robot {
 }
 
 /// Fate of the lines from a time on, in seconds.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     Arrive,
     Silence,
@@ -112,14 +112,16 @@ fn session(fates: &[(u64, Fate)]) -> Vec<Outage> {
         outages.handle_timeout(now, decoder.counters());
         found.extend(std::iter::from_fn(|| outages.poll()));
     }
-    outages.finish(Moment::from_mins(3), decoder.counters());
+    let end = Moment::from_mins(3);
+    outages.finish(end, &counters_until(&decoder, end));
     found.extend(std::iter::from_fn(|| outages.poll()));
     found
 }
 
 /// The outages that ended: cause, seconds from and to, lines lost.
 fn ended(fates: &[(u64, Fate)]) -> Vec<(OutageCause, u64, u64, u64)> {
-    let found = session(fates).into_iter().filter_map(|outage| {
+    let found = session(fates).into_iter().filter(|it| it.end.is_some());
+    let found = found.filter_map(|outage| {
         let min = outage.lost.min;
         // What the robot sent before its boot is unknown.
         let is_exact = outage.lost.known_max() == Some(min);
@@ -387,10 +389,16 @@ fn one_that_lasts_at_the_end_has_no_end() {
         (Fate::Noise, OutageCause::Damaged),
         (Fate::Unplug, OutageCause::Unplugged),
     ] {
-        let [outage] = session(&[(60, fate)])[..] else {
+        let [begun, at_end] = session(&[(60, fate)])[..] else {
             panic!("{cause:?}");
         };
-        assert_eq!((outage.cause, outage.end), (cause, None));
+        assert_eq!((begun.cause, begun.end), (cause, None));
+        assert_eq!(begun.lost.known_max(), None, "nothing is known yet");
+        assert_eq!((at_end.cause, at_end.begin), (cause, begun.begin));
+        assert_eq!((at_end.end, at_end.lost.min), (None, 0));
+        // Three lines per second for two minutes; with noise, 360 may be damaged ones.
+        let max = at_end.lost.known_max().unwrap();
+        assert!(fate == Fate::Noise || (360..=385).contains(&max), "{at_end}");
     }
 }
 
@@ -398,11 +406,14 @@ fn one_that_lasts_at_the_end_has_no_end() {
 fn a_reboot_is_a_separate_outage_on_a_cable() {
     use OutageCause::{Rebooted, Unplugged};
     assert_eq!(ended(&[(60, Fate::Reboot)]), [(Rebooted, 59, 60, 0)]);
-    let causes: Vec<_> = ended(&[(60, Fate::Unplug), (70, Fate::Reboot)])
-        .iter()
-        .map(|(cause, ..)| *cause)
-        .collect();
+    let found = session(&[(60, Fate::Unplug), (70, Fate::Reboot)]);
+    let ended: Vec<_> = found.iter().filter(|it| it.end.is_some()).collect();
+    let causes: Vec<_> = ended.iter().map(|it| it.cause).collect();
     assert_eq!(causes, [Unplugged, Rebooted]);
+    // The lines that the robot may have sent before it booted count once.
+    let max = ended[0].lost.known_max().unwrap();
+    assert!((30..=37).contains(&max), "{}", ended[0]);
+    assert_eq!(ended[1].lost, Lost::default());
 }
 
 /// The outages in a capture without times, in which some lines are lost, and the lines C from the number `end` on.

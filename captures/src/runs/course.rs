@@ -6,6 +6,7 @@ use groundwave_protocol::decoder::{Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
 
 use crate::bumps::Bumps;
+use crate::chunk::counters_until;
 use crate::odometer::{Odometer, Step, distance_in};
 pub use crate::runs::figures::Place;
 use crate::{Capture, CaptureError};
@@ -49,7 +50,7 @@ impl Course {
             course.take(at, received);
             Ok::<(), CaptureError>(())
         });
-        (course, *decoder.counters(), read.err())
+        (course, counters_until(&decoder, capture.latest()), read.err())
     }
 
     /// Takes a line.

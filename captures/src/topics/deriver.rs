@@ -16,7 +16,7 @@ use super::log_messages::LogMessages;
 use super::path::Path;
 use super::scene::Scene;
 use super::{Topic, TopicMessage};
-use crate::chunk::set_time;
+use crate::chunk::{counters_until, set_time};
 use crate::event::Moment;
 use crate::outages::{Outage, Outages};
 use crate::own_lines::{DescribedFields, Values, recognizer};
@@ -336,8 +336,9 @@ impl Deriver {
         mut take: impl FnMut(TopicMessage<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.give_pending(&mut take)?;
+        let now = Moment::from_nanos(self.now_ns);
         self.outages
-            .finish(Moment::from_nanos(self.now_ns), self.decoder.counters());
+            .finish(now, &counters_until(&self.decoder, now));
         self.give_outages(&mut take)
     }
 

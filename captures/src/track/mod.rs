@@ -11,6 +11,7 @@ use groundwave_protocol::status_codes::Layer;
 
 use super::event::Truth;
 use super::{Capture, CaptureError};
+use crate::chunk::counters_until;
 use crate::outages::Outage;
 use crate::words::layer_word;
 use fold::Fold;
@@ -198,7 +199,7 @@ impl Track {
         let mut fold = Fold::with_texts(texts);
         let mut decoder = Decoder::default();
         let result = fold.take_all(capture, &mut decoder, &mut take);
-        let counters = *decoder.counters();
+        let counters = counters_until(&decoder, capture.latest());
         (fold.finish(capture, &counters), counters, result.err())
     }
 

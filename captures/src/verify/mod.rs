@@ -248,6 +248,7 @@ impl Lines {
             self.diagnosis.interrupt();
             self.gaps.interrupt();
         }
+        self.end = self.end.max(at);
         self.outages.handle_event(at, event);
     }
 
@@ -280,9 +281,8 @@ impl Lines {
 
     fn finish(self, verdict: &mut Verdict) {
         verdict.gaps = self.gaps.count();
-        verdict.outages = self
-            .outages
-            .into_outages(self.end, self.diagnosis.counters());
+        let counters = self.diagnosis.counters_until(self.end);
+        verdict.outages = self.outages.into_outages(self.end, &counters);
         // Outages count whole hundreds of lines, which the sequence does not show.
         for outage in &verdict.outages {
             let lines = outage.lost.min;
@@ -293,12 +293,11 @@ impl Lines {
                 verdict.worst_gap = Some(Gap { lines, until_s });
             }
         }
-        let counters = self.diagnosis.counters();
         verdict.bytes = counters.bytes;
         verdict.lines = counters.intact();
-        verdict.loss = Loss::of(counters);
-        verdict.damaged = Damaged::of(counters);
-        verdict.other = OtherRobot::of(counters);
+        verdict.loss = Loss::of(&counters);
+        verdict.damaged = Damaged::of(&counters);
+        verdict.other = OtherRobot::of(&counters);
         verdict.mistakes = self.diagnosis.findings();
         for finding in verdict.mistakes.clone() {
             if finding.is_refused {

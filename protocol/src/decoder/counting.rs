@@ -192,6 +192,7 @@ impl Decoder {
     fn count_own(&mut self, received: &Received, length: usize) {
         let is_boot = self.count_lost(received.sequence(), received.ack().boot, length);
         self.damaged = 0;
+        self.is_interrupted = false;
         self.noise_before = self.counters.noise_bytes;
         if matches!(received, Received::Ack(line) if line.listens) {
             self.reckoning.take_go_ahead();

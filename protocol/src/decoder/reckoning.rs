@@ -19,6 +19,9 @@ const CLEAN_S: u64 = 30;
 /// Minimum ground time between two lines that counts as a silence, in which lines may have been lost, ms.
 pub(super) const SILENCE_MS: u64 = 2000;
 
+/// Minimum ground time without a line at the end of a stream that counts as a silence, ms: a line that arrived in time has been read by then.
+pub const LASTING_SILENCE_MS: u64 = 2400;
+
 /// Minimum ground time without loss after which its rate is used for the duration of a gap, ms.
 const HEARD_MS: u64 = 1000;
 
@@ -41,7 +44,7 @@ pub struct Lost {
     pub min: u64,
     /// Number of lines that may be lost, including the certain ones.
     pub max: u64,
-    /// Whether whole hundreds more may be lost, any number of them: no clock shows how long the robot was not heard, as in text
+    /// Whether more lines may be lost, any number of them: the outage lasts, or no clock shows how long the robot was not heard, as in text
     /// without timestamps.
     pub is_open: bool,
 }
@@ -194,8 +197,23 @@ impl Reckoning {
             }
             return None;
         }
+        Some(self.most_in(pause_ms))
+    }
+
+    /// Maximum number of lines that the robot can send in a ground time, ms.
+    fn most_in(&self, pause_ms: u64) -> u64 {
         let (_, most) = self.expected(pause_ms / 1000, 0, self.has_short);
-        u64::try_from(most).ok()
+        u64::try_from(most).unwrap_or(0)
+    }
+
+    /// Maximum number of lines that the robot can have sent since the latest one until `now_ms`; 0 without a silence, unless the link was lost.
+    pub(super) fn most_until(&self, now_ms: u64, is_interrupted: bool) -> u64 {
+        match self.line_ms.map(|at_ms| now_ms.saturating_sub(at_ms)) {
+            Some(pause_ms) if is_interrupted || pause_ms >= LASTING_SILENCE_MS => {
+                self.most_in(pause_ms)
+            }
+            _ => 0,
+        }
     }
 
     /// Maximum number of lines that the robot can have sent in the time before a line of `length` bytes, which is no silence; 0 if the
