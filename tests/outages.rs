@@ -267,7 +267,7 @@ fn an_outage_until_the_end_of_a_recording_is_listed() {
         let now = Duration::from_secs(at_s);
         recorder.handle_event(now, wall(now), &to_recorded(now, &event).unwrap());
         recorder.finish().unwrap();
-        lasts_until_the_end(&path, code);
+        lasts_until_the_end(&path, code, at_s - 60);
     }
     fs::remove_dir_all(folder).unwrap();
 }
@@ -286,7 +286,7 @@ fn a_silence_until_a_recording_was_ended_is_listed() {
     let now = Duration::from_secs(36);
     recorder.handle_event(now, wall(now), &ending());
     recorder.finish().unwrap();
-    lasts_until_the_end(&path, "silent");
+    lasts_until_the_end(&path, "silent", 3);
     fs::remove_dir_all(folder).unwrap();
 }
 
@@ -312,8 +312,13 @@ fn a_recording_that_ends_soon_after_an_outage_is_good() {
 }
 
 /// Every verb lists the outage of a recording, which has not ended.
-fn lasts_until_the_end(path: &Path, code: &str) {
+fn lasts_until_the_end(path: &Path, code: &str, silence_s: u64) {
     let path = path.to_str().unwrap();
+    let info = object(&expect(0, &["info", path, "--json"]).0, "lines_lost");
+    // None is lost before, and what the robot sent since then is not known.
+    let lost = ["lines_lost", "lines_lost_max"].map(|key| info[key].as_u64().unwrap());
+    let sent = 3 * silence_s;
+    assert!((sent..=sent * 5 / 4 + 5).contains(&lost[1]), "{lost:?}");
     for verb in ["info", "verify"] {
         let figures = object(&expect(0, &[verb, path, "--json"]).0, "lines_lost");
         let outages = figures["outages"].as_array().unwrap();
@@ -321,12 +326,16 @@ fn lasts_until_the_end(path: &Path, code: &str) {
         assert_eq!(outages[0]["code"], code, "{verb}");
         assert!(outages[0]["end_s"].is_null(), "{verb}: {outages:?}");
         let runs = object(&expect(0, &["runs", path, "--json"]).0, "lines_lost");
-        assert_eq!(runs["lines_lost"], figures["lines_lost"], "{verb}");
+        for key in ["lines_lost", "lines_lost_max"] {
+            for (place, found) in [("all", &figures), ("outage", &outages[0]), ("runs", &runs)] {
+                assert_eq!(found[key], info[key], "{verb}, {place}: {key}");
+            }
+        }
     }
     let recorded = &messages(Path::new(path))["/outages"];
-    assert_eq!(recorded.len(), 1);
-    let recorded = OutageMessage::decode(&recorded[0][..]).unwrap();
+    let recorded = OutageMessage::decode(&recorded.last().unwrap()[..]).unwrap();
     assert_eq!((&recorded.code[..], recorded.end_ns), (code, None));
+    assert_eq!(recorded.lines_lost_max, Some(lost[1]));
     let exported = |to: &str| expect(0, &["export", path, "--to", to, "-o", "-"]).0;
     let (rows, csv) = (exported("jsonl"), exported("csv"));
     let rows = rows

@@ -205,6 +205,17 @@ fn file_extension_must_match_the_format() {
 fn file_without_a_line_is_not_converted() {
     let folder = scratch("noise");
     let file = |name: &str| folder.join(name).display().to_string();
+    let prose = "There is a text without a line of a robot.\n".repeat(20)
+        + "The robot's lines are plain text: 7\n";
+    fs::write(folder.join("prose.txt"), prose).unwrap();
+    for arguments in [
+        ["info", "--json"],
+        ["verify", "--json"],
+        ["export", "--to=jsonl"],
+    ] {
+        let (_, err) = expect(2, &[&arguments[..], &[&file("prose.txt")]].concat());
+        assert!(err.contains("no line found"), "{arguments:?}: {err}");
+    }
     for (name, content) in [("notes.txt", "milk\n"), ("empty.txt", "")] {
         fs::write(folder.join(name), content).unwrap();
         for output in [&file("made.mcap"), "-"] {

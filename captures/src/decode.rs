@@ -16,8 +16,9 @@ use serde_json::to_writer;
 use super::diagnosis::{Diagnosis, Finding, Line};
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
-use super::own_lines::recognizer;
+use super::own_lines::{may_be_robots, recognizer};
 use super::runs::label::Note;
+use super::source::Form;
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
 
@@ -61,10 +62,13 @@ pub fn decode(
         record: Vec::new(),
         notes: Notes::of(notes),
         own_lines: 0,
+        own_texts: 0,
     };
     let mut diagnosis = None;
     let result = records.write_all(capture, &mut diagnosis);
-    let own_lines = records.own_lines;
+    let is_known =
+        capture.form() == Form::Mcap || may_be_robots(records.own_lines, records.own_texts);
+    let own_lines = if is_known { records.own_lines } else { 0 };
     output.flush()?;
     result?;
     let diagnosis = diagnosis.unwrap_or_default();
@@ -93,8 +97,9 @@ struct Records<'a, W> {
     output: &'a mut W,
     record: Vec<u8>,
     notes: Notes<'a>,
-    /// Number of lines of the robot's own with values.
+    /// Numbers of lines of the robot's own with values and without.
     own_lines: u64,
+    own_texts: u64,
 }
 
 /// Notes still to be written, in descending order of their moments.
@@ -202,7 +207,10 @@ impl<W: Write> Records<'_, W> {
     fn write_own(&mut self, at: Duration, line: &OwnLine) -> io::Result<()> {
         match &line.content {
             Content::Damaged => Ok(()),
-            Content::Text => self.write_event(at, &EventRecord::of_own(line, &[])),
+            Content::Text => {
+                self.own_texts += 1;
+                self.write_event(at, &EventRecord::of_own(line, &[]))
+            }
             Content::Values(samples) => {
                 self.own_lines += 1;
                 if self.format == Format::Jsonl || samples.is_empty() {

@@ -45,6 +45,15 @@ pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
     configured.unwrap_or_default()
 }
 
+/// Maximum number of lines of text for each line with values, for text of unknown origin to be a robot's.
+const TEXTS_PER_LINE_MAX: u64 = 9;
+
+/// Whether a text of unknown origin may be a robot's, by its lines with values and without: prose now and then looks like a value.
+#[must_use]
+pub const fn may_be_robots(lines: u64, texts: u64) -> bool {
+    lines > 0 && texts <= lines * TEXTS_PER_LINE_MAX
+}
+
 /// Fields that a robot describes in lines F; lines V contain their values.
 #[derive(Clone, Debug, Default)]
 pub struct DescribedFields(Vec<Option<Described>>);

@@ -16,8 +16,8 @@ use crate::telemetry::{ACK_LINE_BYTES, AckLine, FieldError, Line, is_intact};
 pub use arrival::Arrival;
 use counting::{AfterGap, Newest, UNDECIDED_MAX, Undecided};
 pub use damage::{DamageKind, Damaged};
-pub use reckoning::{LASTING_SILENCE_MS, Lost};
 use reckoning::Reckoning;
+pub use reckoning::{LASTING_SILENCE_MS, Lost};
 pub use robots::OTHERS_MAX;
 use robots::Robots;
 

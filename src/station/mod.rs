@@ -225,6 +225,7 @@ impl Station {
     /// Takes the end of a suspension of this station.
     pub fn handle_suspension(&mut self, now: Moment, duration: Moment) {
         self.outages.handle_suspension(now.saturating_sub(duration));
+        self.listener.resume(now);
         self.events.push_back(Event::Suspended(duration));
     }
 

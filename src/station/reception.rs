@@ -44,6 +44,12 @@ impl Listener {
         };
     }
 
+    /// Takes the end of a suspension of this station: what was not read meanwhile says nothing about the robot.
+    pub(super) fn resume(&mut self, now: Moment) {
+        self.line_at = self.line_at.map(|_| now);
+        self.byte_at = self.byte_at.map(|_| now);
+    }
+
     /// Takes bytes, and whether an intact line ended in them. Returns the kind of reception and the time at which it began, if
     /// the kind has changed.
     pub(super) fn take(

@@ -398,7 +398,10 @@ fn one_that_lasts_at_the_end_has_no_end() {
         assert_eq!((at_end.end, at_end.lost.min), (None, 0));
         // Three lines per second for two minutes; with noise, 360 may be damaged ones.
         let max = at_end.lost.known_max().unwrap();
-        assert!(fate == Fate::Noise || (360..=385).contains(&max), "{at_end}");
+        assert!(
+            fate == Fate::Noise || (360..=385).contains(&max),
+            "{at_end}"
+        );
     }
 }
 

@@ -50,7 +50,11 @@ impl Course {
             course.take(at, received);
             Ok::<(), CaptureError>(())
         });
-        (course, counters_until(&decoder, capture.latest()), read.err())
+        (
+            course,
+            counters_until(&decoder, capture.latest()),
+            read.err(),
+        )
     }
 
     /// Takes a line.

@@ -348,3 +348,19 @@ fn looks_of_everything() {
         });
     }
 }
+
+/// What was not read while this station was suspended says nothing about the robot.
+#[test]
+fn a_suspension_is_no_silence_of_the_robot() {
+    let at = Moment::from_secs;
+    for is_suspended in [false, true] {
+        let mut listener = Listener::default();
+        listener.open(true);
+        listener.take(at(1), &robot()[..80], true);
+        if is_suspended {
+            listener.resume(at(8));
+        }
+        let reported = listener.handle_timeout(at(8)).map(|(it, _)| it);
+        assert_eq!(reported, (!is_suspended).then_some(Reception::Nothing));
+    }
+}

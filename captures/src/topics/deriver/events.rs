@@ -36,6 +36,7 @@ impl Deriver {
         self.encoder.encode(event);
         take(self.encoder.message(Topic::Station, self.now_ns, None))?;
         if event.is_loss_of_link() {
+            self.decoder.interrupt();
             self.own.interrupt();
         }
         if self.lines != Lines::Decoded {
