@@ -97,6 +97,11 @@ impl Counters {
             .and(Lost::between(shown, shown + self.undecided))
     }
 
+    /// Number of damaged lines in no gap of the sequence.
+    fn unplaced_damaged(&self) -> u64 {
+        self.damaged.total().saturating_sub(self.damaged_in_gaps)
+    }
+
     /// Makes `unsettled` a permanent interval, because no line C will narrow it.
     const fn give_up_settling(&mut self) {
         self.hidden = self.hidden.and(self.unsettled);
@@ -133,6 +138,8 @@ pub struct Decoder {
     /// Number of damaged lines since the latest line of the followed robot, and the noise bytes before that line.
     damaged: u64,
     noise_before: u64,
+    /// Number of damaged lines in no gap of the sequence at the latest line C.
+    unplaced_before: u64,
     last_field_error: Option<FieldError>,
     counters: Counters,
 }
@@ -156,6 +163,7 @@ impl Default for Decoder {
             is_interrupted: false,
             damaged: 0,
             noise_before: 0,
+            unplaced_before: 0,
             last_field_error: None,
             counters: Counters::default(),
         }

@@ -233,7 +233,9 @@ impl Decoder {
                 newest.arrived = !0;
             }
         }
-        if let Some((uptime_s, frames_heard)) = received.clock() {
+        // The clock in a repeated line C is old.
+        let clock = received.clock().filter(|_| !self.reckoning.is_repeated());
+        if let Some((uptime_s, frames_heard)) = clock {
             if self.reckoning.has_begun() {
                 self.counters.unsettled = Lost::default();
                 let gap = self
@@ -257,9 +259,13 @@ impl Decoder {
             // Each line that may be lost before the boot, already counted, takes the place of one after it in the same silence.
             let before = core::mem::take(&mut self.before_boot);
             hidden.max = hidden.max.saturating_sub(before).max(hidden.min);
+            // A damaged line for which the sequence shows no place may be among the hundreds.
+            let unplaced = self.counters.unplaced_damaged();
+            let before = core::mem::replace(&mut self.unplaced_before, unplaced);
+            hidden.min = hidden.min.saturating_sub(unplaced.saturating_sub(before));
             self.counters.hidden = self.counters.hidden.and(hidden);
         }
-        if has_restarted || received.uptime_s().is_some() {
+        if has_restarted || clock.is_some() {
             self.forget_gap();
         }
     }
@@ -387,6 +393,11 @@ impl Decoder {
             self.longest_step = self.longest_step.saturating_sub(1);
         } else {
             self.before_repeated = Some(most_before);
+            let least = FULL_ROUND - u64::from(LATE_LINES_MAX);
+            if self.reckoning.time().is_some() && most_before < least {
+                // No gap fits before the line, so the robot did not send it again.
+                self.reckoning.take_repeated(length);
+            }
         }
         self.open_unless_timed();
         false

@@ -111,6 +111,11 @@ pub(super) struct Reckoning {
     /// The same number if that line was lost before; 0 if it has the sequence of one that arrived.
     late: u8,
     latest: Option<AtCounters>,
+    /// Number and bytes of lines since then that arrived once more, by the ground's clock.
+    repeated: u64,
+    repeated_bytes: u64,
+    /// Whether the latest line is one of them.
+    is_repeated: bool,
     /// Bytes and seconds of the parts with a certain number of lost lines, and the number of separate parts after the first.
     clean_bytes: u64,
     clean_s: u64,
@@ -148,11 +153,25 @@ impl Reckoning {
     pub(super) const fn advance(&mut self, lines: u8) {
         self.progress += lines as i64;
         (self.behind, self.late) = (0, 0);
+        self.is_repeated = false;
     }
 
     /// Takes a late or repeated line, which is behind the newest by a number of lines.
     pub(super) const fn set_behind(&mut self, lines: u8, is_late: bool) {
         (self.behind, self.late) = (lines, if is_late { lines } else { 0 });
+        self.is_repeated = false;
+    }
+
+    /// Takes a line of `length` bytes that arrived once more.
+    pub(super) const fn take_repeated(&mut self, length: usize) {
+        self.is_repeated = true;
+        self.repeated += 1;
+        self.repeated_bytes += length as u64;
+    }
+
+    /// Whether the latest line arrived once more, by the ground's clock.
+    pub(super) const fn is_repeated(&self) -> bool {
+        self.is_repeated
     }
 
     /// Goes on at a line behind the newest one, which followed a gap; returns by how many lines it is behind. A late line stays late.
@@ -292,6 +311,7 @@ impl Reckoning {
     /// Begins again at a boot.
     pub(super) const fn begin(&mut self, boot: AtCounters) {
         self.latest = Some(boot);
+        (self.repeated, self.repeated_bytes) = (0, 0);
         self.was_measured = false;
     }
 
@@ -337,6 +357,8 @@ impl Reckoning {
             lines_lost: counters.lines_lost,
             before_first: None,
         };
+        let repeated = core::mem::take(&mut self.repeated);
+        let repeated_bytes = core::mem::take(&mut self.repeated_bytes);
         let Some(then) = self.latest.replace(now) else {
             return Lost::default();
         };
@@ -344,8 +366,9 @@ impl Reckoning {
         let long = now.lines - then.lines;
         let short = now.ack_lines - then.ack_lines;
         let bytes = long * LINE_BYTES as u64 + short * ACK_LINE_BYTES as u64;
-        // Negative if lines were repeated or a gap looked like a late line.
-        let missing = now.progress - then.progress - (long + short) as i64;
+        let bytes = bytes.saturating_sub(repeated_bytes);
+        // Negative if a gap looked like a late line, or, without times, lines were repeated.
+        let missing = now.progress - then.progress + repeated as i64 - (long + short) as i64;
         // Negative if lines that were lost before the earlier line C look late.
         let counted = now.lines_lost as i64 - then.lines_lost as i64;
         let had_short = core::mem::replace(&mut self.has_short, short > 0);
