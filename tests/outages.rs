@@ -64,6 +64,10 @@ fn an_outage_has_the_same_figures_everywhere() {
     let headless = String::from_utf8(headless.stdout).unwrap();
     let mut statistics = headless.lines().map(|line| object(line, "event"));
     let statistics = statistics.rfind(|value| value["event"] == "statistics");
+    let outages = headless.lines().map(|line| object(line, "event"));
+    let mut outages = outages.filter(|value| value["event"] == "outage");
+    // The text arrives at once, so only its sequence and the robot's clock show the gap.
+    assert_eq!(outages.next_back().unwrap()["lines_lost"], 200);
     let info = json(&["info", &recording, "--json"]);
     for (place, figures) in [
         ("info", &info),

@@ -457,15 +457,23 @@ impl Outages {
     /// Takes the end of the session and the decoder's totals until then: reports outages whose number of lost lines is not final, and one that lasts with the
     /// lines that may be lost in it.
     pub fn finish(&mut self, now: Moment, counters: &Counters) {
-        self.give_up_settling();
         self.handle_timeout(now, counters);
-        if let (Some(latest), Some((cause, begin))) = (self.latest.take(), self.begun) {
-            self.found.pop_back_if(|it| it.end.is_none());
+        self.found.pop_back_if(|it| it.end.is_none());
+        let latest = self.latest;
+        let lost = latest.map_or_else(Lost::default, |it| counters.unsettled.since(it.unsettled));
+        if self.begun.is_none()
+            && let Some(outage) = latest.and_then(|it| self.ended_at(it.at))
+        {
+            // The line after it may have begun before it.
+            outage.lost = outage.lost.and(lost);
+        }
+        self.give_up_settling();
+        if let (Some(_), Some((cause, begin))) = (self.latest.take(), self.begun) {
             self.found.push_back(Outage {
                 cause,
                 begin,
                 end: None,
-                lost: counters.unsettled.since(latest.unsettled),
+                lost,
             });
         }
     }

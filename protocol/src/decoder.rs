@@ -178,12 +178,11 @@ impl Decoder {
     }
 
     /// The counts if the stream ends at a time: the lines that the robot can have sent since its latest line, in a silence or while the link
-    /// is lost, may be lost. The time is that of [`Self::set_time`], ms; without times, the counts so far.
+    /// is lost, may be lost, and those in a silence before the latest line if that line may have begun before it. The time is that of [`Self::set_time`], ms; without times, the counts so far.
     #[must_use]
     pub fn counters_until(&self, now_ms: u64) -> Counters {
         let mut counters = self.counters;
-        let most = self.reckoning.most_until(now_ms, self.is_interrupted);
-        counters.unsettled.max += most.saturating_sub(self.damaged);
+        counters.unsettled.max += self.reckoning.most_until(now_ms, self.is_interrupted);
         counters
     }
 

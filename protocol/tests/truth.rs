@@ -64,7 +64,7 @@ impl Radio {
 
     /// Lets the kept line arrive once more.
     fn repeat(&mut self) {
-        let line = self.kept.take().unwrap();
+        let line = self.kept.take().expect("a line was kept");
         hear(&mut self.decoder, &line);
     }
 

@@ -52,7 +52,7 @@ pub(super) async fn run(
     let mut look = tokio::time::interval(CHECK_EVERY);
     let begin = tokio::time::Instant::now() + STATISTICS_EVERY;
     let mut statistics = tokio::time::interval_at(begin, STATISTICS_EVERY);
-    let mut reported = None;
+    let (mut reported, mut is_look_due) = (None, false);
     loop {
         let has_room = printer.lines.capacity() >= ROOM;
         if has_room {
@@ -62,6 +62,10 @@ pub(super) async fn run(
             biased;
             signal = signals.next() => match signal {
                 Signal::Leave => {
+                    driver.end();
+                    while let Some(event) = driver.poll_event() {
+                        printer.print(driver.now(), &event)?;
+                    }
                     printer.print_statistics(&driver)?;
                     return printer.finish(tokio::time::sleep(PATIENCE)).await;
                 }
@@ -70,18 +74,9 @@ pub(super) async fn run(
             result = &mut printer.ended => return output(result),
             _ = statistics.tick() => printer.print_statistics(&driver)?,
             _ = look.tick() => {
-                // The call also flushes the recording when that is due.
-                let recording = keeper.status();
-                let problem = recording.problem.clone();
-                let news = problem.clone().filter(|_| problem != reported);
-                reported = problem;
-                let alarm = news.map(|text| (Level::Alarm, text));
-                let notices = std::iter::from_fn(|| keeper.poll_notice());
-                for (level, text) in alarm.into_iter().chain(notices) {
-                    let notice = Notice::new(NoticeCode::Recording, level, text);
-                    printer.print(driver.now(), &Event::Notice(notice))?;
-                }
-                observer.take(&mut driver, &Event::Recording(recording));
+                // The facts know of a suspension before they judge a silence.
+                driver.detect_suspension();
+                is_look_due = true;
             }
             () = room(&printer.lines), if waits && !has_room => {}
             () = driver.step(), if has_room || !waits => {}
@@ -101,6 +96,20 @@ pub(super) async fn run(
                 };
                 return printer.finish(leave).await;
             }
+        }
+        if std::mem::take(&mut is_look_due) {
+            // The call also flushes the recording when that is due.
+            let recording = keeper.status();
+            let problem = recording.problem.clone();
+            let news = problem.clone().filter(|_| problem != reported);
+            reported = problem;
+            let alarm = news.map(|text| (Level::Alarm, text));
+            let notices = std::iter::from_fn(|| keeper.poll_notice());
+            for (level, text) in alarm.into_iter().chain(notices) {
+                let notice = Notice::new(NoticeCode::Recording, level, text);
+                printer.print(driver.now(), &Event::Notice(notice))?;
+            }
+            observer.take(&mut driver, &Event::Recording(recording));
         }
     }
 }

@@ -146,6 +146,7 @@ async fn until_done(
             () = &mut end => break,
             () = driver.step() => {}
             _ = report.tick() => {
+                driver.detect_suspension();
                 say_notices(keeper, options.quiet);
                 let status = keeper.status();
                 observer.take(&mut driver, &Event::Recording(status.clone()));
@@ -153,7 +154,7 @@ async fn until_done(
                     return Err(Fault::new(Exit::Failed, problem));
                 }
                 if shows_progress {
-                    let counters = driver.station().counters();
+                    let counters = driver.station().totals(driver.now());
                     say_progress(format_args!(
                         "{} received, {}, {} lost",
                         counted(counters.bytes, "byte"),
@@ -186,5 +187,5 @@ async fn until_done(
     if shows_progress {
         say("");
     }
-    Ok(*driver.station().counters())
+    Ok(driver.station().totals(driver.now()))
 }

@@ -169,6 +169,7 @@ impl Facts {
                 }
             }
             Event::Suspended(duration) => {
+                self.link.resume(now);
                 let text = format!("suspended for {:.1} s", duration.as_secs_f64());
                 self.log.add(now, Level::Warning, Subject::Station, text);
             }

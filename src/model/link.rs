@@ -95,7 +95,7 @@ pub(crate) struct Link {
     damaged_before: u64,
     /// Whether the newest line ended an outage.
     ends_outage: bool,
-    /// Time at which the link was opened last.
+    /// Time at which the link was opened last, or this station went on after a suspension.
     opened_at: Option<Moment>,
     newest_raw: Option<[u8; LINE_BYTES]>,
     /// The newest line of each traced kind.
@@ -136,6 +136,11 @@ impl Link {
                 self.frozen_at = Some(now);
             }
         }
+    }
+
+    /// Takes the end of a suspension of this station: its silence is not the robot's.
+    pub(super) fn resume(&mut self, now: Moment) {
+        self.opened_at = self.opened_at.map(|_| now);
     }
 
     /// Whether the link is lost because the station that shares it closed the connection.

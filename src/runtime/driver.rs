@@ -200,8 +200,13 @@ impl Driver {
         tokio::task::yield_now().await;
     }
 
+    /// Takes the end of the session, whose last events follow.
+    pub fn end(&mut self) {
+        self.station.handle_end(self.now());
+    }
+
     /// Detects a suspension of the process: callers step at least every few seconds, so a longer time is one.
-    fn detect_suspension(&mut self) {
+    pub fn detect_suspension(&mut self) {
         let now = self.now();
         if let Some(stepped_at) = self.stepped_at.replace(now)
             && now >= stepped_at + SUSPENDED_AFTER

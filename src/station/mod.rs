@@ -205,8 +205,7 @@ impl Station {
             }
             LinkEvent::Ended => {
                 self.sending = Sending::Never;
-                self.ended_at = Some(now);
-                self.outages.finish(now, &self.totals(now));
+                self.handle_end(now);
             }
         }
         if !matches!(event, LinkEvent::Opened { .. }) {
@@ -214,6 +213,15 @@ impl Station {
         }
         self.events.push_back(Event::Link(event));
         self.report_outages();
+    }
+
+    /// Takes the end of the session: reports the outages that have not been reported, and the lines that may be lost in one that lasts.
+    pub fn handle_end(&mut self, now: Moment) {
+        if self.ended_at.is_none() {
+            self.ended_at = Some(now);
+            self.outages.finish(now, &self.totals(now));
+            self.report_outages();
+        }
     }
 
     /// Takes a connection to another station than before: its robot may be another one, so nothing is known of the lines between.
@@ -378,7 +386,7 @@ impl Station {
             let last = Statistics {
                 airtime_down_pct: latest.airtime_down_pct,
                 airtime_up_pct: latest.airtime_up_pct,
-                ..self.statistics_so_far(now)
+                ..self.statistics(now)
             };
             self.reported_statistics = Some((at, last));
             self.events.push_back(Event::Statistics(Box::new(last)));
@@ -392,7 +400,7 @@ impl Station {
         if is_early {
             return;
         }
-        let statistics = self.statistics_so_far(now);
+        let statistics = self.statistics(now);
         let latest = self.reported_statistics.map(|(_, latest)| latest);
         if latest == Some(statistics) {
             return;
@@ -505,25 +513,24 @@ impl Station {
         self.own_lines
     }
 
-    /// The decoder's totals until `now` or the end of the link.
-    fn totals(&self, now: Moment) -> Counters {
+    /// The decoder's totals if the session ends now, or when it ended.
+    #[must_use]
+    pub fn totals(&self, now: Moment) -> Counters {
         let until = self.ended_at.unwrap_or(now);
         self.decoder.counters_until(milliseconds(until))
     }
 
-    /// Statistics that hold until the next report: an outage that lasts leaves the loss open.
-    fn statistics_so_far(&self, now: Moment) -> Statistics {
-        let mut statistics = self.statistics(now);
+    /// Statistics of the link; the caller adds `not_taken_bytes`. An outage leaves the loss open until it or the session ends.
+    #[must_use]
+    pub fn statistics(&self, now: Moment) -> Statistics {
+        let totals = match self.ended_at {
+            Some(_) => self.totals(now),
+            None => *self.decoder.counters(),
+        };
+        let mut statistics = self.meter.statistics(now, &totals);
         if self.ended_at.is_none() && self.outages.is_lasting() {
             statistics.loss.leave_open();
         }
-        statistics
-    }
-
-    /// Statistics of the link if it ends at `now`; the caller adds `not_taken_bytes`.
-    #[must_use]
-    pub fn statistics(&self, now: Moment) -> Statistics {
-        let statistics = self.meter.statistics(now, &self.totals(now));
         if !self.has_estimated_times {
             return statistics;
         }

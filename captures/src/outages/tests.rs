@@ -481,3 +481,29 @@ fn lines_lost_in_a_gap_without_times_and_without_a_line_c_after_it_are_a_minimum
 fn single_lines_lost_without_times_are_no_outage() {
     assert_eq!(without_times(200..203, 200), []);
 }
+
+/// The rest of a line that had begun before an outage ends the outage; the line after it would show the lines lost.
+#[test]
+fn an_outage_that_ends_with_the_last_line_is_an_interval() {
+    let (mut robot, mut decoder, mut outages) =
+        (Robot::new(), Decoder::default(), Outages::default());
+    let mut now = Moment::ZERO;
+    for n in 0..60 {
+        now = Moment::from_millis(n * 1000 / 3 + if n == 59 { 20_000 } else { 0 });
+        set_time(&mut decoder, now);
+        let line = robot.line(n * 1000 / 3);
+        let mut bytes = &line[..];
+        while let Some(received) = decoder.next_own_line(&mut bytes) {
+            outages.handle_line(now, &received, decoder.counters());
+        }
+    }
+    let counters = counters_until(&decoder, now);
+    outages.finish(now, &counters);
+    let outage = outages.poll().unwrap();
+    assert_eq!(outage.end, Some(now));
+    assert_eq!(outage.lost, counters.lost());
+    assert!(
+        outage.lost.min == 0 && (59..80).contains(&outage.lost.max),
+        "{outage}"
+    );
+}

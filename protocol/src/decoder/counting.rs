@@ -393,9 +393,7 @@ impl Decoder {
             self.longest_step = self.longest_step.saturating_sub(1);
         } else {
             self.before_repeated = Some(most_before);
-            let least = FULL_ROUND - u64::from(LATE_LINES_MAX);
-            if self.reckoning.time().is_some() && most_before < least {
-                // No gap fits before the line, so the robot did not send it again.
+            if most_before < FULL_ROUND - u64::from(LATE_LINES_MAX) {
                 self.reckoning.take_repeated(length);
             }
         }

@@ -111,11 +111,11 @@ pub(super) struct Reckoning {
     /// The same number if that line was lost before; 0 if it has the sequence of one that arrived.
     late: u8,
     latest: Option<AtCounters>,
-    /// Number and bytes of lines since then that arrived once more, by the ground's clock.
-    repeated: u64,
-    repeated_bytes: u64,
-    /// Whether the latest line is one of them.
-    is_repeated: bool,
+    /// Lines since then that arrived once more, by the ground's clock.
+    repeated: Repeated,
+    /// Maximum number of lines that the robot can have sent in the silence before the latest line, if that line is the next one by its sequence: it may
+    /// have begun before the silence.
+    most_before: u64,
     /// Bytes and seconds of the parts with a certain number of lost lines, and the number of separate parts after the first.
     clean_bytes: u64,
     clean_s: u64,
@@ -132,6 +132,15 @@ pub(super) struct Reckoning {
     /// Number of bytes and ground time (ms) without loss and silence.
     heard_bytes: u64,
     heard_ms: u64,
+}
+
+/// Lines that arrived once more.
+#[derive(Clone, Copy, Debug, Default)]
+struct Repeated {
+    lines: u64,
+    bytes: u64,
+    /// Whether the latest line is one.
+    is_latest: bool,
 }
 
 /// Counts and time at a line C, or at a boot.
@@ -153,25 +162,28 @@ impl Reckoning {
     pub(super) const fn advance(&mut self, lines: u8) {
         self.progress += lines as i64;
         (self.behind, self.late) = (0, 0);
-        self.is_repeated = false;
+        self.repeated.is_latest = false;
     }
 
     /// Takes a late or repeated line, which is behind the newest by a number of lines.
     pub(super) const fn set_behind(&mut self, lines: u8, is_late: bool) {
         (self.behind, self.late) = (lines, if is_late { lines } else { 0 });
-        self.is_repeated = false;
+        self.repeated.is_latest = false;
     }
 
-    /// Takes a line of `length` bytes that arrived once more.
+    /// Takes a line of `length` bytes that arrived once more, after a pause in which no gap fits; without times, it may follow a gap.
     pub(super) const fn take_repeated(&mut self, length: usize) {
-        self.is_repeated = true;
-        self.repeated += 1;
-        self.repeated_bytes += length as u64;
+        if self.now_ms.is_none() {
+            return;
+        }
+        self.repeated.lines += 1;
+        self.repeated.bytes += length as u64;
+        self.repeated.is_latest = true;
     }
 
     /// Whether the latest line arrived once more, by the ground's clock.
     pub(super) const fn is_repeated(&self) -> bool {
-        self.is_repeated
+        self.repeated.is_latest
     }
 
     /// Goes on at a line behind the newest one, which followed a gap; returns by how many lines it is behind. A late line stays late.
@@ -206,6 +218,7 @@ impl Reckoning {
     /// can have sent in a silence before it, if there was one.
     pub(super) fn take_pause(&mut self, is_next: bool, length: usize) -> Option<u64> {
         self.has_short |= length < LINE_BYTES;
+        self.most_before = 0;
         let before = core::mem::replace(&mut self.line_ms, self.now_ms)?;
         let pause_ms = self.now_ms?.saturating_sub(before);
         self.unspent_ms = self.unspent_ms.saturating_add(pause_ms).min(UNSPENT_MS);
@@ -216,7 +229,9 @@ impl Reckoning {
             }
             return None;
         }
-        Some(self.most_in(pause_ms))
+        let most = self.most_in(pause_ms);
+        self.most_before = if is_next { most } else { 0 };
+        Some(most)
     }
 
     /// Maximum number of lines that the robot can send in a ground time, ms.
@@ -227,12 +242,13 @@ impl Reckoning {
 
     /// Maximum number of lines that the robot can have sent since the latest one until `now_ms`; 0 without a silence, unless the link was lost.
     pub(super) fn most_until(&self, now_ms: u64, is_interrupted: bool) -> u64 {
-        match self.line_ms.map(|at_ms| now_ms.saturating_sub(at_ms)) {
+        let most = match self.line_ms.map(|at_ms| now_ms.saturating_sub(at_ms)) {
             Some(pause_ms) if is_interrupted || pause_ms >= LASTING_SILENCE_MS => {
                 self.most_in(pause_ms)
             }
             _ => 0,
-        }
+        };
+        most + self.most_before
     }
 
     /// Maximum number of lines that the robot can have sent in the time before a line of `length` bytes, which is no silence; 0 if the
@@ -309,9 +325,9 @@ impl Reckoning {
     }
 
     /// Begins again at a boot.
-    pub(super) const fn begin(&mut self, boot: AtCounters) {
+    pub(super) fn begin(&mut self, boot: AtCounters) {
         self.latest = Some(boot);
-        (self.repeated, self.repeated_bytes) = (0, 0);
+        self.repeated = Repeated::default();
         self.was_measured = false;
     }
 
@@ -358,7 +374,6 @@ impl Reckoning {
             before_first: None,
         };
         let repeated = core::mem::take(&mut self.repeated);
-        let repeated_bytes = core::mem::take(&mut self.repeated_bytes);
         let Some(then) = self.latest.replace(now) else {
             return Lost::default();
         };
@@ -366,9 +381,9 @@ impl Reckoning {
         let long = now.lines - then.lines;
         let short = now.ack_lines - then.ack_lines;
         let bytes = long * LINE_BYTES as u64 + short * ACK_LINE_BYTES as u64;
-        let bytes = bytes.saturating_sub(repeated_bytes);
+        let bytes = bytes.saturating_sub(repeated.bytes);
         // Negative if a gap looked like a late line, or, without times, lines were repeated.
-        let missing = now.progress - then.progress + repeated as i64 - (long + short) as i64;
+        let missing = now.progress - then.progress + repeated.lines as i64 - (long + short) as i64;
         // Negative if lines that were lost before the earlier line C look late.
         let counted = now.lines_lost as i64 - then.lines_lost as i64;
         let had_short = core::mem::replace(&mut self.has_short, short > 0);

@@ -145,7 +145,7 @@ pub struct Watch {
     /// Write events as JSON lines to standard output instead of showing a dashboard
     ///
     /// An outage has an event when it begins (`end_s` is null) and one when it has ended and its lost lines are known. Both have the same
-    /// `begin_s`; the second one has the final cause. If the link ends for good in an outage,
+    /// `begin_s`; the second one has the final cause. If the session ends in an outage,
     /// the second one has no end and the lines that may be lost.
     #[arg(long)]
     pub headless: bool,

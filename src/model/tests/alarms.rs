@@ -137,6 +137,24 @@ fn each_rule_is_raised_by_its_own_cause() {
 }
 
 /// While the link was lost, the robot could not be heard: its silence counts from the moment the link is open again.
+/// What was not read while this station was suspended says nothing about the robot.
+#[test]
+fn a_suspension_does_not_make_the_robot_silent() {
+    for is_suspended in [false, true] {
+        let mut scene = scene();
+        scene.hear();
+        scene.wait_ms(7000);
+        if is_suspended {
+            scene.event(Event::Suspended(Moment::from_secs(7)));
+        }
+        scene.event(Event::Recording(Recording::default()));
+        let is_silent = raised(&scene)
+            .iter()
+            .any(|(name, ..)| *name == "robot silent");
+        assert_eq!(is_silent, !is_suspended);
+    }
+}
+
 #[test]
 fn a_link_that_is_open_again_does_not_make_the_robot_silent() {
     let mut scene = scene();
