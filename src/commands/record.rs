@@ -135,6 +135,7 @@ async fn until_done(
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
     let shows_progress = !options.quiet && io::stderr().is_terminal();
     let mut report = tokio::time::interval(REPORT_EVERY);
+    let mut is_report_due = false;
     let end = tokio::time::sleep(options.duration.unwrap_or(Duration::MAX));
     tokio::pin!(end);
     loop {
@@ -146,22 +147,9 @@ async fn until_done(
             () = &mut end => break,
             () = driver.step() => {}
             _ = report.tick() => {
+                // The facts know of a suspension before they judge a silence.
                 driver.detect_suspension();
-                say_notices(keeper, options.quiet);
-                let status = keeper.status();
-                observer.take(&mut driver, &Event::Recording(status.clone()));
-                if let Some(problem) = status.problem {
-                    return Err(Fault::new(Exit::Failed, problem));
-                }
-                if shows_progress {
-                    let counters = driver.station().totals(driver.now());
-                    say_progress(format_args!(
-                        "{} received, {}, {} lost",
-                        counted(counters.bytes, "byte"),
-                        counted(counters.lines, "line"),
-                        lost_words(counters.lost())
-                    ));
-                }
+                is_report_due = true;
             }
         }
         let mut ended = false;
@@ -182,6 +170,23 @@ async fn until_done(
         }
         if ended {
             break;
+        }
+        if std::mem::take(&mut is_report_due) {
+            say_notices(keeper, options.quiet);
+            let status = keeper.status();
+            observer.take(&mut driver, &Event::Recording(status.clone()));
+            if let Some(problem) = status.problem {
+                return Err(Fault::new(Exit::Failed, problem));
+            }
+            if shows_progress {
+                let counters = driver.station().totals(driver.now());
+                say_progress(format_args!(
+                    "{} received, {}, {} lost",
+                    counted(counters.bytes, "byte"),
+                    counted(counters.lines, "line"),
+                    lost_words(counters.lost())
+                ));
+            }
         }
     }
     if shows_progress {

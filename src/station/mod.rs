@@ -79,7 +79,7 @@ pub struct Station {
     /// What was reported of other robots on the channel.
     reported_other: OtherRobot,
     outages: Outages,
-    /// Time at which the link ended for good.
+    /// Time at which the session ended.
     ended_at: Option<Moment>,
     examiner: Examiner,
     /// Rate of the port, bit/s; `None` if it is unknown, as behind a network.

@@ -248,7 +248,6 @@ impl Lines {
             self.diagnosis.interrupt();
             self.gaps.interrupt();
         }
-        self.end = self.end.max(at);
         self.outages.handle_event(at, event);
     }
 
