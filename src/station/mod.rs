@@ -6,6 +6,7 @@ mod delivery;
 mod own_uplink;
 pub mod plan;
 mod reception;
+mod reports;
 mod requests;
 mod shared;
 mod tuner;
@@ -18,11 +19,8 @@ use groundwave_protocol::arq::{Config, Duplex, Fop};
 use groundwave_protocol::decoder::{Arrival, Counters, Decoder, Received};
 use groundwave_protocol::telemetry::Body;
 
-use crate::diagnosis::{Examiner, kind};
-use crate::event::{
-    CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode,
-    Reception,
-};
+use crate::diagnosis::Examiner;
+use crate::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, Moment};
 use crate::outages::Outages;
 use crate::request::Request;
 use crate::statistics::{BITS_PER_BYTE, LinkMeter, OtherRobot, Statistics};
@@ -30,9 +28,6 @@ use own_uplink::OwnUplink;
 use reception::Listener;
 use shared::Shared;
 use tuner::Tuner;
-
-/// Minimum time between two reports of the statistics.
-const STATISTICS_REST: Duration = Duration::from_secs(1);
 
 #[derive(Clone, Debug)]
 struct Waiting {
@@ -337,79 +332,6 @@ impl Station {
         self.outages.handle_missing();
     }
 
-    fn report_outages(&mut self) {
-        while let Some(outage) = self.outages.poll() {
-            self.events.push_back(Event::Outage(outage));
-        }
-    }
-
-    /// Reports each other robot on the channel once, and a change of the followed one.
-    fn report_other_robot(&mut self) {
-        let other = OtherRobot::of(self.decoder.counters());
-        let before = std::mem::replace(&mut self.reported_other, other);
-        if other.followed_robot != before.followed_robot
-            && let Some(text) = other.change()
-        {
-            self.notice(NoticeCode::RobotReplaced, Level::Warning, &text);
-            return;
-        }
-        let is_new = |id: &u8| before.ids().all(|known| known != *id);
-        for id in other.ids().filter(is_new) {
-            let own = self.decoder.counters().robot;
-            let followed = own.map(|own| format!(", robot {own} is followed"));
-            let text = format!(
-                "robot {id} also sends on this channel; its lines are kept apart{}",
-                followed.unwrap_or_default()
-            );
-            self.notice(NoticeCode::OtherRobot, Level::Warning, &text);
-        }
-    }
-
-    /// Reports mistakes in the robot's lines, each kind once.
-    fn report_mistakes(&mut self) {
-        while let Some(finding) = self.examiner.news() {
-            // Another robot has a separate notice.
-            if finding.kind == kind::TWO_ROBOTS {
-                continue;
-            }
-            let text = format!(
-                "mistake of the robot: {}; `groundwave check` shows more",
-                finding.clause()
-            );
-            self.notice(NoticeCode::RobotMistake, Level::Warning, &text);
-        }
-    }
-
-    /// Reports the statistics with the latest airtimes, if statistics were reported before.
-    fn report_last_statistics(&mut self, now: Moment) {
-        if let Some((at, latest)) = self.reported_statistics {
-            let last = Statistics {
-                airtime_down_pct: latest.airtime_down_pct,
-                airtime_up_pct: latest.airtime_up_pct,
-                ..self.statistics(now)
-            };
-            self.reported_statistics = Some((at, last));
-            self.events.push_back(Event::Statistics(Box::new(last)));
-        }
-    }
-
-    fn report_statistics(&mut self, now: Moment) {
-        let is_early = self
-            .reported_statistics
-            .is_some_and(|(at, _)| now < at + STATISTICS_REST);
-        if is_early {
-            return;
-        }
-        let statistics = self.statistics(now);
-        let latest = self.reported_statistics.map(|(_, latest)| latest);
-        if latest == Some(statistics) {
-            return;
-        }
-        self.reported_statistics = Some((now, statistics));
-        self.events
-            .push_back(Event::Statistics(Box::new(statistics)));
-    }
-
     fn handle_received(&mut self, now: Moment, received: &Received) {
         match received {
             Received::Line(line, raw) => self.events.push_back(Event::Line {
@@ -456,11 +378,6 @@ impl Station {
         self.outages.handle_timeout(now, self.decoder.counters());
         self.report_outages();
         self.report_statistics(now);
-    }
-
-    fn report_reception(&mut self, heard: Option<(Reception, Moment)>) {
-        self.events
-            .extend(heard.map(|(reception, since)| Event::Reception { reception, since }));
     }
 
     /// The next bytes for the radio.
@@ -513,44 +430,11 @@ impl Station {
         self.own_lines
     }
 
-    /// The decoder's totals if the session ends now, or when it ended.
-    #[must_use]
-    pub fn totals(&self, now: Moment) -> Counters {
-        let until = self.ended_at.unwrap_or(now);
-        self.decoder.counters_until(milliseconds(until))
-    }
-
-    /// Statistics of the link; the caller adds `not_taken_bytes`. An outage leaves the loss open until it or the session ends.
-    #[must_use]
-    pub fn statistics(&self, now: Moment) -> Statistics {
-        let totals = match self.ended_at {
-            Some(_) => self.totals(now),
-            None => *self.decoder.counters(),
-        };
-        let mut statistics = self.meter.statistics(now, &totals);
-        if self.ended_at.is_none() && self.outages.is_lasting() {
-            statistics.loss.leave_open();
-        }
-        if !self.has_estimated_times {
-            return statistics;
-        }
-        Statistics {
-            airtime_down_pct: None,
-            airtime_up_pct: None,
-            ..statistics
-        }
-    }
-
     /// Whether every command has ended.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         let has_echoes = self.own_uplink.as_ref().is_none_or(OwnUplink::is_settled);
         has_echoes && self.waiting.is_empty() && self.current.is_none() && self.stops.is_empty()
-    }
-
-    fn notice(&mut self, code: NoticeCode, level: Level, text: &str) {
-        self.events
-            .push_back(Event::Notice(Notice::new(code, level, text)));
     }
 }
 
