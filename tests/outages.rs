@@ -481,6 +481,11 @@ fn damaged_lines_are_not_lost_and_are_gaps() {
         (&info["gaps"], &verify["gaps"]),
         (&damaged.into(), &damaged.into())
     );
+    let row = format!("{damaged} checksum, 0 shape, 0 field: B {damaged}\n");
+    for verb in ["info", "verify"] {
+        let (text, _) = expect(0, &[verb, path]);
+        assert!(text.contains(&row), "{verb}: {text}");
+    }
     let picture = expect(0, &["export", path, "--to", "svg", "-o", "-"]).0;
     assert!(picture.contains(&format!("lost or damaged ({damaged} gaps)")));
     fs::remove_dir_all(folder).unwrap();

@@ -265,6 +265,19 @@ impl Damaged {
         self.0.by_type().filter(|(_, count)| *count > 0)
     }
 
+    /// Writes the row of a summary: numbers by kind and by type.
+    pub(super) fn write_row(&self, output: &mut impl io::Write) -> io::Result<()> {
+        let [checksum, shape, field] = self.kinds();
+        write!(
+            output,
+            "damaged    {checksum} checksum, {shape} shape, {field} field"
+        )?;
+        match self.types_words() {
+            types if types.is_empty() => writeln!(output),
+            types => writeln!(output, ": {types}"),
+        }
+    }
+
     /// The damaged lines by type as text: `A 7, B 5`.
     #[must_use]
     pub fn types_words(&self) -> String {

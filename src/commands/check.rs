@@ -119,7 +119,7 @@ async fn hear(
     options: &Check,
     config: &Config,
 ) -> Result<(Diagnosis, Option<Trials>), Fault> {
-    let (link, config) = config.at(link)?;
+    let (link, config) = config.at(link, &options.link)?;
     let own = config.own.recognizer()?;
     let (spec, _robot) = simulated::embed(&link, RadioKind::default())?;
     let baud = options.link.baud(&config);

@@ -24,7 +24,7 @@ use groundwave_captures::words::counted;
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
-    let (link, config) = &config.at(&options.link)?;
+    let (link, config) = &config.at(&options.link, &options.radio.link)?;
     let baud = options.radio.link.baud(config);
     let started = Instant::now();
     let output = options

@@ -24,7 +24,7 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
         return dry_run::run(options, &Script::read(options, &words, &[])?, baud);
     }
     let (way, words) = options.connection().map_err(usage)?;
-    let (way, config) = &way.at(config)?;
+    let (way, config) = &way.at(config, &options.radio.link)?;
     let radio = options.radio.radio(config);
     let own = match way {
         Connection::Via(_) => config.all_own_commands(),

@@ -32,7 +32,7 @@ const REPORT_PATIENCE: Duration = Duration::from_secs(1);
 pub(super) fn watch(options: &Watch, config: &config::Config) -> Result<(), Fault> {
     let usage = |message| Fault::new(Exit::Usage, message);
     let given = options.connection().map_err(usage)?;
-    let (way, config) = &given.clone().at(config)?;
+    let (way, config) = &given.clone().at(config, &options.radio.link)?;
     let link = &way.link();
     if !options.headless {
         terminal::needed("groundwave watch --headless")?;

@@ -48,15 +48,7 @@ impl Info {
     }
 
     fn write_damaged(&self, output: &mut impl Write) -> io::Result<()> {
-        let [checksum, shape, field] = self.damaged.kinds();
-        write!(
-            output,
-            "damaged    {checksum} checksum, {shape} shape, {field} field"
-        )?;
-        match self.damaged.types_words() {
-            types if types.is_empty() => writeln!(output)?,
-            types => writeln!(output, ": {types}")?,
-        }
+        self.damaged.write_row(output)?;
         if let Some(clause) = diagnosis::clause(&self.mistakes) {
             writeln!(output, "mistakes   {clause}; `groundwave check` shows more")?;
         }

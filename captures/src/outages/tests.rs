@@ -507,3 +507,22 @@ fn an_outage_that_ends_with_the_last_line_is_an_interval() {
         "{outage}"
     );
 }
+
+/// In text without timestamps, the lines of another robot take up time.
+#[test]
+fn one_that_lasts_without_measured_times_is_open() {
+    let (mut robot, mut decoder, mut outages) =
+        (Robot::new(), Decoder::default(), Outages::default());
+    for n in 0..30 {
+        let line = robot.line(n * 1000 / 3);
+        let mut bytes = &line[..];
+        while let Some(received) = decoder.next_own_line(&mut bytes) {
+            let now = Moment::from_millis(n * 1000 / 3);
+            outages.handle_line(now, &received, decoder.counters());
+        }
+    }
+    let end = Moment::from_secs(30);
+    outages.finish(end, &counters_until(&decoder, end));
+    let outage = outages.poll().unwrap();
+    assert_eq!((outage.end, outage.lost.known_max()), (None, None));
+}

@@ -160,6 +160,9 @@ impl Verdict {
                 gap.until_s
             )?,
         }
+        if self.damaged.lines() > 0 {
+            self.damaged.write_row(output)?;
+        }
         self.other.write_rows(output)?;
         if let Some(longest) = self.outages.iter().max_by_key(|it| it.duration()) {
             writeln!(

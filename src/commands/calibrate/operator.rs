@@ -35,7 +35,7 @@ impl Operator {
         let way = options
             .connection()
             .map_err(|error| Fault::new(Exit::Usage, error))?;
-        let (way, config) = &way.at(config)?;
+        let (way, config) = &way.at(config, &options.radio.link)?;
         let radio = options.radio.radio(config);
         let baud = options.radio.link.asked_baud(config);
         let link = way.link();

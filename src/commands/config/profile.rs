@@ -1,6 +1,6 @@
 //! Resolves the name of a link: a robot or link of the configuration, a USB adapter, or a link as given.
 
-use super::super::cli::Connection;
+use super::super::cli::{Connection, LinkArgs};
 use std::path::Path;
 
 use super::{Config, Dashboard, Exit, Fault, Link, OwnRobot, Robot};
@@ -10,7 +10,11 @@ use crate::suggest;
 
 impl Config {
     /// Resolves a link; returns the link and its configuration. A robot's settings take precedence over its link's, and those over `[link]`.
-    pub(in super::super) fn at(&self, link: &LinkSpec) -> Result<(LinkSpec, Self), Fault> {
+    pub(in super::super) fn at(
+        &self,
+        link: &LinkSpec,
+        options: &LinkArgs,
+    ) -> Result<(LinkSpec, Self), Fault> {
         let usage = |message: String| Fault::new(Exit::Usage, message);
         let mut config = self.clone();
         let mut link = link.clone();
@@ -33,7 +37,11 @@ impl Config {
                     ports::find_usb(adapter).map_err(|error| Fault::new(Exit::NoLink, error))?;
                 return Ok((LinkSpec::Serial(port.into()), config));
             }
-            self.check_port(name)?;
+            match self.check_port(name) {
+                // The device comes later.
+                Err(fault) if fault.exit == Exit::NoLink && options.wait.is_some() => {}
+                checked => checked?,
+            }
         }
         Ok((link, config))
     }
@@ -77,10 +85,14 @@ impl Config {
 
 impl Connection {
     /// Resolves the connection's link; returns the connection and its configuration.
-    pub(in super::super) fn at(self, config: &Config) -> Result<(Self, Config), Fault> {
+    pub(in super::super) fn at(
+        self,
+        config: &Config,
+        options: &LinkArgs,
+    ) -> Result<(Self, Config), Fault> {
         match self {
             Self::Link(link) => {
-                let (link, config) = config.at(&link)?;
+                let (link, config) = config.at(&link, options)?;
                 Ok((Self::Link(link), config))
             }
             Self::Via(_) => Ok((self, config.clone())),
@@ -133,7 +145,7 @@ mod tests {
     fn at(name: &str) -> (LinkSpec, Config) {
         let config = read(TEXT).expect("it is right");
         let link = name.parse().expect("a link");
-        config.at(&link).expect("it is found")
+        config.at(&link, &LinkArgs::default()).expect("it is found")
     }
 
     #[test]
@@ -158,16 +170,23 @@ mod tests {
         }
         let config = read(TEXT).expect("it is right");
         let error = config
-            .at(&LinkSpec::Serial("shde".into()))
+            .at(&LinkSpec::Serial("shde".into()), &LinkArgs::default())
             .expect_err("none is called so");
         assert!(
             error.to_string().contains("did you mean `shed`?"),
             "{error}"
         );
+        let device = LinkSpec::Serial("trillian".into());
         let error = config
-            .at(&LinkSpec::Serial("trillian".into()))
+            .at(&device, &LinkArgs::default())
             .expect_err("none is called so");
         let names = "configured: arthur, marvin, shed";
         assert!(error.to_string().contains(names), "{error}");
+        let waits = LinkArgs {
+            wait: Some(None),
+            ..LinkArgs::default()
+        };
+        let (link, _) = config.at(&device, &waits).expect("it may come");
+        assert_eq!(link, device);
     }
 }

@@ -1,5 +1,6 @@
 //! Configurations, and the mistakes reported in them.
 
+use super::super::cli::LinkArgs;
 use std::fmt::Write as _;
 use std::time::Duration;
 
@@ -272,7 +273,7 @@ fn lines_and_commands_of_a_robot_are_read_and_checked() {
                 [robot.rover.commands]\nstop = { send = \"S\\n\", reply = \"OK\" }\n";
     let config = parse(text).expect("it is right");
     let (_, config) = config
-        .at(&"rover".parse().expect("a link"))
+        .at(&"rover".parse().expect("a link"), &LinkArgs::default())
         .expect("it is found");
     assert_eq!(config.own.commands["stop"].send, "S\n");
     assert_eq!(config.own.lines.expect("a profile").fields[0].name, "x");
