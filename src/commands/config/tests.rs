@@ -1,9 +1,9 @@
 //! Configurations, and the mistakes reported in them.
 
-use super::super::cli::LinkArgs;
 use std::fmt::Write as _;
 use std::time::Duration;
 
+use super::super::cli::LinkArgs;
 use super::{Config, DEFAULT, Theme, parse};
 use crate::model::Limits;
 use crate::model::keys::Keymap;
