@@ -16,9 +16,8 @@ use serde_json::to_writer;
 use super::diagnosis::{Diagnosis, Finding, Line};
 use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
-use super::own_lines::{may_be_robots, recognizer};
+use super::own_lines::{are_robots, recognizer};
 use super::runs::label::Note;
-use super::source::Form;
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
 
@@ -66,9 +65,11 @@ pub fn decode(
     };
     let mut diagnosis = None;
     let result = records.write_all(capture, &mut diagnosis);
-    let is_known =
-        capture.form() == Form::Mcap || may_be_robots(records.own_lines, records.own_texts);
-    let own_lines = if is_known { records.own_lines } else { 0 };
+    let own_lines = if are_robots(capture.form(), records.own_lines, records.own_texts) {
+        records.own_lines
+    } else {
+        0
+    };
     output.flush()?;
     result?;
     let diagnosis = diagnosis.unwrap_or_default();

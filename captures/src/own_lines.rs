@@ -7,6 +7,7 @@ use groundwave_lines::{Content, Field, Limits, OwnLine, Recognizer, Sample, Valu
 use groundwave_protocol::telemetry::{Body, FIELDS_MAX};
 
 use crate::session::Session;
+use crate::source::Form;
 
 /// Values of one line, recorded on `/values`.
 #[derive(Clone, PartialEq, prost::Message)]
@@ -45,13 +46,13 @@ pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
     configured.unwrap_or_default()
 }
 
-/// Maximum number of lines of text for each line with values, for text of unknown origin to be a robot's.
+/// Maximum number of lines of text for each line with values, for raw text to be a robot's.
 const TEXTS_PER_LINE_MAX: u64 = 9;
 
-/// Whether a text of unknown origin may be a robot's, by its lines with values and without: prose now and then looks like a value.
+/// Whether a capture's own lines are a robot's, by the numbers of lines with values and of text. Prose looks like a value now and then, and the origin of raw text is not known.
 #[must_use]
-pub const fn may_be_robots(lines: u64, texts: u64) -> bool {
-    lines > 0 && texts <= lines * TEXTS_PER_LINE_MAX
+pub fn are_robots(form: Form, lines: u64, texts: u64) -> bool {
+    lines > 0 && (form == Form::Mcap || texts <= lines * TEXTS_PER_LINE_MAX)
 }
 
 /// Fields that a robot describes in lines F; lines V contain their values.

@@ -177,8 +177,8 @@ impl Decoder {
         &self.counters
     }
 
-    /// The counts if the stream ends at a time: the lines that the robot can have sent since its latest line, in a silence or while the link
-    /// is lost, may be lost, and those in a silence before the latest line if that line may have begun before it. The time is that of [`Self::set_time`], ms; without times, the counts so far.
+    /// The counts if the stream ends at a time, ms, by the clock of [`Self::set_time`]; without times, the counts so far. The lines that the robot can have sent since its
+    /// latest line, in a silence or while the link is lost, may be lost; and those in a silence before that line, which may have begun earlier.
     #[must_use]
     pub fn counters_until(&self, now_ms: u64) -> Counters {
         let mut counters = self.counters;

@@ -15,9 +15,6 @@ struct Radio {
     pending: u64,
     lost: u64,
     has_heard: bool,
-    /// The line to be repeated.
-    kept: Option<Vec<u8>>,
-    is_kept_next: bool,
 }
 
 impl Radio {
@@ -30,53 +27,46 @@ impl Radio {
             pending: 0,
             lost: 0,
             has_heard: false,
-            kept: None,
-            is_kept_next: false,
         }
     }
 
-    fn send(&mut self, is_heard: bool, is_short: bool) {
+    /// Sends a line; returns it.
+    fn send(&mut self, is_heard: bool, is_short: bool) -> Vec<u8> {
         let line = if is_short {
             self.robot.next_short()
         } else {
             self.robot.next()
         };
-        if std::mem::take(&mut self.is_kept_next) {
-            self.kept = Some(line.clone());
-        }
         if is_heard {
-            if self.is_timed {
-                let time = self.before_boot + self.robot.clock;
-                self.decoder.set_time(time * 1000 / 240);
-            }
-            hear(&mut self.decoder, &line);
+            self.arrive(&line);
             self.lost += std::mem::take(&mut self.pending);
             self.has_heard = true;
         } else if self.has_heard {
             self.pending += 1;
         }
+        line
     }
 
-    /// Keeps the next line for [`Self::repeat`].
-    fn keep(&mut self) {
-        self.is_kept_next = true;
-    }
-
-    /// Lets the kept line arrive once more.
-    fn repeat(&mut self) {
-        let line = self.kept.take().expect("a line was kept");
-        hear(&mut self.decoder, &line);
+    /// Sends a number of long lines.
+    fn send_all(&mut self, lines: u64, is_heard: bool) {
+        for _ in 0..lines {
+            self.send(is_heard, false);
+        }
     }
 
     /// Sends a line that arrives with a wrong byte.
     fn damage(&mut self) {
         let mut line = self.robot.next();
         line[40] ^= 1;
+        self.arrive(&line);
+    }
+
+    fn arrive(&mut self, line: &[u8]) {
         if self.is_timed {
             let time = self.before_boot + self.robot.clock;
             self.decoder.set_time(time * 1000 / 240);
         }
-        hear(&mut self.decoder, &line);
+        hear(&mut self.decoder, line);
     }
 
     fn boot(&mut self, pause: u64) {
@@ -131,17 +121,11 @@ fn mistake(seed: u64) -> Option<String> {
         }
         if has_boots && is_timed && below(2) == 0 {
             // Too few lines for a line C, then another silence.
-            for _ in 0..=below(10) {
-                radio.send(true, false);
-            }
-            for _ in 0..below(300) {
-                radio.send(false, false);
-            }
+            radio.send_all(below(10) + 1, true);
+            radio.send_all(below(300), false);
         }
     }
-    for _ in 0..30 {
-        radio.send(true, false);
-    }
+    radio.send_all(30, true);
     let told = radio.decoder.counters().lost();
     let max = told.known_max().unwrap_or(u64::MAX);
     let lost = radio.lost;
@@ -164,15 +148,11 @@ fn a_silence_before_a_reboot_with_the_same_boot_number_keeps_its_hundreds() {
     let mut radio = Radio::new(Robot::new(7), true);
     let (boot, parts) = (radio.robot.boot, [(30, true), (106, false), (2, true)]);
     for (lines, is_heard) in parts {
-        for _ in 0..lines {
-            radio.send(is_heard, false);
-        }
+        radio.send_all(lines, is_heard);
     }
     radio.boot(80);
     radio.robot.boot = boot;
-    for _ in 0..3 {
-        radio.send(true, false);
-    }
+    radio.send_all(3, true);
     let (told, lost) = (radio.decoder.counters().lost(), radio.lost);
     assert!(
         (told.min..=told.max).contains(&lost),
@@ -206,9 +186,7 @@ fn mistake_without_times(seed: u64) -> Option<String> {
         // Whole hundreds leave no trace until the next line C.
         let lost = lost + u64::from(lost > 0 && lost % 100 == 0);
         parts.push((lost, heard));
-        for _ in 0..lost {
-            radio.send(false, false);
-        }
+        radio.send_all(lost, false);
         for line in 0..heard {
             radio.send(true, false);
             let told = radio.decoder.counters().lost();
@@ -238,17 +216,11 @@ fn mistake_after_eight_boots(seed: u64) -> Option<String> {
     let mut below = |end: u64| draws.per_cent() * end / 100;
     let mut radio = Radio::new(Robot::new(7), true);
     let (heard, lost_before) = (20 + below(80), below(60));
-    for _ in 0..heard {
-        radio.send(true, false);
-    }
-    for _ in 0..lost_before {
-        radio.send(false, false);
-    }
+    radio.send_all(heard, true);
+    radio.send_all(lost_before, false);
     for _ in 0..8 {
         radio.boot(80 + below(400));
-        for _ in 0..below(9) {
-            radio.send(false, false);
-        }
+        radio.send_all(below(9), false);
     }
     let near = (heard + below(12)).saturating_sub(6);
     while radio.robot.sent < near {
@@ -282,9 +254,7 @@ fn a_late_line_in_a_doubted_gap_takes_nothing_from_the_count() {
         ..Robot::new(7)
     };
     let mut radio = Radio::new(robot, true);
-    for _ in 0..12 {
-        radio.send(true, false);
-    }
+    radio.send_all(12, true);
     assert_eq!(radio.robot.sent % 100, 9);
     // A second later, the sequence is 02, and then 01.
     radio.robot.clock += 160;
@@ -307,9 +277,7 @@ fn mistake_with_damaged_lines(seed: u64) -> Option<String> {
         ..Robot::new(7)
     };
     let mut radio = Radio::new(robot, is_timed);
-    for _ in 0..30 {
-        radio.send(true, false);
-    }
+    radio.send_all(30, true);
     let sent = 90 + below(25) + below(2) * 100;
     let damaged: Vec<u64> = (0..=below(3)).map(|_| below(sent)).collect();
     for n in 0..sent {
@@ -319,9 +287,7 @@ fn mistake_with_damaged_lines(seed: u64) -> Option<String> {
             radio.send(false, false);
         }
     }
-    for _ in 0..30 {
-        radio.send(true, false);
-    }
+    radio.send_all(30, true);
     let (told, lost) = (radio.decoder.counters().lost(), radio.lost);
     let is_wide = told.known_max().is_none_or(|max| max > told.min + 3);
     (!contains_truth(&radio) || is_wide).then(|| {
@@ -348,35 +314,24 @@ fn mistake_with_a_repeated_line(seed: u64) -> Option<String> {
         ..Robot::new(7)
     };
     let mut radio = Radio::new(robot, true);
-    let (before, sent, behind) = (30 + below(12), 90 + below(125), below(6));
+    let (before, sent, behind) = (30 + below(12), 90 + below(125), below(6) as usize);
     let is_after = below(2) == 0;
-    for n in 0..before {
-        if !is_after && n == before - behind {
-            radio.keep();
-        }
-        radio.send(true, false);
+    let mut heard: Vec<_> = (0..before).map(|_| radio.send(true, false)).collect();
+    if !is_after {
+        radio.arrive(&heard[heard.len() - 1 - behind]);
     }
-    let mut repeat = !is_after && behind > 0;
-    if repeat {
-        radio.repeat();
-    }
-    for _ in 0..sent {
-        radio.send(false, false);
-    }
+    radio.send_all(sent, false);
+    heard.clear();
     for n in 0..30 {
-        if is_after && n == 1 {
-            radio.keep();
-        }
-        radio.send(true, false);
+        heard.push(radio.send(true, false));
         if is_after && n == behind + 1 {
-            radio.repeat();
-            repeat = true;
+            radio.arrive(&heard[1]);
         }
     }
     let told = radio.decoder.counters().lost();
     (told != exactly(radio.lost)).then(|| {
         format!(
-            "seed {seed}: {told:?}, but {} are lost; {sent} sent, repeated {repeat}, {behind} behind, after {is_after}",
+            "seed {seed}: {told:?}, but {} are lost; {sent} sent, {behind} behind, after {is_after}",
             radio.lost
         )
     })

@@ -7,9 +7,8 @@ use std::path::Path;
 use super::cli::Info;
 use super::{Exit, Fault, batch, input, out};
 use crate::capture::info;
-use crate::capture::own_lines::may_be_robots;
+use crate::capture::own_lines::are_robots;
 use crate::capture::runs::label::Label;
-use crate::capture::source::Form;
 
 pub(super) fn run(options: &Info) -> Result<(), Fault> {
     let files = batch::files(&options.captures)?;
@@ -23,10 +22,8 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
             let info = info::Info::read(&mut capture);
             let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error));
             let info = info.with_label(label?);
-            let is_raw = info.form == Form::Raw;
-            let has_values = (info.own.as_ref()).is_some_and(|own| {
-                own.lines > 0 && (!is_raw || may_be_robots(own.lines, own.texts))
-            });
+            let has_values =
+                (info.own.as_ref()).is_some_and(|own| are_robots(info.form, own.lines, own.texts));
             if info.lines.total() == 0 && !has_values && info.problem.is_none() {
                 return Err(Fault::no_lines(path, info.bytes));
             }
