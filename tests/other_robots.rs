@@ -59,6 +59,30 @@ fn text_of_one_robot_after_another_lasts_as_long_as_its_lines() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// Text without timestamps in which one robot is heard no more and another one goes on: nothing shows how many lines of the first are lost.
+#[test]
+fn a_robot_that_vanishes_from_text_without_timestamps_leaves_its_loss_open() {
+    let first: Vec<Vec<u8>> = sample().into_iter().take(100).collect();
+    let second = sample().into_iter().take(150);
+    let second = second.map(|line| of_robot_7(&line));
+    let text: Vec<u8> = first.iter().cloned().chain(second).flatten().collect();
+    let folder = scratch("vanished");
+    let path = folder.join("both.txt");
+    fs::write(&path, text).unwrap();
+    for verb in ["info", "verify"] {
+        let (figures, _) = expect(0, &[verb, path.to_str().unwrap(), "--json"]);
+        let figures = object(&figures, "lines_lost");
+        for lost in [&figures, &figures["outages"][0]] {
+            let interval = (&lost["lines_lost"], &lost["lines_lost_max"]);
+            assert_eq!(interval, (&0.into(), &Value::Null), "{verb} {figures}");
+        }
+        assert_eq!(figures["outages"].as_array().unwrap().len(), 1, "{verb}");
+    }
+    let (runs, _) = expect(0, &["runs", path.to_str().unwrap()]);
+    assert!(runs.contains(" >=0.0% "), "{runs}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
 /// A station and the summary of the bytes that it received.
 fn heard_by_a_station(name: &str, lines: &[(u64, Vec<u8>)]) -> (Vec<Notice>, String, Value) {
     let mut station = Station::new(Config::new(1), false);
@@ -171,6 +195,12 @@ fn two_robots(begin: u64) {
     let mut config = SimulationConfig::new(world, 1);
     config.robot_id = 7;
     let mut other = Simulation::new(&config);
+    // Robots that boot at the same time number their lines alike: one that shows no id could be either's.
+    other.run_for_ms(20_000);
+    while other.poll_downlink().is_some() {}
+    while other.poll_downlink() != Some(b'\n') {
+        other.run_for_ms(1);
+    }
     let mut station = Station::new(Config::new(1), false);
     let mut named_at = None;
     let (mut both, mut theirs) = (Vec::new(), Vec::new());
@@ -212,5 +242,14 @@ fn two_robots(begin: u64) {
         (&7.into(), &0.into())
     );
     assert!(info["other_lines"].as_u64().unwrap() > 300, "{info}");
+    let lines = info["lines"].as_object().unwrap().values();
+    let own: u64 = lines.map(|lines| lines.as_u64().unwrap()).sum();
+    assert_eq!(own, sample().len() as u64, "begin {begin}");
+    let (exported, _) = expect(
+        0,
+        &["export", path.to_str().unwrap(), "--to", "jsonl", "-o", "-"],
+    );
+    let exported = exported.lines().filter(|it| it.contains("\"line_type\":"));
+    assert_eq!(exported.count() as u64, own, "begin {begin}");
     fs::remove_dir_all(folder).unwrap();
 }

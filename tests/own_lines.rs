@@ -180,6 +180,12 @@ fn values_are_recorded_exported_and_counted() {
     fs::write(&raw, text + "low battery\n").unwrap();
     expect(0, &["export", &raw, "--to", "mcap", "-o", &mcap]);
     expect(0, &["verify", &mcap]);
+    let (out, _) = expect(0, &["verify", &raw]);
+    assert!(out.contains("raw.txt: good\n"), "{out}");
+    assert!(
+        out.contains("own lines  49 with values, 1 of text, 0 damaged"),
+        "{out}"
+    );
     for capture in [&raw, &mcap] {
         let (out, _) = expect(0, &["info", capture]);
         // The first line may have lost its start.

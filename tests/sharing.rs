@@ -81,6 +81,35 @@ fn commands_of_two_senders_are_confirmed_one_after_the_other() {
     assert!(sent.is_sorted(), "the second waits for the first: {sent:?}");
 }
 
+/// A second dashboard knows the commands of the station's operator and its other clients, but each of its own once.
+#[test]
+fn a_client_is_told_of_the_commands_of_others() {
+    let folder = scratch("others");
+    let socket = path_in(&folder, "s");
+    let sim = Sim::start(&[]);
+    let mut station = station(&sim.path, &socket, &[]);
+    let mut second = Telling::start(&["watch", "--via", &socket, "--headless"]);
+    second.wait_for("a line", |value| value["event"] == "line");
+    for (words, command) in [
+        (&["mode", "reactive"][..], "mode reactive"),
+        (&["stop"], "stop"),
+    ] {
+        let (said, _) = expect(
+            0,
+            &[&["send", "--via", &socket][..], words, &["--json"]].concat(),
+        );
+        let queued = said.lines().filter(|line| line.contains("\"queued\""));
+        assert_eq!(queued.count(), 1, "{said}");
+        for program in [&mut station, &mut second] {
+            let asked = program.wait_for("the command", |value| value["command"] == command);
+            assert!(asked["by"].as_str().unwrap().starts_with("pid "), "{asked}");
+            program.wait_for("its end", |value| {
+                value["id"] == asked["id"] && value["status"] == "confirmed"
+            });
+        }
+    }
+}
+
 #[test]
 fn stop_overtakes_queued_commands() {
     let folder = scratch("overtake");

@@ -179,6 +179,10 @@ impl<W: Write> Records<'_, W> {
             }
             written = outages.ended().len();
         }
+        for (received, counters) in diagnosis.iter().flat_map(Diagnosis::undecided_lines) {
+            outages.handle_line(now, &received, counters);
+            self.write_line(now, &received)?;
+        }
         let counters = diagnosis.as_ref().map(|it| it.counters_until(now));
         for outage in &outages.into_outages(now, &counters.unwrap_or_default())[written..] {
             self.write_event(now, &EventRecord::of_outage(outage))?;

@@ -204,6 +204,13 @@ impl Info {
         survey.into_info(capture, &diagnosis, problem)
     }
 
+    /// Whether the capture has an intact line of a robot.
+    #[must_use]
+    pub fn has_lines(&self) -> bool {
+        let own = self.own.as_ref();
+        self.lines.total() > 0 || own.is_some_and(|own| own.is_of_robot(self.form))
+    }
+
     /// Adds the operator's label of the run.
     #[must_use]
     pub fn with_label(self, label: Label) -> Self {

@@ -460,10 +460,7 @@ impl Outages {
         self.handle_timeout(now, counters);
         self.found.pop_back_if(|it| it.end.is_none());
         let latest = self.latest;
-        let mut lost =
-            latest.map_or_else(Lost::default, |it| counters.unsettled.since(it.unsettled));
-        // Without measured times, no clock shows how many lines fit.
-        lost.is_open |= self.begun.is_some() && lost.max == 0;
+        let lost = latest.map_or_else(Lost::default, |it| counters.unsettled.since(it.unsettled));
         if self.begun.is_none()
             && let Some(outage) = latest.and_then(|it| self.ended_at(it.at))
         {

@@ -1,6 +1,7 @@
 //! Lines in a robot's own format: their form in a recording, and their values as messages and records.
 
 use std::collections::BTreeMap;
+use std::io::{self, Write};
 use std::sync::Arc;
 
 use groundwave_lines::{Content, Field, Limits, OwnLine, Recognizer, Sample, Value};
@@ -50,8 +51,7 @@ pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
 const TEXTS_PER_LINE_MAX: u64 = 9;
 
 /// Whether a capture's own lines are a robot's, by the numbers of lines with values and of text. Prose looks like a value now and then, and the origin of raw text is not known.
-#[must_use]
-pub fn are_robots(form: Form, lines: u64, texts: u64) -> bool {
+pub(crate) fn are_robots(form: Form, lines: u64, texts: u64) -> bool {
     lines > 0 && (form == Form::Mcap || texts <= lines * TEXTS_PER_LINE_MAX)
 }
 
@@ -199,6 +199,20 @@ impl OwnSummary {
                 field.greatest = Some(field.greatest.map_or(number, |most| most.max(number)));
             }
         }
+    }
+
+    /// Whether the lines are a robot's (see [`are_robots`]).
+    pub(super) fn is_of_robot(&self, form: Form) -> bool {
+        are_robots(form, self.lines, self.texts)
+    }
+
+    /// Writes the numbers of lines as a row of text.
+    pub(super) fn write_row(&self, output: &mut impl Write) -> io::Result<()> {
+        let (lines, texts, damaged) = (self.lines, self.texts, self.damaged);
+        writeln!(
+            output,
+            "own lines  {lines} with values, {texts} of text, {damaged} damaged"
+        )
     }
 
     /// Whether there was no line.

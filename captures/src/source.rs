@@ -412,12 +412,17 @@ impl Capture {
         decoder: &mut Decoder,
         mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
     ) -> Result<(), E> {
+        let mut latest = Duration::ZERO;
         while let Some(chunk) = self.next_chunk()? {
             chunk.tell(decoder);
             let mut bytes = chunk.bytes;
             while let Some(received) = decoder.next_own_line(&mut bytes) {
                 take(chunk.at, &received)?;
             }
+            latest = chunk.at;
+        }
+        for received in decoder.undecided_lines() {
+            take(latest, &received)?;
         }
         Ok(())
     }

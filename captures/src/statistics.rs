@@ -109,20 +109,25 @@ impl Loss {
         })
     }
 
-    /// The share of lost lines for a table: `7.5%`, or `62-73%`.
+    /// The share of lost lines for a table: `7.5%`, `62-73%`, or `>=7.5%`.
     #[must_use]
     pub fn short_share(&self) -> String {
         let (min_pct, max_pct) = (self.loss_pct, self.loss_max_pct);
-        if min_pct < max_pct {
+        if self.lines_lost_max.is_none() {
+            format!(">={min_pct:.1}%")
+        } else if min_pct < max_pct {
             format!("{:.0}-{:.0}%", min_pct.floor(), max_pct.ceil())
         } else {
             format!("{max_pct:.1}%")
         }
     }
 
-    /// The share of lost lines as text: `7.5 %`, or `62.3 to 72.6 %`.
+    /// The share of lost lines as text: `7.5 %`, `62.3 to 72.6 %`, or `at least 7.5 %`.
     #[must_use]
     pub fn share(&self) -> String {
+        if self.lines_lost_max.is_none() {
+            return format!("at least {:.1} %", self.loss_pct);
+        }
         interval_pct(self.loss_pct, self.loss_max_pct)
     }
 }

@@ -9,17 +9,17 @@ mod damage;
 mod reckoning;
 mod robots;
 
-use crate::LINE_BYTES;
 use crate::life::Life;
 pub use crate::received::Received;
 use crate::telemetry::{ACK_LINE_BYTES, AckLine, FieldError, Line, is_intact};
+use crate::{BYTES_PER_S, LINE_BYTES};
 pub use arrival::Arrival;
 use counting::{AfterGap, Newest, UNDECIDED_MAX, Undecided};
 pub use damage::{DamageKind, Damaged};
 use reckoning::Reckoning;
 pub use reckoning::{LASTING_SILENCE_MS, Lost};
 pub use robots::OTHERS_MAX;
-use robots::Robots;
+use robots::{Robots, Sender};
 
 /// Counts of the decoder. Each byte belongs to an intact line or is noise; each line feed ends an intact
 /// line or is rejected for one reason.
@@ -131,13 +131,17 @@ pub struct Decoder {
     robots: Robots,
     /// The latest lines without an id, whose sender is not known yet, in the order of their arrival.
     undecided: [Option<Undecided>; UNDECIDED_MAX],
-    /// Whether the latest line is from the followed robot.
-    is_own: bool,
+    /// Lines of the followed robot that [`Self::next_own_line`] has not returned yet.
+    held: [Option<Received>; UNDECIDED_MAX + 1],
+    /// The sender of the latest line.
+    sender: Sender,
     /// Whether the link was lost since the latest line of the followed robot.
     is_interrupted: bool,
     /// Number of damaged lines since the latest line of the followed robot, and the noise bytes before that line.
     damaged: u64,
     noise_before: u64,
+    /// Number of bytes up to the end of that line.
+    bytes_before: u64,
     /// Number of damaged lines in no gap of the sequence at the latest line C.
     unplaced_before: u64,
     last_field_error: Option<FieldError>,
@@ -159,10 +163,12 @@ impl Default for Decoder {
             reckoning: Reckoning::default(),
             robots: Robots::default(),
             undecided: [None; UNDECIDED_MAX],
-            is_own: true,
+            held: [None; UNDECIDED_MAX + 1],
+            sender: Sender::Own,
             is_interrupted: false,
             damaged: 0,
             noise_before: 0,
+            bytes_before: 0,
             unplaced_before: 0,
             last_field_error: None,
             counters: Counters::default(),
@@ -177,12 +183,17 @@ impl Decoder {
         &self.counters
     }
 
-    /// The counts if the stream ends at a time, ms, by the clock of [`Self::set_time`]; without times, the counts so far. The lines that the robot can have sent since its
-    /// latest line, in a silence or while the link is lost, may be lost; and those in a silence before that line, which may have begun earlier.
+    /// The counts if the stream ends at a time, ms, by the clock of [`Self::set_time`]. The lines that the robot can have sent since its
+    /// latest line, in a silence or while the link is lost, may be lost; and those in a silence before that line, which may have begun earlier. Without times, they are
+    /// any number if other bytes than the robot's have taken as long as a silence.
     #[must_use]
     pub fn counters_until(&self, now_ms: u64) -> Counters {
         let mut counters = self.counters;
         counters.unsettled.max += self.reckoning.most_until(now_ms, self.is_interrupted);
+        let other_ms = (counters.bytes - self.bytes_before) * 1000 / u64::from(BYTES_PER_S);
+        counters.unsettled.is_open |= self.reckoning.time().is_none()
+            && self.newest.is_some()
+            && other_ms >= LASTING_SILENCE_MS;
         counters
     }
 
@@ -251,19 +262,56 @@ impl Decoder {
     /// the decoder or its owner between two lines.
     pub fn next_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         loop {
-            if let End::Line(received) = self.next_end(bytes)? {
+            let end = self.next_end(bytes)?;
+            // Undecided lines were returned when they arrived.
+            if self.held[0].is_some() {
+                self.held = [None; UNDECIDED_MAX + 1];
+            }
+            if let End::Line(received) = end {
                 return Some(received);
             }
         }
     }
 
     /// The next intact line of the followed robot; lines of other robots on the channel are skipped (see [`Self::next_line`]). The first robot received is followed. Another
-    /// robot replaces it after 180 of its lines, and a minute where times are known, without a line of the followed one. A line whose sender the next line decides is returned, too.
+    /// robot replaces it after 180 of its lines, and a minute where times are known, without a line of the followed one. A line that may be another robot's is
+    /// returned once a later line shows that it is not, or at the end of the stream by [`Self::undecided_lines`].
     pub fn next_own_line(&mut self, bytes: &mut &[u8]) -> Option<Received> {
         loop {
-            let received = self.next_line(bytes)?;
-            if self.is_own {
+            if let End::Line(received) = self.next_own_end(bytes)? {
                 return Some(received);
+            }
+        }
+    }
+
+    /// The lines that [`Self::next_own_line`] has not returned yet: nothing has shown whether another robot sent them. They count as the followed robot's.
+    pub fn undecided_lines(&self) -> impl Iterator<Item = Received> {
+        let undecided = self.undecided.iter().flatten().map(|line| line.received);
+        self.held.iter().flatten().copied().chain(undecided)
+    }
+
+    /// The latest line, if [`Self::undecided_lines`] holds it.
+    #[must_use]
+    pub fn latest_undecided(&self) -> Option<Received> {
+        let lines = self.undecided.iter().flatten();
+        let latest = lines.map(|line| line.received).next_back();
+        latest.filter(|_| matches!(self.sender, Sender::Undecided(_)))
+    }
+
+    /// What ends at the next CR LF, without lines that are another robot's or may be, and with such lines that were found to be the followed robot's.
+    fn next_own_end(&mut self, bytes: &mut &[u8]) -> Option<End> {
+        loop {
+            if let Some(received) = self.held[0].take() {
+                self.held.rotate_left(1);
+                return Some(End::Line(received));
+            }
+            match self.next_end(bytes)? {
+                End::Line(received) => match self.sender {
+                    Sender::Other(_) | Sender::Undecided(_) => {}
+                    _ if self.held[0].is_none() => return Some(End::Line(received)),
+                    _ => self.hold(received),
+                },
+                End::Damaged => return Some(End::Damaged),
             }
         }
     }

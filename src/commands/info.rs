@@ -7,7 +7,6 @@ use std::path::Path;
 use super::cli::Info;
 use super::{Exit, Fault, batch, input, out};
 use crate::capture::info;
-use crate::capture::own_lines::are_robots;
 use crate::capture::runs::label::Label;
 
 pub(super) fn run(options: &Info) -> Result<(), Fault> {
@@ -22,9 +21,7 @@ pub(super) fn run(options: &Info) -> Result<(), Fault> {
             let info = info::Info::read(&mut capture);
             let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error));
             let info = info.with_label(label?);
-            let has_values =
-                (info.own.as_ref()).is_some_and(|own| are_robots(info.form, own.lines, own.texts));
-            if info.lines.total() == 0 && !has_values && info.problem.is_none() {
+            if !info.has_lines() && info.problem.is_none() {
                 return Err(Fault::no_lines(path, info.bytes));
             }
             Ok(info)

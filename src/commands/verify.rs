@@ -28,7 +28,7 @@ pub(super) fn run(options: &Verify) -> Result<(), Fault> {
                 Form::Raw => verify_raw(source),
             };
             let verdict = verdict.map_err(|error| input::cannot_read(path, error))?;
-            if form == Form::Raw && verdict.lines == 0 {
+            if form == Form::Raw && !verdict.has_lines() {
                 return Err(Fault::no_lines(path, verdict.bytes));
             }
             Ok(verdict)

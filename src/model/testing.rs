@@ -342,7 +342,7 @@ pub(crate) fn overlaid() -> Arc<Overlaid> {
         closing_error_in: Some(closing_error_in),
         bumps: 2,
         restarts: 0,
-        loss: Loss::default(),
+        loss: Loss::of(&Counters::default()),
         damaged: Damaged::default(),
         odometer_resets: 0,
     };

@@ -3,11 +3,9 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::event::{
-    AlarmAnswer, CommandId, CommandStatus, Event, Failure, Level, LinkEvent, Moment, Notice,
-    NoticeCode, Truth,
+    AlarmAnswer, CommandId, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Truth,
 };
 use crate::io::share::{FromClient, Share};
-use crate::request::Request;
 use crate::share::{Answers, Asked, Broker, Heard, Output, StationLine};
 
 /// The clients of a shared link.
@@ -105,11 +103,7 @@ impl ShareServer {
     pub(super) fn handle_event(&mut self, event: &Event, heard: Heard) {
         match event {
             Event::Asked { id, request, by } => {
-                self.broker
-                    .handle_status(*id, &CommandStatus::Queued, heard);
-                if *request == Request::Stop {
-                    self.broker.handle_stop(*id, by.as_deref());
-                }
+                self.broker.handle_asked(*id, request, by.as_deref(), heard);
             }
             Event::Command { id, status } => self.broker.handle_status(*id, status, heard),
             Event::Link(LinkEvent::Lost { reason }) => self.broker.handle_lost(reason),

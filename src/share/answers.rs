@@ -44,6 +44,12 @@ impl Answers {
         }
     }
 
+    /// Whether an alarm is put off now.
+    #[must_use]
+    pub fn has_shelved(&self, code: &str) -> bool {
+        self.shelved.contains_key(code)
+    }
+
     /// Time at which the next alarm is put off no more.
     #[must_use]
     pub fn next_expiry(&self) -> Option<Moment> {

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use groundwave_protocol::telemetry::Body;
 
 use super::answers::Answers;
-use super::codec::{Ask, ClientLine, Heard, StationLine, Welcome};
+use super::codec::{Ask, ClientLine, Heard, RequestJson, StationLine, Welcome};
 use super::lines::{LINE_MAX, TooLong};
 use super::status::StatusJson;
 use crate::event::{AlarmAnswer, CommandId, CommandStatus, Failure, Moment, Truth};
@@ -116,6 +116,8 @@ pub struct Broker {
     robot: Standing,
     clients: BTreeMap<ClientId, Client>,
     commands: BTreeMap<CommandId, Command>,
+    /// Open commands of which all clients know but the one that gave it, if a client did.
+    told: BTreeMap<CommandId, Option<ClientId>>,
     outputs: VecDeque<Output>,
 }
 
@@ -301,8 +303,41 @@ impl Broker {
         );
     }
 
-    /// Passes a command's new status to its client.
+    /// Takes a command that the station queued, from a client or by `by`; `None` is the station's operator. All clients but the one that gave it are told.
+    pub fn handle_asked(
+        &mut self,
+        id: CommandId,
+        request: &Request,
+        by: Option<&str>,
+        heard: Heard,
+    ) {
+        let line = StationLine::Asked {
+            command: id.0,
+            by: by.unwrap_or(OPERATOR).to_owned(),
+            request: RequestJson::from(request),
+        };
+        let client = self.commands.get(&id).map(|command| command.client);
+        self.told.insert(id, client);
+        self.send_all_but(client, &line);
+        self.reply_status(id, &CommandStatus::Queued, heard);
+    }
+
+    /// Passes a command's new status to its client and to all others.
     pub fn handle_status(&mut self, id: CommandId, status: &CommandStatus, heard: Heard) {
+        if let Some(&client) = self.told.get(&id) {
+            let line = StationLine::Command {
+                command: id.0,
+                status: StatusJson::from(status),
+            };
+            self.send_all_but(client, &line);
+        }
+        if status.is_end() {
+            self.told.remove(&id);
+        }
+        self.reply_status(id, status, heard);
+    }
+
+    fn reply_status(&mut self, id: CommandId, status: &CommandStatus, heard: Heard) {
         let Some(command) = self.commands.get(&id) else {
             return;
         };
@@ -323,15 +358,6 @@ impl Broker {
         }
     }
 
-    /// Takes a STOP; all clients but the one that sent it are told. `by` is `None` for the station's operator.
-    pub fn handle_stop(&mut self, id: CommandId, by: Option<&str>) {
-        let asker = self.commands.get(&id).map(|command| command.client);
-        let line = StationLine::Stopped {
-            stopped_by: by.unwrap_or(OPERATOR).to_owned(),
-        };
-        self.send_all_but(asker, &line);
-    }
-
     /// Takes an operator's answer to an alarm; all clients but the one that gave it are told.
     pub fn handle_answer(&mut self, by: Option<ClientId>, answered: &AlarmAnswer) {
         self.send_all_but(by, &StationLine::Answered(answered.clone()));
@@ -348,9 +374,7 @@ impl Broker {
 
     /// Passes to all clients what the station before this one tells of its link and its operator.
     pub fn pass_on(&mut self, line: &StationLine) {
-        if let StationLine::Stopped { .. } | StationLine::Lost { .. } | StationLine::Answered(_) =
-            line
-        {
+        if let StationLine::Lost { .. } | StationLine::Answered(_) = line {
             self.send_all_but(None, line);
         }
     }
@@ -382,7 +406,8 @@ impl Broker {
             .map(|(id, _)| *id)
             .collect();
         for id in over {
-            self.handle_status(id, &CommandStatus::Failed(Failure::TimedOut), heard);
+            // All others hear of its end from the station.
+            self.reply_status(id, &CommandStatus::Failed(Failure::TimedOut), heard);
             let over = Output::GiveUp(id, Failure::TimedOut);
             self.outputs.push_back(over);
         }

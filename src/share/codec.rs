@@ -10,6 +10,8 @@
 //! `{"cancel":2}` ends a command. `{"drive":[6,-3]}` drives by hand for half a second, in inches per second; `{"drive":[0,0]}` stops.
 //! `{"alarm":"battery_low","answer":"acknowledged"}` answers an alarm; other answers are `"unshelved"` and `{"shelved_s":600}`. All
 //! programs on the link take the answer.
+//! Commands of other clients and the station's operator come with the station's number:
+//! `{"command":7,"by":"pid 31","do":"mode prowl"}`, then `{"command":7,"status":"confirmed"}`.
 //! The last line before the station closes a connection is `{"code":"gave-way","error":"..."}`.
 
 use std::time::Duration;
@@ -202,7 +204,7 @@ impl ClientLine {
                 answer: None,
             } => Ok(Self::Ask(Ask {
                 tag,
-                request: read_request(r#do, own, route)?,
+                request: RequestJson { r#do, own, route }.read()?,
                 timeout: read_timeout(timeout_ms)?,
             })),
             ClientJson {
@@ -248,20 +250,14 @@ impl ClientLine {
                 ..ClientJson::default()
             },
             Self::Ask(ask) => {
-                let mut json = ClientJson::default();
-                match &ask.request {
-                    Request::Route(waypoints) => {
-                        let points = waypoints.iter().map(|at| (at.x_in, at.y_in));
-                        json.route = Some(points.collect());
-                    }
-                    Request::Own(words) => json.own = Some(words.clone()),
-                    // The text of a request parses to the same request.
-                    request => json.r#do = Some(request.to_string()),
-                }
+                let RequestJson { r#do, own, route } = RequestJson::from(&ask.request);
                 ClientJson {
                     id: Some(ask.tag),
                     timeout_ms: Some(ask.timeout.as_millis() as u64),
-                    ..json
+                    r#do,
+                    own,
+                    route,
+                    ..ClientJson::default()
                 }
             }
             Self::Cancel(tag) => ClientJson {
@@ -285,23 +281,55 @@ impl ClientLine {
     }
 }
 
-fn read_request(
-    words: Option<String>,
+/// A request as one of three keys of a JSON object.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RequestJson {
+    /// As typed for `groundwave send`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    r#do: Option<String>,
+    /// A command string of the robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
     own: Option<String>,
+    /// Waypoints of a route, inches.
+    #[serde(skip_serializing_if = "Option::is_none")]
     route: Option<Vec<(i16, i16)>>,
-) -> Result<Request, CodecError> {
-    let refused = |error: crate::request::RequestError| CodecError::Request(error.to_string());
-    match (words, own, route) {
-        (Some(words), None, None) => {
-            let words: Vec<&str> = words.split_whitespace().collect();
-            Request::from_words(&words).map_err(refused)
+}
+
+impl From<&Request> for RequestJson {
+    fn from(request: &Request) -> Self {
+        let mut json = Self::default();
+        match request {
+            Request::Route(waypoints) => {
+                let points = waypoints.iter().map(|at| (at.x_in, at.y_in));
+                json.route = Some(points.collect());
+            }
+            Request::Own(words) => json.own = Some(words.clone()),
+            // The text of a request parses to the same request.
+            request => json.r#do = Some(request.to_string()),
         }
-        (None, Some(words), None) if !words.trim().is_empty() => {
-            let words: Vec<&str> = words.split_whitespace().collect();
-            Ok(Request::Own(words.join(" ")))
+        json
+    }
+}
+
+impl RequestJson {
+    /// The request.
+    ///
+    /// # Errors
+    /// If it is invalid.
+    pub fn read(self) -> Result<Request, CodecError> {
+        let refused = |error: crate::request::RequestError| CodecError::Request(error.to_string());
+        match (self.r#do, self.own, self.route) {
+            (Some(words), None, None) => {
+                let words: Vec<&str> = words.split_whitespace().collect();
+                Request::from_words(&words).map_err(refused)
+            }
+            (None, Some(words), None) if !words.trim().is_empty() => {
+                let words: Vec<&str> = words.split_whitespace().collect();
+                Ok(Request::Own(words.join(" ")))
+            }
+            (None, None, Some(points)) => read_route(points),
+            _ => Err(CodecError::Shape),
         }
-        (None, None, Some(points)) => read_route(points),
-        _ => Err(CodecError::Shape),
     }
 }
 
@@ -437,10 +465,23 @@ pub enum StationLine {
         /// The text.
         said: String,
     },
-    /// Another client or the station's operator sent STOP.
-    Stopped {
-        /// Who sent it, for display.
-        stopped_by: String,
+    /// Another client or the station's operator gave a command.
+    Asked {
+        /// The station's number of the command.
+        command: u32,
+        /// Who gave it, for display.
+        by: String,
+        /// The request.
+        #[serde(flatten)]
+        request: RequestJson,
+    },
+    /// A command of another client or the station's operator has a new status.
+    Command {
+        /// The station's number of the command.
+        command: u32,
+        /// The status.
+        #[serde(flatten)]
+        status: StatusJson,
     },
     /// Another client or the station's operator answered an alarm.
     Answered(AlarmAnswer),
@@ -483,7 +524,21 @@ impl StationLine {
             }
             Self::Lost { lost } => line_of(&json!({ "lost": lost })),
             Self::Said { said } => line_of(&json!({ "said": said })),
-            Self::Stopped { stopped_by } => line_of(&json!({ "stopped_by": stopped_by })),
+            Self::Asked {
+                command,
+                by,
+                request,
+            } => {
+                let mut json = json!(request);
+                json["command"] = json!(command);
+                json["by"] = json!(by);
+                line_of(&json)
+            }
+            Self::Command { command, status } => {
+                let mut json = json!(status);
+                json["command"] = json!(command);
+                line_of(&json)
+            }
             Self::Answered(answered) => line_of(answered),
             Self::Error { code, error } => line_of(&json!({ "code": code, "error": error })),
         }

@@ -214,6 +214,12 @@ impl Station {
     pub fn handle_end(&mut self, now: Moment) {
         if self.ended_at.is_none() {
             self.ended_at = Some(now);
+            let undecided: Vec<Received> = self.decoder.undecided_lines().collect();
+            for received in undecided {
+                let counters = self.decoder.counters();
+                self.outages.handle_line(now, &received, counters);
+                self.handle_received(now, &received);
+            }
             self.outages.finish(now, &self.totals(now));
             self.report_outages();
         }
@@ -290,6 +296,8 @@ impl Station {
             }
             self.events.push_back(Event::Own(line));
         } else {
+            let undecided = self.decoder.latest_undecided();
+            let last = last.or(undecided.map(|it| (it, self.decoder.counters().noise_bytes)));
             self.examiner.take(run, last, &before, &self.decoder);
             self.report_mistakes();
         }

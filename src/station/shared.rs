@@ -4,13 +4,13 @@
 //! command that was in progress on a lost connection is reported as not confirmed. Further commands are not sent, because another client may stop the robot
 //! before the next connection.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use super::{Station, Waiting};
 use crate::event::{Answer, CommandId, CommandStatus, Event, Failure, Level, Moment, NoticeCode};
 use crate::request::Request;
-use crate::share::{Ask, ClientLine, StationLine};
+use crate::share::{Ask, ClientLine, StationLine, StatusJson};
 
 /// Timeout of a command. If the robot does not answer, the other station gives up much earlier.
 const TIMEOUT: Duration = Duration::from_mins(10);
@@ -20,6 +20,8 @@ const TIMEOUT: Duration = Duration::from_mins(10);
 pub(super) struct Shared {
     is_open: bool,
     lines: VecDeque<ClientLine>,
+    /// Open commands of the other station's operator and its other clients: their numbers here, by those there.
+    others: BTreeMap<u32, CommandId>,
 }
 
 impl Shared {
@@ -89,7 +91,11 @@ impl Station {
     /// Takes the loss of the connection to the other station.
     pub fn handle_shared_lost(&mut self, now: Moment) {
         if self.is_shared() {
-            self.shared = Some(Shared::default());
+            let lost = self.shared.replace(Shared::default());
+            for id in lost.into_iter().flat_map(|lost| lost.others.into_values()) {
+                let status = CommandStatus::Failed(Failure::TimedOut);
+                self.events.push_back(Event::Command { id, status });
+            }
             if let Some(id) = self.current.take() {
                 self.report(now, id, CommandStatus::Failed(Failure::TimedOut));
             }
@@ -113,10 +119,20 @@ impl Station {
                 let text = format!("the station closed the connection: {error}");
                 self.notice(NoticeCode::SharingStation, Level::Warning, &text);
             }
-            StationLine::Stopped { stopped_by } => {
-                let text = format!("STOP from {stopped_by}");
-                self.notice(NoticeCode::SharingStation, Level::Info, &text);
+            StationLine::Asked {
+                command,
+                by,
+                request,
+            } => {
+                if let (Some(shared), Ok(request)) = (&mut self.shared, request.clone().read()) {
+                    let id = CommandId(self.next_id);
+                    self.next_id += 1;
+                    shared.others.insert(*command, id);
+                    let by = Some(by.clone());
+                    self.events.push_back(Event::Asked { id, request, by });
+                }
             }
+            StationLine::Command { command, status } => self.take_others_status(*command, status),
             StationLine::Answered(answered) => {
                 self.events.push_back(Event::AlarmAnswer(answered.clone()));
             }
@@ -140,6 +156,22 @@ impl Station {
         }
         self.report(now, id, status);
         self.settle(now);
+    }
+
+    /// Takes the status of a command that this station did not give.
+    fn take_others_status(&mut self, command: u32, status: &StatusJson) {
+        let Some(shared) = &mut self.shared else {
+            return;
+        };
+        if let Some(status) = status.status()
+            && status != CommandStatus::Queued
+            && let Some(&id) = shared.others.get(&command)
+        {
+            if status.is_end() {
+                shared.others.remove(&command);
+            }
+            self.events.push_back(Event::Command { id, status });
+        }
     }
 
     /// Passes an answer to an alarm to the other station, if there is one.

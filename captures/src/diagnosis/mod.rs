@@ -131,9 +131,19 @@ impl Diagnosis {
                 self.decoder.disown(run.len(), before.damaged);
                 take(Line::Own(&line), self.decoder.counters())?;
             }
+            let undecided = self.decoder.latest_undecided();
+            let last = last.or(undecided.map(|it| (it, self.decoder.counters().noise_bytes)));
             self.examiner.take(run, last, &before, &self.decoder);
         }
         Ok(())
+    }
+
+    /// The lines at the end of the stream that may be another robot's (see [`Decoder::undecided_lines`]), and the decoder's totals.
+    pub(crate) fn undecided_lines(&self) -> impl Iterator<Item = (Received, &Counters)> {
+        let counters = self.decoder.counters();
+        self.decoder
+            .undecided_lines()
+            .map(move |line| (line, counters))
     }
 
     /// Whether bytes of the robot contain an intact line, or a line of the robot's own with values.

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::time::Duration;
 
-use groundwave_protocol::decoder::Received;
+use groundwave_protocol::decoder::{Counters, Received};
 use groundwave_protocol::status_codes::Layer;
 use groundwave_protocol::telemetry::{Body, CountersLine, HOLDERS, Line};
 use groundwave_protocol::{BYTES_PER_S, LINE_BYTES};
@@ -72,6 +72,7 @@ impl Survey {
         capture: &mut Capture,
         diagnosis: &mut Option<Diagnosis>,
     ) -> Result<(), CaptureError> {
+        let mut latest = Duration::ZERO;
         while let Some(chunk) = capture.next_chunk()? {
             let diagnosis =
                 diagnosis.get_or_insert_with(|| Diagnosis::new(recognizer(chunk.session)));
@@ -96,24 +97,26 @@ impl Survey {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
             };
+            latest = at;
             let Ok(()) = diagnosis.each_line(bytes, |line, counters| {
                 match line {
                     AnyLine::Own(line) => self.own.take(line),
-                    AnyLine::Wire(received) => {
-                        self.outages.handle_line(at, received, counters);
-                        self.gaps.take_line(at, received, counters);
-                        self.noise.take_line(counters);
-                        self.odometer.take(at, received);
-                        self.take(received);
-                    }
+                    AnyLine::Wire(received) => self.take(at, received, counters),
                 }
                 Ok::<(), Infallible>(())
             });
         }
+        for (received, counters) in diagnosis.iter().flat_map(Diagnosis::undecided_lines) {
+            self.take(latest, &received, counters);
+        }
         Ok(())
     }
 
-    fn take(&mut self, received: &Received) {
+    fn take(&mut self, at: Duration, received: &Received, counters: &Counters) {
+        self.outages.handle_line(at, received, counters);
+        self.gaps.take_line(at, received, counters);
+        self.noise.take_line(counters);
+        self.odometer.take(at, received);
         match received {
             Received::Ack(_) => self.lines.k += 1,
             Received::Line(line, _) => self.take_line(line),

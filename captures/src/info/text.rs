@@ -121,11 +121,7 @@ impl Info {
         let Some(own) = &self.own else {
             return Ok(());
         };
-        writeln!(
-            output,
-            "own lines  {} with values, {} of text, {} damaged",
-            own.lines, own.texts, own.damaged
-        )?;
+        own.write_row(output)?;
         for field in &own.fields {
             let unit = field
                 .unit

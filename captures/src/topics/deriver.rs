@@ -337,6 +337,12 @@ impl Deriver {
     ) -> Result<(), E> {
         self.give_pending(&mut take)?;
         let now = Moment::from_nanos(self.now_ns);
+        let undecided: Vec<Received> = self.decoder.undecided_lines().collect();
+        for received in undecided {
+            self.outages
+                .handle_line(now, &received, self.decoder.counters());
+            self.handle_line(&received, &mut take)?;
+        }
         self.outages
             .finish(now, &counters_until(&self.decoder, now));
         self.give_outages(&mut take)

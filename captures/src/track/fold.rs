@@ -137,6 +137,13 @@ impl Fold {
                 Piece::Sent(_) | Piece::Repeated(_) => {}
             }
         }
+        let (at, undecided) = (self.latest, decoder.undecided_lines());
+        for received in undecided {
+            self.outages.handle_line(at, &received, decoder.counters());
+            self.locate_outages();
+            self.take(at, &received, decoder.counters());
+            take(at, &Arrival::Line(received));
+        }
         Ok(())
     }
 

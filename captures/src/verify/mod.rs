@@ -24,6 +24,7 @@ use crate::diagnosis::{Diagnosis, Finding, Line};
 use crate::gaps::Gaps;
 use crate::messages::StationEvent;
 use crate::outages::{Outage, OutageList};
+use crate::own_lines::OwnSummary;
 use crate::statistics::{Damaged, Loss, OtherRobot};
 use crate::words::counted;
 pub use raw_file::RawCopy;
@@ -51,6 +52,9 @@ pub struct Verdict {
     /// Another robot on the channel.
     #[serde(flatten)]
     pub other: OtherRobot,
+    /// Lines of the robot's own in raw text; `None` if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own: Option<OwnSummary>,
     /// Mistakes in the robot's lines. Mistakes in rejected lines count as faults.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistakes: Vec<Finding>,
@@ -105,6 +109,7 @@ impl Verdict {
             loss: Loss::default(),
             damaged: Damaged::default(),
             other: OtherRobot::default(),
+            own: None,
             mistakes: Vec::new(),
             gaps: 0,
             worst_gap: None,
@@ -116,6 +121,13 @@ impl Verdict {
             faults: Vec::new(),
             fault_count: 0,
         }
+    }
+
+    /// Whether the capture has an intact line of a robot.
+    #[must_use]
+    pub fn has_lines(&self) -> bool {
+        let own = self.own.as_ref();
+        self.lines > 0 || own.is_some_and(|own| own.is_of_robot(self.form))
     }
 
     /// Whether there are no faults.
@@ -164,6 +176,9 @@ impl Verdict {
             self.damaged.write_row(output)?;
         }
         self.other.write_rows(output)?;
+        if let Some(own) = &self.own {
+            own.write_row(output)?;
+        }
         if let Some(longest) = self.outages.iter().max_by_key(|it| it.duration()) {
             writeln!(
                 output,
@@ -220,7 +235,7 @@ pub fn verify_raw(source: impl Read) -> io::Result<Verdict> {
         lines.take(piece.radio, piece.at, &mut verdict);
     }
     lines.finish(&mut verdict);
-    if verdict.lines == 0 {
+    if !verdict.has_lines() {
         verdict.fault("not one line of a robot");
     }
     Ok(verdict)
@@ -232,6 +247,7 @@ struct Lines {
     gaps: Gaps,
     outages: OutageList,
     diagnosis: Diagnosis,
+    own: OwnSummary,
     /// Whether the times of bytes were not measured.
     has_estimated_times: bool,
     end: Duration,
@@ -262,26 +278,35 @@ impl Lines {
         }
         self.end = self.end.max(at);
         let Ok(()) = self.diagnosis.each_line(bytes, |line, counters| {
-            if let Line::Wire(received) = line {
-                self.outages.handle_line(at, received, counters);
-                self.gaps.take_line(at, received, counters);
-                let counted = shown(counters);
-                // The number of lost lines may decrease after a late line or a reboot.
-                let lost = counted.saturating_sub(before);
-                before = counted;
-                if lost > 0 && verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
-                    let until_s = at.as_secs_f64();
-                    verdict.worst_gap = Some(Gap {
-                        lines: lost,
-                        until_s,
-                    });
+            let received = match line {
+                Line::Own(line) => {
+                    self.own.take(line);
+                    return Ok(());
                 }
+                Line::Wire(received) => received,
+            };
+            self.outages.handle_line(at, received, counters);
+            self.gaps.take_line(at, received, counters);
+            let counted = shown(counters);
+            // The number of lost lines may decrease after a late line or a reboot.
+            let lost = counted.saturating_sub(before);
+            before = counted;
+            if lost > 0 && verdict.worst_gap.is_none_or(|worst| worst.lines < lost) {
+                let until_s = at.as_secs_f64();
+                verdict.worst_gap = Some(Gap {
+                    lines: lost,
+                    until_s,
+                });
             }
             Ok::<(), Infallible>(())
         });
     }
 
-    fn finish(self, verdict: &mut Verdict) {
+    fn finish(mut self, verdict: &mut Verdict) {
+        for (received, counters) in self.diagnosis.undecided_lines() {
+            self.outages.handle_line(self.end, &received, counters);
+            self.gaps.take_line(self.end, &received, counters);
+        }
         verdict.gaps = self.gaps.count();
         let counters = self.diagnosis.counters_until(self.end);
         verdict.outages = self.outages.into_outages(self.end, &counters);
@@ -300,6 +325,14 @@ impl Lines {
         verdict.loss = Loss::of(&counters);
         verdict.damaged = Damaged::of(&counters);
         verdict.other = OtherRobot::of(&counters);
+        // Messages of a recording have them; its session says how they are read.
+        let is_raw = verdict.form == Form::Raw;
+        verdict.own = Some(self.own).filter(|own| is_raw && !own.is_empty());
+        if verdict.lines == 0 && verdict.own.is_some() {
+            // The first line of another kind of robot may not have been recognized as the robot's own.
+            verdict.damaged = Damaged::default();
+            return;
+        }
         verdict.mistakes = self.diagnosis.findings();
         for finding in verdict.mistakes.clone() {
             if finding.is_refused {

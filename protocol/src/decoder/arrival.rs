@@ -21,9 +21,8 @@ impl Decoder {
     /// intact lines are the same.
     pub fn next_arrival(&mut self, bytes: &mut &[u8]) -> Option<Arrival> {
         loop {
-            match self.next_end(bytes)? {
-                End::Line(received) if self.is_own => return Some(Arrival::Line(received)),
-                End::Line(_) => {}
+            match self.next_own_end(bytes)? {
+                End::Line(received) => return Some(Arrival::Line(received)),
                 End::Damaged => {
                     if let Some(line) = self.repaired() {
                         return Some(Arrival::Repaired(line));

@@ -97,7 +97,7 @@ impl Decoder {
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
         let sender = self.robots.take(received, silence_ms);
-        self.is_own = !matches!(sender, Sender::Other(_));
+        self.sender = sender;
         self.counters.robot = self.robots.own_id();
         self.counters.replaced_robot = self.robots.replaced_id();
         self.counters.other_robots = self.robots.other_ids();
@@ -165,12 +165,20 @@ impl Decoder {
         }
     }
 
+    /// Keeps a line of the followed robot for [`Self::next_own_line`].
+    pub(super) fn hold(&mut self, line: Received) {
+        if let Some(free) = self.held.iter_mut().find(|held| held.is_none()) {
+            *free = Some(line);
+        }
+    }
+
     /// Counts what a line says of lost lines as of its arrival.
     fn decide(&mut self, line: &Undecided, is_own: bool) {
         if !is_own {
             self.count_other(&line.received);
             return;
         }
+        self.hold(line.received);
         let (damaged, noise_bytes) = (self.damaged, self.counters.noise_bytes);
         let now_ms = self.reckoning.time();
         self.damaged = line.damaged;
@@ -194,6 +202,7 @@ impl Decoder {
         self.damaged = 0;
         self.is_interrupted = false;
         self.noise_before = self.counters.noise_bytes;
+        self.bytes_before = self.counters.bytes;
         if matches!(received, Received::Ack(line) if line.listens) {
             self.reckoning.take_go_ahead();
         }

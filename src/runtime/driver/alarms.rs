@@ -4,7 +4,9 @@ use std::time::SystemTime;
 
 use super::Driver;
 use crate::capture::name::utc;
-use crate::event::{AlarmAnswer, AlarmEvent, Answer, Event, Level, Notice, NoticeCode};
+use crate::event::{
+    AlarmAnswer, AlarmEvent, AlarmStatus, Answer, Event, Level, Notice, NoticeCode,
+};
 use crate::share::OPERATOR;
 
 impl Driver {
@@ -12,24 +14,30 @@ impl Driver {
     pub fn tell(&mut self, event: Event) {
         if let Event::Alarm(alarm) = &event {
             self.answers.take(self.now(), alarm);
-        }
-        if let (Event::Alarm(alarm), Some(hook), false) =
-            (&event, &self.alarm_hook, self.station_runs_hook)
-        {
-            let mut value = alarm.to_json();
-            value["name"] = alarm.name.as_str().into();
-            value["link"] = self.name.as_str().into();
-            let now = SystemTime::now();
-            value["time"] = utc(now).into();
-            let ago = alarm.began_at.map(|at| self.now().saturating_sub(at));
-            if let Some(begin) = ago.and_then(|ago| now.checked_sub(ago)) {
-                value["begin"] = utc(begin).into();
-            }
-            if let Err(problem) = hook.pass(value.to_string()) {
-                self.tell_hook(problem);
-            }
+            self.call_hook(alarm);
         }
         self.events.push_back(event);
+    }
+
+    /// Passes an alarm's event to the hook, unless the alarm begins while it is shelved: the operator does not want to be called.
+    fn call_hook(&mut self, alarm: &AlarmEvent) {
+        let is_silent = alarm.status == AlarmStatus::Begun && self.answers.has_shelved(&alarm.code);
+        let hook = self.alarm_hook.as_ref();
+        let Some(hook) = hook.filter(|_| !self.station_runs_hook && !is_silent) else {
+            return;
+        };
+        let mut value = alarm.to_json();
+        value["name"] = alarm.name.as_str().into();
+        value["link"] = self.name.as_str().into();
+        let now = SystemTime::now();
+        value["time"] = utc(now).into();
+        let ago = alarm.began_at.map(|at| self.now().saturating_sub(at));
+        if let Some(begin) = ago.and_then(|ago| now.checked_sub(ago)) {
+            value["begin"] = utc(begin).into();
+        }
+        if let Err(problem) = hook.pass(value.to_string()) {
+            self.tell_hook(problem);
+        }
     }
 
     /// Reports the operator's answer to an alarm, also to the other programs on this link.

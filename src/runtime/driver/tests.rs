@@ -4,6 +4,8 @@ use std::path::Path;
 use tokio::sync::mpsc::Sender;
 
 use super::*;
+use crate::event::{AlarmEvent, AlarmStatus, Level};
+use crate::io::alarm_hook::AlarmHook;
 use crate::io::link::{BAUD, Connection, LinkSpec};
 
 /// A driver of a link to a socket in a folder, and the queue of its inputs.
@@ -61,4 +63,58 @@ async fn a_flood_leaves_turns_to_the_rest_of_the_runtime() {
     );
     let had = std::iter::from_fn(|| turns.try_recv().ok()).count();
     assert!(had + 1 >= STEPS as usize, "{had} turns in {STEPS} steps");
+}
+
+/// A shelved alarm that begins calls no one; when it is unshelved, the event has its begin.
+#[tokio::test]
+async fn an_alarm_that_begins_while_it_is_shelved_does_not_run_the_hook() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut driver, _inputs) = driver(folder.path(), Radio::default());
+    let path = folder.path().join("told");
+    // The last event fails, which shows that all events have been passed.
+    let command =
+        format!("read -r line; echo \"$line\" >> {path:?}; case $line in *last*) false; esac");
+    driver.alarm_hook = Some(AlarmHook::start(&command).unwrap());
+    let alarm = |code: &str, status, began_s: Option<u64>| AlarmEvent {
+        code: code.to_owned(),
+        name: code.to_owned(),
+        level: Level::Warning,
+        status,
+        began_at: began_s.map(Moment::from_secs),
+        value: None,
+        limit: None,
+        unit: String::new(),
+        shelved_for: (status == AlarmStatus::Shelved).then_some(Moment::from_hours(1)),
+        by: None,
+    };
+    for event in [
+        alarm("low", AlarmStatus::Begun, Some(0)),
+        alarm("low", AlarmStatus::Shelved, Some(0)),
+        alarm("low", AlarmStatus::Ended, None),
+        alarm("low", AlarmStatus::Begun, Some(0)),
+        alarm("lost", AlarmStatus::Begun, Some(0)),
+        alarm("low", AlarmStatus::Unshelved, Some(0)),
+        alarm("low", AlarmStatus::Ended, None),
+        alarm("low", AlarmStatus::Begun, Some(0)),
+        alarm("last", AlarmStatus::Begun, Some(0)),
+    ] {
+        driver.tell(Event::Alarm(event));
+    }
+    driver.alarm_hook.as_mut().unwrap().next_problem().await;
+    let told = std::fs::read_to_string(&path).unwrap();
+    let told = told.lines().map(|line| {
+        let value: serde_json::Value = serde_json::from_str(line).unwrap();
+        format!("{} {}", value["code"], value["status"]).replace('"', "")
+    });
+    let expected = [
+        "low begun",
+        "low shelved",
+        "low ended",
+        "lost begun",
+        "low unshelved",
+        "low ended",
+        "low begun",
+        "last begun",
+    ];
+    assert_eq!(told.collect::<Vec<_>>(), expected);
 }

@@ -293,7 +293,7 @@ fn a_client_cancels_its_own_commands_and_drives_after_its_hello() {
 }
 
 #[test]
-fn others_are_told_who_sent_stop() {
+fn others_are_told_of_a_command_and_its_steps() {
     let mut table = Table::new();
     table.hear(FIRST, HELLO);
     table.hear(SECOND, HELLO);
@@ -301,11 +301,30 @@ fn others_are_told_who_sent_stop() {
         .hear(FIRST, br#"{"id":4,"do":"stop"}"#)
         .expect("a wish");
     table.outputs();
-    table.broker.handle_stop(stop, Some("pid 5"));
-    assert_eq!(table.outputs(), [r#"2 < {"stopped_by":"pid 5"}"#]);
-    table.broker.handle_stop(CommandId(9), None);
-    let told = r#"{"stopped_by":"the station's operator"}"#;
-    assert_eq!(table.outputs(), [1, 2].map(|n| format!("{n} < {told}")));
+    let heard = Heard::default();
+    let broker = &mut table.broker;
+    broker.handle_asked(stop, &Request::Stop, Some("pid 5"), heard);
+    broker.handle_status(stop, &CONFIRMED, heard);
+    assert_eq!(
+        table.outputs(),
+        [
+            r#"2 < {"by":"pid 5","command":1,"do":"stop"}"#,
+            r#"1 < {"heard":{"bytes":0,"lines":0},"id":4,"status":"queued"}"#,
+            r#"2 < {"command":1,"status":"confirmed"}"#,
+            r#"1 < {"heard":{"bytes":0,"lines":0},"id":4,"status":"confirmed"}"#,
+        ]
+    );
+    let broker = &mut table.broker;
+    broker.handle_asked(CommandId(9), &Request::Scan, None, heard);
+    broker.handle_status(CommandId(9), &CONFIRMED, heard);
+    let told = [
+        r#"{"by":"the station's operator","command":9,"do":"scan"}"#,
+        r#"{"command":9,"status":"confirmed"}"#,
+    ];
+    let told = told
+        .iter()
+        .flat_map(|told| [1, 2].map(|n| format!("{n} < {told}")));
+    assert_eq!(table.outputs(), told.collect::<Vec<_>>());
 }
 
 #[test]
@@ -418,7 +437,6 @@ fn what_the_station_before_tells_is_passed_on() {
     table.hear(FIRST, HELLO);
     table.outputs();
     for told in [
-        r#"{"stopped_by":"pid 5"}"#,
         r#"{"lost":"unplugged"}"#,
         r#"{"alarm":"stalled","answer":"unshelved","by":"pid 5"}"#,
     ] {

@@ -97,6 +97,8 @@ fn every_status_comes_back_as_it_was() {
             unreachable!("it was made above")
         };
         assert_eq!(status.status(), Some(expected));
+        let line = StationLine::Command { command: 9, status };
+        assert_eq!(StationLine::parse(&line.to_line()), Some(line));
     }
     for line in [
         StationLine::Welcome(Welcome::new("/dev/ttyUSB0".to_owned(), true)),
@@ -106,6 +108,20 @@ fn every_status_comes_back_as_it_was() {
         StationLine::error("busy", "no"),
     ] {
         assert_eq!(StationLine::parse(&line.to_line()), Some(line));
+    }
+    let at = Waypoint::new(48, -48).expect("near");
+    for request in [
+        Request::Stop,
+        Request::Own("goto 48 0".to_owned()),
+        Request::route(vec![at]).expect("a route"),
+    ] {
+        let line = StationLine::Asked {
+            command: 9,
+            by: "pid 5".to_owned(),
+            request: RequestJson::from(&request),
+        };
+        assert_eq!(StationLine::parse(&line.to_line()), Some(line));
+        assert_eq!(RequestJson::from(&request).read(), Ok(request));
     }
 }
 
