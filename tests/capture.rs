@@ -565,7 +565,7 @@ fn an_outage_has_the_same_figure_everywhere() {
         let row = csv.lines().find(|line| line.contains("outage")).unwrap();
         assert_eq!(row.split(',').count(), columns, "{row}");
         assert!(
-            row.ends_with(",outage,,,,silent,,29.667,85.0,165,165,,,,,,,,,"),
+            row.ends_with(",outage,,,,silent,,29.667,85.0,165,165,,,,,,,,,,,,"),
             "{row}"
         );
     }

@@ -83,6 +83,33 @@ fn a_robot_that_vanishes_from_text_without_timestamps_leaves_its_loss_open() {
     fs::remove_dir_all(folder).unwrap();
 }
 
+/// A recording that ends with a line that may be another robot's has no message of it, which is right.
+#[test]
+fn a_recording_that_ends_with_an_undecided_line_is_good() {
+    let folder = scratch("undecided");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (text, mcap) = (path("a.txt"), path("a.mcap"));
+    let mut lines = sample();
+    lines.truncate(20);
+    let mut decoder = Decoder::default();
+    let Some(Received::Line(mut line, _)) = decoder.lines(&lines[10]).next() else {
+        panic!("an intact line");
+    };
+    line.ack.boot = 5;
+    line.ack.detail = Detail::Era { era: 5 };
+    lines.push(line.encode().to_vec());
+    fs::write(&text, lines.concat()).unwrap();
+    expect(0, &["export", &text, "--to", "mcap", "-o", &mcap]);
+    for capture in [&text, &mcap] {
+        let (said, _) = expect(0, &["verify", capture]);
+        assert!(said.contains("lines      21 intact, 0 damaged"), "{said}");
+        let (rows, _) = expect(0, &["export", capture, "--to", "jsonl", "-o", "-"]);
+        let rows = rows.lines().filter(|it| it.contains("\"line_type\":"));
+        assert_eq!(rows.count(), 21);
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
 /// A station and the summary of the bytes that it received.
 fn heard_by_a_station(name: &str, lines: &[(u64, Vec<u8>)]) -> (Vec<Notice>, String, Value) {
     let mut station = Station::new(Config::new(1), false);

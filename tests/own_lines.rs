@@ -175,12 +175,14 @@ fn values_are_recorded_exported_and_counted() {
     let (raw, mcap) = (path("raw.txt"), path("run.mcap"));
     let mut text = String::new();
     for n in 0..50 {
-        writeln!(text, "temp:{}.5,mode:auto", n % 10).unwrap();
+        write!(text, "temp:{}.5,mode:auto\r\n", n % 10).unwrap();
     }
-    fs::write(&raw, text + "low battery\n").unwrap();
+    fs::write(&raw, text + "low battery\r\n").unwrap();
     expect(0, &["export", &raw, "--to", "mcap", "-o", &mcap]);
-    expect(0, &["verify", &mcap]);
+    let (out, _) = expect(0, &["verify", &mcap]);
+    assert!(out.contains("0 intact, 0 damaged"), "{out}");
     let (out, _) = expect(0, &["verify", &raw]);
+    assert!(out.contains("0 intact, 0 damaged"), "{out}");
     assert!(out.contains("raw.txt: good\n"), "{out}");
     assert!(
         out.contains("own lines  49 with values, 1 of text, 0 damaged"),

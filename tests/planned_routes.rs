@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use groundwave::model::Advise;
 use groundwave::request::Request;
 use groundwave_protocol::Waypoint;
-use sr04_sim::World;
+use sr04_sim::{SimulationConfig, World};
 
 use crate::advice::{Dashboard, count_ends};
 use crate::common::{Rng, on_all_cores};
@@ -117,5 +117,87 @@ fn four_points_in_the_living_room() {
             drive(&world, &floor_in, seed, bit_errors)
         });
         count_ends(&ends, THERE_IN);
+    }
+}
+
+/// Time of prowling before a route into another part of the house, and limit for that, seconds.
+const PROWL_S: u64 = 20 * 60;
+const ROUTE_LIMIT_S: u64 = 20 * 60;
+
+/// Minimum distance of its destination, inches.
+const ROUTE_MIN_IN: f64 = 120.0;
+
+/// True distances from a point of the house, inches: of a robot that drives there by its odometer, and of one with planned routes and `--advise=auto`. A robot that
+/// has not stopped within the limit is infinitely far.
+fn drive_through_the_house(seed: u64, bit_errors: f64) -> [f64; 2] {
+    let world = World::generated(seed);
+    let floor_in = reachable_in(&world);
+    [Advise::Suggest, Advise::Auto].map(|advise| {
+        let mut robot = Dashboard::new(world.clone(), seed, bit_errors, advise);
+        robot.run(PROWL_S);
+        let far = |at: &&(f64, f64)| robot.distance_in(**at) >= ROUTE_MIN_IN;
+        let far: Vec<_> = floor_in.iter().filter(far).collect();
+        let (x_in, y_in) = *far[Rng(seed).below(far.len() as u64) as usize];
+        if advise == Advise::Auto {
+            robot.forget_notices();
+            robot.drive_planned(&format!("plan {x_in} {y_in}"), ROUTE_LIMIT_S);
+        } else {
+            robot.type_keys(&format!(":goto {x_in} {y_in}\r:mode prowl\r"));
+            robot.run(20);
+            robot.run_until(ROUTE_LIMIT_S, Dashboard::has_stopped);
+        }
+        if robot.has_stopped() {
+            robot.distance_in((x_in, y_in))
+        } else {
+            f64::INFINITY
+        }
+    })
+}
+
+/// Points anywhere on the floor of generated houses; seeds that were not used for tuning.
+#[test]
+#[ignore = "takes a quarter of an hour"]
+fn routes_through_many_houses() {
+    for bit_errors in [0.0, 1e-3] {
+        println!("bit errors {bit_errors}");
+        let ends = on_all_cores(54_100..54_130, |seed| {
+            drive_through_the_house(seed, bit_errors)
+        });
+        count_ends(&ends, THERE_IN);
+    }
+}
+
+/// Share of the floor within reach that the robot's middle has been on after a time of prowling on a supply, per cent.
+fn covered_pct(seed: u64, seconds: u64, advise: Advise) -> f64 {
+    let mut house = SimulationConfig::new(World::generated(seed), seed);
+    house.conditions.supply_v = Some(12.4);
+    let square = |place_in: f64| (place_in / SQUARE_IN).round() as i32;
+    let floor_in = reachable_in(&house.world);
+    let mut left: BTreeSet<_> = floor_in
+        .iter()
+        .map(|(x, y)| (square(*x), square(*y)))
+        .collect();
+    let all = left.len() as f64;
+    let mut robot = Dashboard::of(&house, advise);
+    for _ in 0..seconds {
+        robot.run(1);
+        let truth = robot.co.simulation.truth().pose;
+        left.remove(&(square(truth.x_in), square(truth.y_in)));
+    }
+    100.0 * (1.0 - left.len() as f64 / all)
+}
+
+/// Floor covered in 8 h; seeds that were not used for tuning.
+#[test]
+#[ignore = "takes half an hour"]
+fn floor_covered_in_many_houses() {
+    for advise in [Advise::Suggest, Advise::Auto] {
+        let runs = on_all_cores(54_200..54_212, |seed| covered_pct(seed, 8 * 3600, advise));
+        let mut shares: Vec<f64> = runs.iter().map(|(_, share)| *share).collect();
+        shares.sort_by(f64::total_cmp);
+        println!(
+            "{advise:?}: {shares:.0?}, median {:.1}",
+            shares[shares.len() / 2]
+        );
     }
 }

@@ -319,7 +319,8 @@ fn command_from_a_second_dashboard(share: &str, prefix: &str) {
     second.wait_for("the present", |text| !text.contains("PAST"));
     owner.type_keys(" ");
     second.wait_for("who stopped it", |text| {
-        text.contains("STOP from the station's operator")
+        let asked = text.split_once("stop: asked by the station's operator");
+        asked.is_some_and(|(_, after)| after.contains("stop: confirmed"))
     });
     let shown = second.text();
     let name = link.rsplit('/').next().unwrap();

@@ -132,15 +132,19 @@ impl<W: Write> Records<'_, W> {
     ) -> Result<(), DecodeError> {
         let (mut outages, mut now) = (OutageList::default(), Duration::ZERO);
         let mut written = 0;
-        loop {
+        let end = loop {
             let table = if diagnosis.is_none() {
                 capture.session_ahead()?
             } else {
                 None
             };
-            let has_time = capture.has_time_ahead()?;
-            let Some((at, piece)) = capture.next_piece()? else {
-                break;
+            let has_time = match capture.has_time_ahead() {
+                Ok(has_time) => has_time,
+                Err(error) => break Err(error),
+            };
+            let (at, piece) = match capture.next_piece() {
+                Ok(Some(piece)) => piece,
+                end => break end,
             };
             now = at;
             self.write_notes(now)?;
@@ -178,7 +182,7 @@ impl<W: Write> Records<'_, W> {
                 self.write_event(at, &EventRecord::of_outage(outage))?;
             }
             written = outages.ended().len();
-        }
+        };
         for (received, counters) in diagnosis.iter().flat_map(Diagnosis::undecided_lines) {
             outages.handle_line(now, &received, counters);
             self.write_line(now, &received)?;
@@ -188,6 +192,7 @@ impl<W: Write> Records<'_, W> {
             self.write_event(now, &EventRecord::of_outage(outage))?;
         }
         self.write_notes(Duration::MAX)?;
+        end?;
         Ok(())
     }
 

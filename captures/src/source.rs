@@ -413,17 +413,22 @@ impl Capture {
         mut take: impl FnMut(Duration, &Received) -> Result<(), E>,
     ) -> Result<(), E> {
         let mut latest = Duration::ZERO;
-        while let Some(chunk) = self.next_chunk()? {
+        let end = loop {
+            let chunk = match self.next_chunk() {
+                Ok(Some(chunk)) => chunk,
+                Ok(None) => break Ok(()),
+                Err(error) => break Err(error),
+            };
             chunk.tell(decoder);
             let mut bytes = chunk.bytes;
             while let Some(received) = decoder.next_own_line(&mut bytes) {
                 take(chunk.at, &received)?;
             }
             latest = chunk.at;
-        }
+        };
         for received in decoder.undecided_lines() {
             take(latest, &received)?;
         }
-        Ok(())
+        Ok(end?)
     }
 }

@@ -552,3 +552,33 @@ proptest! {
         prop_assert!(lost.max - lost.min <= 200, "{missed} {lost:?}");
     }
 }
+
+/// The lines of the first 20 s come faster than the robot sent them: they had waited. That says nothing of the robot's rate, and so of hundreds
+/// of lost lines.
+#[test]
+fn lines_that_waited_before_the_first_one_was_read_hide_no_hundreds() {
+    for (speed, missed, at) in (2..9_u64).flat_map(|speed| {
+        [1, 3, 8, 20]
+            .into_iter()
+            .flat_map(move |missed| [14, 26, 37, 50].map(|at| (speed, missed, at)))
+    }) {
+        let mut robot = Robot::new(7);
+        let mut decoder = Decoder::default();
+        let begin = robot.clock;
+        let waited = |clock: u64| clock.min(begin + 60 * 80);
+        for n in 0..240 {
+            let line = robot.next();
+            if (at..at + missed).contains(&n) {
+                continue;
+            }
+            let late = (waited(begin + 60 * 80) - waited(robot.clock)) / speed;
+            decoder.set_time((robot.clock.max(begin + 60 * 80) - late) * 1000 / 240);
+            hear(&mut decoder, &line);
+        }
+        let lost = decoder.counters().lost();
+        assert!(
+            lost.min <= missed && lost.max == missed,
+            "{speed} times as fast, {missed} missed at {at}: {lost:?}"
+        );
+    }
+}

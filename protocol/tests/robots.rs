@@ -328,3 +328,27 @@ fn a_robot_that_follows_another_one_has_not_restarted() {
     assert_eq!(counters.intact() + counters.other_lines, 340);
     assert_eq!(counters.robot, Some(9));
 }
+
+/// A robot shows one boot on both sides of a single line of another robot, whose id is not known, in a gap.
+#[test]
+fn a_single_line_of_another_boot_in_a_gap_is_no_reboot() {
+    for missed in 0..60 {
+        let mut robot = Robot::new(7);
+        let mut other = Robot {
+            boot: 1,
+            sent: 40,
+            sent_long: 1,
+            takes_list: true,
+            ..Robot::new(9)
+        };
+        let mut decoder = Decoder::default();
+        hear(&mut decoder, &robot.lines(100));
+        robot.lines(missed);
+        let mut heard = hear(&mut decoder, &other.next());
+        heard.extend(hear(&mut decoder, &robot.lines(60)));
+        let counters = decoder.counters();
+        assert_eq!(counters.lost(), exactly(missed));
+        assert_eq!((counters.restarts, heard.len()), (0, 60), "{missed}");
+        assert_eq!((counters.intact(), counters.other_lines), (160, 1));
+    }
+}

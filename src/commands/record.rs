@@ -106,7 +106,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
                 "recorded {}: {} received, {written} written, {}, {} lost",
                 mcap.as_ref().unwrap_or(&output).display(),
                 counted(counters.bytes, "byte"),
-                counted(counters.lines, "line"),
+                counted(counters.intact(), "line"),
                 lost_words(counters.lost())
             ));
         }
@@ -183,7 +183,7 @@ async fn until_done(
                 say_progress(format_args!(
                     "{} received, {}, {} lost",
                     counted(counters.bytes, "byte"),
-                    counted(counters.lines, "line"),
+                    counted(counters.intact(), "line"),
                     lost_words(counters.lost())
                 ));
             }

@@ -3,7 +3,7 @@
 mod alarms;
 mod setup;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc::Receiver;
@@ -82,6 +82,8 @@ pub struct Driver {
     live: Option<Live>,
     alarm_hook: Option<AlarmHook>,
     answers: Answers,
+    /// Alarms that began while they were shelved, of which the hook was not told.
+    withheld: BTreeSet<String>,
     advising: Option<Advising>,
     /// Events that are not the station's own.
     events: VecDeque<Event>,
@@ -122,6 +124,7 @@ impl Driver {
             live: None,
             alarm_hook: None,
             answers: Answers::default(),
+            withheld: BTreeSet::new(),
             advising: None,
             events: VecDeque::new(),
         }

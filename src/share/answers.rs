@@ -29,6 +29,7 @@ impl Answers {
                 if let Some((shelved, _)) = self.shelved.get_mut(code) {
                     let is_on = alarm.status == AlarmStatus::Begun;
                     shelved.began_at = alarm.began_at.filter(|_| is_on);
+                    (shelved.value, shelved.limit) = (alarm.value.filter(|_| is_on), alarm.limit);
                 }
             }
             AlarmStatus::Acknowledged => {
@@ -61,8 +62,6 @@ impl Answers {
         let expired = self.shelved.extract_if(.., |_, (_, until)| *until <= now);
         let unshelved = expired.map(|(_, (shelved, _))| AlarmEvent {
             status: AlarmStatus::Unshelved,
-            value: None,
-            limit: None,
             shelved_for: None,
             by: None,
             ..shelved

@@ -116,8 +116,8 @@ pub struct Broker {
     robot: Standing,
     clients: BTreeMap<ClientId, Client>,
     commands: BTreeMap<CommandId, Command>,
-    /// Open commands of which all clients know but the one that gave it, if a client did.
-    told: BTreeMap<CommandId, Option<ClientId>>,
+    /// Open commands, as all clients but the one that gave it (if a client did) are told of it.
+    told: BTreeMap<CommandId, (Option<ClientId>, StationLine)>,
     outputs: VecDeque<Output>,
 }
 
@@ -216,6 +216,11 @@ impl Broker {
                 welcome.truth.clone_from(&self.truth);
                 welcome.began_ms = self.began_ms;
                 self.reply(client, &StationLine::Welcome(welcome));
+                let open: Vec<StationLine> =
+                    self.told.values().map(|(_, asked)| asked.clone()).collect();
+                for asked in open {
+                    self.reply(client, &asked);
+                }
                 return None;
             }
             Ok(ClientLine::Hello { .. }) => (NOT_UNDERSTOOD, "hello was sent already".to_owned()),
@@ -317,14 +322,14 @@ impl Broker {
             request: RequestJson::from(request),
         };
         let client = self.commands.get(&id).map(|command| command.client);
-        self.told.insert(id, client);
         self.send_all_but(client, &line);
+        self.told.insert(id, (client, line));
         self.reply_status(id, &CommandStatus::Queued, heard);
     }
 
     /// Passes a command's new status to its client and to all others.
     pub fn handle_status(&mut self, id: CommandId, status: &CommandStatus, heard: Heard) {
-        if let Some(&client) = self.told.get(&id) {
+        if let Some(&(client, _)) = self.told.get(&id) {
             let line = StationLine::Command {
                 command: id.0,
                 status: StatusJson::from(status),

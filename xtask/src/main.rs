@@ -44,7 +44,7 @@ const BENCH: &str = "sr04-bench";
 const CHECK: &[Step] = &[
     ("format", || cargo(&["fmt", "--all", "--check"])),
     ("clippy", clippy),
-    ("test", || cargo(&[&["test"], EVERYTHING].concat())),
+    ("test", test),
     ("doc", doc),
     ("licences", licences::check),
 ];
@@ -180,6 +180,17 @@ fn acceptance(arguments: &[String]) -> Result<(), String> {
 fn build(program: &str) -> Result<PathBuf, String> {
     cargo(&[&["build", "--bin", program, "--test", "system"], EVERYTHING].concat())?;
     Ok(root().join("target/debug").join(program))
+}
+
+/// Runs the tests, more of them at once than there are cores: many wait for a pseudo-terminal or a process.
+fn test() -> Result<(), String> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut command = Command::new(cargo_path());
+    command.arg("test").args(EVERYTHING);
+    if env::var_os("RUST_TEST_THREADS").is_none() {
+        command.env("RUST_TEST_THREADS", (2 * cores).to_string());
+    }
+    run(&mut command)
 }
 
 fn cargo(arguments: &[&str]) -> Result<(), String> {

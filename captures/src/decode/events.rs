@@ -28,7 +28,7 @@ enum Cell<'a> {
 
 impl<'a> EventRecord<'a> {
     /// Names of the fields, in the order of a table.
-    pub(super) const FIELDS: [&'static str; 19] = [
+    pub(super) const FIELDS: [&'static str; 22] = [
         // `command`, `mark`, `note`, `outage`, `alarm` or `own`.
         "event",
         // Number of the command.
@@ -59,11 +59,15 @@ impl<'a> EventRecord<'a> {
         "own",
         // Values of the line by the name of their field; JSON only.
         "values",
-        // One of its values: name and value; CSV only. The value of an alarm.
+        // One of its values: name and value; CSV only. A parameter that the robot reported. The value of an alarm.
         "field",
         "value",
         // Text of a note.
         "note",
+        // Frames sent for the command so far; waypoints acknowledged, of the list's.
+        "frames",
+        "acknowledged",
+        "total",
     ];
 
     /// The record of an event; `None` for other kinds.
@@ -78,6 +82,11 @@ impl<'a> EventRecord<'a> {
                 ("command", text(&event.command)),
                 ("code", text(&event.code)),
                 ("by", text(&event.by)),
+                ("field", text(&event.parameter_name)),
+                ("value", event.parameter_value.map(f64::from).into()),
+                ("frames", event.frames.into()),
+                ("acknowledged", event.acknowledged.into()),
+                ("total", event.total.into()),
             ],
             StationEventKind::Mark(mark) => vec![
                 ("event", "mark".into()),

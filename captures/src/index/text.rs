@@ -73,7 +73,8 @@ impl SeekableText {
         let size = source.size()?;
         let mut buffer = vec![0; HEAD_BYTES].into_boxed_slice();
         let head = read_at(&*source, 0, &mut buffer)?;
-        let style = Style::of(&buffer[..head]).unwrap_or_default();
+        let style =
+            Style::of(&buffer[..head]).unwrap_or_else(|| Style::of_own_lines(&buffer[..head]));
         let mut reader = Self {
             source,
             size,

@@ -62,8 +62,11 @@ impl Survey {
         &mut self,
         capture: &mut Capture,
     ) -> (Diagnosis, Result<(), CaptureError>) {
-        let mut diagnosis = None;
-        let result = self.take_chunks(capture, &mut diagnosis);
+        let (mut diagnosis, mut latest) = (None, Duration::ZERO);
+        let result = self.take_chunks(capture, &mut diagnosis, &mut latest);
+        for (received, counters) in diagnosis.iter().flat_map(Diagnosis::undecided_lines) {
+            self.take(latest, &received, counters);
+        }
         (diagnosis.unwrap_or_default(), result)
     }
 
@@ -71,8 +74,8 @@ impl Survey {
         &mut self,
         capture: &mut Capture,
         diagnosis: &mut Option<Diagnosis>,
+        latest: &mut Duration,
     ) -> Result<(), CaptureError> {
-        let mut latest = Duration::ZERO;
         while let Some(chunk) = capture.next_chunk()? {
             let diagnosis =
                 diagnosis.get_or_insert_with(|| Diagnosis::new(recognizer(chunk.session)));
@@ -97,7 +100,7 @@ impl Survey {
                 Some(at) => (bytes.len() - at - 1) as u64,
                 None => self.since_line_feed + bytes.len() as u64,
             };
-            latest = at;
+            *latest = at;
             let Ok(()) = diagnosis.each_line(bytes, |line, counters| {
                 match line {
                     AnyLine::Own(line) => self.own.take(line),
@@ -105,9 +108,6 @@ impl Survey {
                 }
                 Ok::<(), Infallible>(())
             });
-        }
-        for (received, counters) in diagnosis.iter().flat_map(Diagnosis::undecided_lines) {
-            self.take(latest, &received, counters);
         }
         Ok(())
     }

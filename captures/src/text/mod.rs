@@ -149,6 +149,24 @@ impl Style {
         Some(style)
     }
 
+    /// Style of a text without an intact line, which may hold lines of a robot's own: if the first of them have timestamps, with these.
+    pub(crate) fn of_own_lines(head: &[u8]) -> Self {
+        let lines = head.split_inclusive(|&byte| byte == b'\n');
+        let mut lines = lines.filter(|line| !line.trim_ascii().is_empty());
+        let stamps = lines.next().and_then(Stamps::before_own_line);
+        let is_like = |stamps: &Stamps| {
+            let others: Vec<_> = lines.take(WITNESSES - 1).collect();
+            let is_like = |line: &&[u8]| {
+                Stamps::before_own_line(line).is_some_and(|other| other.is_like(stamps))
+            };
+            others.len() == WITNESSES - 1 && others.iter().all(is_like)
+        };
+        Self {
+            stamps: stamps.filter(is_like),
+            ..Self::default()
+        }
+    }
+
     /// Style of an intact line; `None` for any other line.
     fn of_line(line: &[u8]) -> Option<Self> {
         let ends = Ends::of(line);

@@ -66,7 +66,7 @@ impl<R: Read> TextReader<R> {
             judged = unread.len();
             if self.style.is_none() {
                 if self.has_ended || judged == self.buffer.len() {
-                    self.style = Some(Style::default());
+                    self.style = Some(Style::of_own_lines(unread));
                 } else {
                     self.fill()?;
                 }

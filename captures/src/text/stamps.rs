@@ -69,6 +69,17 @@ impl Stamps {
         Some(Self { kind, base: at })
     }
 
+    /// The timestamp of a first line of a robot's own. A number of seconds is one only before a name or a form's first character, because a row of numbers has no timestamp.
+    pub(super) fn before_own_line(first: &[u8]) -> Option<Self> {
+        let stamp = parse(first)?;
+        let is_line = |next: &u8| next.is_ascii_alphabetic() || b"{>$".contains(next);
+        let is_sure = stamp.kind != Kind::Seconds || first.get(stamp.length).is_some_and(is_line);
+        is_sure.then_some(Self {
+            kind: stamp.kind,
+            base: stamp.at,
+        })
+    }
+
     /// Timestamp of a line; the previous line has time `last`. A clock without a date has wrapped around if it runs back.
     pub(super) fn read(&self, line: &[u8], last: Moment) -> Option<Stamped> {
         let stamp = parse(line).filter(|stamp| stamp.kind == self.kind)?;
@@ -129,11 +140,12 @@ impl<'a> Words<'a> {
         (length > 0).then(|| rest[..length].trim_end_matches([':', ',']))
     }
 
-    /// Number of bytes taken, including closing brackets and one space or tab.
+    /// Number of bytes taken, including closing brackets, one space or tab, and the arrow of the Arduino IDE.
     fn length(&self) -> usize {
         let rest = &self.text[self.taken..];
         let line = rest.trim_start_matches([']', ')', ';']);
         let line = line.strip_prefix([' ', '\t']).unwrap_or(line);
+        let line = line.strip_prefix("-> ").unwrap_or(line);
         self.text.len() - line.len()
     }
 }

@@ -326,3 +326,46 @@ fn length_is_found_before_noise() {
         assert_eq!(tape(&bytes).length(), length, "{noise}");
     }
 }
+
+/// A robot's own lines, which no checksum shows, may have timestamps, too; a row of numbers has none.
+#[test]
+fn timestamps_before_a_robots_own_lines_are_read() {
+    for (stamps, line, has_time) in [
+        (
+            [
+                "2026-03-14T09:00:00Z ",
+                "2026-03-14T09:00:01Z ",
+                "2026-03-14T09:00:02Z ",
+            ],
+            "temp: 1",
+            true,
+        ),
+        (
+            ["20:46:48.100 -> ", "20:46:49.100 -> ", "20:46:50.100 -> "],
+            "12,13",
+            true,
+        ),
+        (["1.50 ", "2.50 ", "3.50 "], "temp: 1", true),
+        (["1.50 ", "2.50 ", "3.50 "], "{\"temp\":1}", true),
+        (["1.50 ", "2.50 ", "3.50 "], "20.5", false),
+        (["1.50 ", "temp: 1 ", "3.50 "], "temp: 1", false),
+        (["", "", ""], "temp: 1", false),
+    ] {
+        let text = stamps.map(|stamp| [stamp, line, "\n"].concat()).concat();
+        let mut reader = TextReader::new(text.as_bytes());
+        let mut latest = Moment::ZERO;
+        let mut radio = Vec::new();
+        while let Some(piece) = reader.next_piece().unwrap() {
+            radio.extend_from_slice(piece.radio);
+            latest = piece.at;
+        }
+        assert_eq!(reader.style().unwrap().is_stamped(), has_time, "{text}");
+        if has_time {
+            assert_eq!(latest, Moment::from_secs(2), "{text}");
+            let lines = format!("{line}\n").repeat(3);
+            assert_eq!(String::from_utf8(radio).unwrap(), lines);
+        } else {
+            assert_eq!(String::from_utf8(radio).unwrap(), text);
+        }
+    }
+}

@@ -337,11 +337,10 @@ impl Deriver {
     ) -> Result<(), E> {
         self.give_pending(&mut take)?;
         let now = Moment::from_nanos(self.now_ns);
-        let undecided: Vec<Received> = self.decoder.undecided_lines().collect();
-        for received in undecided {
+        // They count as the robot's and end an outage, but there is no message of a line that may be another robot's.
+        for received in self.decoder.undecided_lines() {
             self.outages
                 .handle_line(now, &received, self.decoder.counters());
-            self.handle_line(&received, &mut take)?;
         }
         self.outages
             .finish(now, &counters_until(&self.decoder, now));

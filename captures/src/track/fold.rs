@@ -94,10 +94,14 @@ impl Fold {
         decoder: &mut Decoder,
         take: &mut impl FnMut(Duration, &Arrival),
     ) -> Result<(), CaptureError> {
-        loop {
-            let has_time = capture.has_time_ahead()?;
-            let Some((at, piece)) = capture.next_piece()? else {
-                break;
+        let end = loop {
+            let has_time = match capture.has_time_ahead() {
+                Ok(has_time) => has_time,
+                Err(error) => break Err(error),
+            };
+            let (at, piece) = match capture.next_piece() {
+                Ok(Some(piece)) => piece,
+                end => break end.map(drop),
             };
             self.latest = at;
             match piece {
@@ -136,7 +140,7 @@ impl Fold {
                 }
                 Piece::Sent(_) | Piece::Repeated(_) => {}
             }
-        }
+        };
         let (at, undecided) = (self.latest, decoder.undecided_lines());
         for received in undecided {
             self.outages.handle_line(at, &received, decoder.counters());
@@ -144,7 +148,7 @@ impl Fold {
             self.take(at, &received, decoder.counters());
             take(at, &Arrival::Line(received));
         }
-        Ok(())
+        end
     }
 
     pub(super) const fn interrupt(&mut self, decoder: &mut Decoder) {

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use super::source::Form;
 use super::text::TextReader;
-use super::topics::RAW_RX;
+use super::topics::{RAW_RX, Topic};
 use crate::diagnosis::{Diagnosis, Finding, Line};
 use crate::gaps::Gaps;
 use crate::messages::StationEvent;
@@ -328,7 +328,8 @@ impl Lines {
         // Messages of a recording have them; its session says how they are read.
         let is_raw = verdict.form == Form::Raw;
         verdict.own = Some(self.own).filter(|own| is_raw && !own.is_empty());
-        if verdict.lines == 0 && verdict.own.is_some() {
+        let has_values = verdict.messages.contains_key(Topic::Values.name());
+        if verdict.lines == 0 && (verdict.own.is_some() || has_values) {
             // The first line of another kind of robot may not have been recognized as the robot's own.
             verdict.damaged = Damaged::default();
             return;

@@ -129,12 +129,20 @@ impl Decoder {
 
     /// Counts the first line of a robot; between the line before and this one, up to `skipped` lines are lost, or as many as fit in the silence.
     fn count_first(&mut self, received: &Received, length: usize, skipped: u8) {
-        let most = self.reckoning.take_pause(false, length);
+        let skipped = u64::from(skipped);
+        let is_timed = self.reckoning.silence_ms().is_some();
+        let fitting = self.reckoning.fitting(length);
+        let silent = self.reckoning.take_pause(false, length);
+        let most = match silent {
+            Some(most) => most.max(skipped),
+            None if is_timed => skipped.min(fitting),
+            None => skipped,
+        };
         self.skip();
         self.life = Life::default();
         self.counters.hidden = self.counters.hidden.and(Lost {
             min: 0,
-            max: most.unwrap_or(0).max(skipped.into()),
+            max: most,
             is_open: self.reckoning.time().is_none(),
         });
         self.count_own(received, length);

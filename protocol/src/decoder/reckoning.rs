@@ -465,16 +465,20 @@ impl Reckoning {
             let error_pct = 2 + parts * 100 / self.clean_s;
             return rate(self.clean_bytes / self.clean_s, error_pct);
         }
-        let (likely, error_pct) = if self.heard_ms >= HEARD_MS {
-            let heard = self.heard_bytes * 1000 / self.heard_ms;
+        let clean = (self.clean_s >= LIKELY_S)
+            .then(|| (self.clean_bytes / self.clean_s, 2 + 100 / self.clean_s));
+        let heard = (self.heard_ms >= HEARD_MS).then(|| self.heard_bytes * 1000 / self.heard_ms);
+        // Lines that come late, all at once, are heard faster than the robot sends them.
+        let is_clean = |heard: u64| {
+            clean.is_none_or(|(rate, error_pct)| heard.abs_diff(rate) * 100 <= rate * error_pct)
+        };
+        let (likely, error_pct) = if let Some(heard) = heard.filter(|heard| is_clean(*heard)) {
             if self.heard_ms >= MEASURED_S * 1000 {
                 return rate(heard, 3);
             }
             (heard, 3 + HEARD_ERROR_MS * 100 / self.heard_ms)
-        } else if self.clean_s >= LIKELY_S {
-            (self.clean_bytes / self.clean_s, 2 + 100 / self.clean_s)
         } else {
-            (wire, 3)
+            clean.unwrap_or((wire, 3))
         };
         if likely.abs_diff(wire) * 100 > wire * error_pct {
             return rate(likely, error_pct);

@@ -183,10 +183,11 @@ impl Robots {
             .min_by_key(|(_, other)| skipped(*other));
         match nearest {
             Some((place, other)) => {
-                // After a silence of the followed robot, the other one is more likely.
+                // After a silence of the followed robot, or several lines of the other one, that is more likely.
+                let is_heard = !is_after_silence && other.in_a_row <= 1;
                 let is_own = is_own_boot
                     && (skipped(own) < skipped(other)
-                        || !is_after_silence && skipped(own) == skipped(other));
+                        || is_heard && skipped(own) == skipped(other));
                 if !is_own {
                     Sender::Other(place)
                 } else if is_after_silence || line.continues(own.latest) {
@@ -248,7 +249,8 @@ impl Robots {
             }
             // Only an id shows that the robot is elsewhere.
             None => return None,
-            Some(_) => true,
+            // No robot boots eight times between two of its lines.
+            Some(_) => line.boot == next_line.boot || own.latest.boot != next_line.boot,
         };
         if is_own {
             self.follow(Sender::Own, last);

@@ -19,9 +19,20 @@ impl Driver {
         self.events.push_back(event);
     }
 
-    /// Passes an alarm's event to the hook, unless the alarm begins while it is shelved: the operator does not want to be called.
+    /// Passes an alarm's event to the hook, unless the alarm begins while it is shelved, or that alarm ends: the operator does not want to be called.
     fn call_hook(&mut self, alarm: &AlarmEvent) {
-        let is_silent = alarm.status == AlarmStatus::Begun && self.answers.has_shelved(&alarm.code);
+        let code = &alarm.code;
+        let is_silent = match alarm.status {
+            AlarmStatus::Begun => {
+                self.answers.has_shelved(code) && self.withheld.insert(code.clone())
+            }
+            AlarmStatus::Ended => self.withheld.remove(code),
+            AlarmStatus::Unshelved => {
+                self.withheld.remove(code);
+                false
+            }
+            AlarmStatus::Acknowledged | AlarmStatus::Shelved => false,
+        };
         let hook = self.alarm_hook.as_ref();
         let Some(hook) = hook.filter(|_| !self.station_runs_hook && !is_silent) else {
             return;

@@ -92,6 +92,8 @@ async fn an_alarm_that_begins_while_it_is_shelved_does_not_run_the_hook() {
         alarm("low", AlarmStatus::Shelved, Some(0)),
         alarm("low", AlarmStatus::Ended, None),
         alarm("low", AlarmStatus::Begun, Some(0)),
+        alarm("low", AlarmStatus::Ended, None),
+        alarm("low", AlarmStatus::Begun, Some(0)),
         alarm("lost", AlarmStatus::Begun, Some(0)),
         alarm("low", AlarmStatus::Unshelved, Some(0)),
         alarm("low", AlarmStatus::Ended, None),
