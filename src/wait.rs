@@ -93,6 +93,9 @@ impl Wait {
                     Condition::from_words(condition).map(|it| Kind::Until(it, Some(limit)))
                 })
             }
+            ["wait", "until", .., "within"] => {
+                Err("`within` takes a time, like `within 2m`".to_owned())
+            }
             ["wait", "until", condition @ ..] => {
                 Condition::from_words(condition).map(|it| Kind::Until(it, None))
             }
@@ -205,6 +208,9 @@ impl Condition {
                 term("wheel_left_in_s", EQUAL, Than::Number(0.0)),
                 term("wheel_right_in_s", EQUAL, Than::Number(0.0)),
             ],
+            [word] if let Some([name, relation, value]) = parts(word) => {
+                vec![compare(name, relation, value)?]
+            }
             [name, value] => vec![compare(name, "=", value)?],
             [name, relation, value] => vec![compare(name, relation, value)?],
             _ => return Err(FORMS.to_owned()),
@@ -278,6 +284,15 @@ fn command_word<'a>(field: &str, value: &'a str) -> &'a str {
 /// Checks that a field can be compared with a value.
 pub(crate) fn check_comparison(name: &str, relation: &str, value: &str) -> Result<(), String> {
     compare(name, relation, value).map(|_| ())
+}
+
+/// The parts of a comparison without spaces, such as `battery<12`.
+fn parts(word: &str) -> Option<[&str; 3]> {
+    const RELATION: [char; 4] = ['<', '>', '=', '!'];
+    let (name, rest) = word.split_at(word.find(RELATION)?);
+    let value = rest.trim_start_matches(RELATION);
+    let (relation, value) = rest.split_at(rest.len() - value.len());
+    Some([name, relation, value])
 }
 
 fn compare(name: &str, relation: &str, value: &str) -> Result<Term, String> {
@@ -380,6 +395,9 @@ A03 +000.0 +001.7 000 +12 +00 +05 +05 081 081 35 46 ....... P----..- (```$DL!L
             ("mode != home", Some(true)),
             ("battery < 12", Some(false)),
             ("battery_v >= 12.8", Some(true)),
+            ("battery<12", Some(false)),
+            ("battery_v>=12.8", Some(true)),
+            ("mode!=home", Some(true)),
             ("wheel_left_in_s > 4", Some(true)),
             ("stopped", Some(false)),
             ("driven", Some(false)),
@@ -418,12 +436,21 @@ A03 +000.0 +001.7 000 +12 +00 +05 +05 081 081 35 46 ....... P----..- (```$DL!L
     }
 
     #[test]
+    fn a_missing_time_limit_is_named() {
+        let words = ["wait", "until", "driven", "within"];
+        let error = Wait::from_words(&words).unwrap().unwrap_err();
+        assert!(error.contains("`within` takes a time"), "{error}");
+    }
+
+    #[test]
     fn mistakes_are_named_with_a_suggestion() {
         for (words, error) in [
             ("batery_v < 12", "did you mean `battery_v`"),
             ("mode prowel", "did you mean `prowl`"),
             ("mode xyzzy", "home, dock"),
             ("battery ~ 12", "compares nothing"),
+            ("battery<<12", "compares nothing"),
+            ("battery<", "is a number"),
             ("battery < low", "is a number"),
             ("battery < nan", "is a number"),
             ("battery > inf", "is a number"),

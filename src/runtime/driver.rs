@@ -365,8 +365,9 @@ impl Driver {
             }
             LinkInput::Lost(reason) => {
                 let now = self.now();
-                self.station.handle_shared_lost(now);
+                // Its end is the reason why commands end.
                 self.station.handle_link(now, LinkEvent::Lost { reason });
+                self.station.handle_shared_lost(now);
             }
             LinkInput::Ended => self.station.handle_link(self.now(), LinkEvent::Ended),
         }

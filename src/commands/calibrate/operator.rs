@@ -111,7 +111,7 @@ impl Operator {
                 () = sleep_until(deadline) => {
                     self.driver.cancel();
                     let heard = self.driver.heard();
-                    return Err(not_confirmed(&request, heard, timeout, progress.frames));
+                    return Err(not_confirmed(&request, None, heard, timeout, progress.frames));
                 }
             }
         }
@@ -142,7 +142,7 @@ impl Progress {
                 return Err(refused(request, outcome_words(*outcome)));
             }
             CommandStatus::Failed(Failure::TimedOut | Failure::NotSent) => {
-                return Err(not_confirmed(request, heard, timeout, self.frames));
+                return Err(not_confirmed(request, None, heard, timeout, self.frames));
             }
             CommandStatus::Failed(failure) => return Err(failed(request, *failure)),
             CommandStatus::Queued | CommandStatus::Echoed | CommandStatus::Progress { .. } => {}

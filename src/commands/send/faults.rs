@@ -35,14 +35,17 @@ pub(in super::super) fn failed(request: &Request, failure: Failure) -> Fault {
     Fault::new(exit, format!("`{request}`: {failure}"))
 }
 
-/// Fault for a missing confirmation, with the counts of received bytes and lines, and the possible state of the robot.
+/// Fault for a missing confirmation, with the reason why the link was `lost` or the counts of received bytes and lines, and the possible state of the robot.
 pub(in super::super) fn not_confirmed(
     request: &Request,
+    lost: Option<&str>,
     heard: Heard,
     waited: Duration,
     frames: u32,
 ) -> Fault {
-    let why = if heard.bytes == 0 {
+    let why = if let Some(reason) = lost {
+        format!("the station lost its link meanwhile: {reason}")
+    } else if heard.bytes == 0 {
         "nothing was received from the robot; check that it is switched on and that the port is right"
             .to_owned()
     } else if heard.lines == 0 {
@@ -80,10 +83,27 @@ mod tests {
     fn joined_stop_is_not_reported_as_unsent() {
         let text = |request, frames| {
             let waited = Duration::from_millis(10);
-            not_confirmed(&request, Heard::default(), waited, frames).to_string()
+            not_confirmed(&request, None, Heard::default(), waited, frames).to_string()
         };
         assert!(text(Request::Stop, 0).ends_with("The robot may or may not have executed it."));
         assert!(text(Request::Scan, 0).ends_with("It was not sent."));
         assert!(text(Request::Scan, 1).ends_with("The robot may or may not have executed it."));
+    }
+
+    #[test]
+    fn a_lost_link_is_the_reason_and_not_the_range() {
+        let heard = Heard {
+            bytes: 80,
+            lines: 1,
+        };
+        let text = |lost| {
+            not_confirmed(&Request::Stop, lost, heard, Duration::from_secs(2), 3).to_string()
+        };
+        assert!(text(None).contains("out of range"));
+        let lost = text(Some("unplugged"));
+        assert!(
+            lost.contains("lost its link meanwhile: unplugged. The robot may"),
+            "{lost}"
+        );
     }
 }

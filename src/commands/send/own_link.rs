@@ -173,7 +173,7 @@ async fn deliver_one(
                 // The fault below is more precise than the one returned here.
                 report.status(line, &CommandStatus::Failed(Failure::TimedOut), after)?;
                 let heard = driver.heard();
-                return Err(not_confirmed(&line.request, heard, timeout, report.frames));
+                return Err(not_confirmed(&line.request, None, heard, timeout, report.frames));
             }
         }
     }

@@ -83,6 +83,7 @@ fn ask(
         request: request.clone(),
         timeout: options.timeout_of(request),
     };
+    let mut link_lost = None;
     converse(client, &ask, |said| match said {
         StationLine::Status {
             status: json,
@@ -96,12 +97,14 @@ fn ask(
             let ended = report.status(line, &status, begun.elapsed())?;
             if let CommandStatus::Failed(Failure::TimedOut | Failure::NotSent) = status {
                 let waited = begun.elapsed();
-                return Err(not_confirmed(request, heard, waited, report.frames));
+                let lost = link_lost.as_deref();
+                return Err(not_confirmed(request, lost, heard, waited, report.frames));
             }
             ended.transpose()
         }
         StationLine::Lost { lost } => {
             report.lost(&lost);
+            link_lost = Some(lost);
             Ok(None)
         }
         _ => Ok(None),
