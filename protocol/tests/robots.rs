@@ -329,26 +329,43 @@ fn a_robot_that_follows_another_one_has_not_restarted() {
     assert_eq!(counters.robot, Some(9));
 }
 
-/// A robot shows one boot on both sides of a single line of another robot, whose id is not known, in a gap.
+/// A single line of another robot, whose id is not known, in a gap: its boot, or its sequence, is not between the lines before and after it.
 #[test]
-fn a_single_line_of_another_boot_in_a_gap_is_no_reboot() {
-    for missed in 0..60 {
+fn a_single_line_of_another_robot_in_a_gap_is_no_reboot_and_no_loss() {
+    let cases = (0..40).flat_map(|missed| {
+        let before = [3, 12, 100].into_iter();
+        before.flat_map(move |before| {
+            [(1, false), (3, false), (1, true), (3, true)].map(|it| (missed, before, it))
+        })
+    });
+    for (missed, before, (boot, is_timed)) in cases {
         let mut robot = Robot::new(7);
         let mut other = Robot {
-            boot: 1,
-            sent: 40,
+            boot,
+            sent: before + 52,
             sent_long: 1,
             takes_list: true,
             ..Robot::new(9)
         };
         let mut decoder = Decoder::default();
-        hear(&mut decoder, &robot.lines(100));
-        robot.lines(missed);
-        let mut heard = hear(&mut decoder, &other.next());
-        heard.extend(hear(&mut decoder, &robot.lines(60)));
-        let counters = decoder.counters();
-        assert_eq!(counters.lost(), exactly(missed));
-        assert_eq!((counters.restarts, heard.len()), (0, 60), "{missed}");
-        assert_eq!((counters.intact(), counters.other_lines), (160, 1));
+        let mut heard = Vec::new();
+        for n in 0..before + missed + 160 {
+            let line = robot.next();
+            if is_timed {
+                decoder.set_time(robot.clock * 1000 / 240);
+            }
+            if n == before + missed {
+                heard.extend(hear(&mut decoder, &other.next()));
+            }
+            if !(before..before + missed).contains(&n) {
+                heard.extend(hear(&mut decoder, &line));
+            }
+        }
+        let (counters, case) = (decoder.counters(), (missed, before, boot, is_timed));
+        assert_eq!(counters.lost(), exactly(missed), "{case:?}");
+        let all = before as usize + 160;
+        assert_eq!((counters.restarts, heard.len()), (0, all), "{case:?}");
+        let counted = (counters.intact(), counters.other_lines);
+        assert_eq!(counted, (before + 160, 1), "{case:?}");
     }
 }

@@ -154,12 +154,13 @@ impl Style {
         let lines = head.split_inclusive(|&byte| byte == b'\n');
         let mut lines = lines.filter(|line| !line.trim_ascii().is_empty());
         let stamps = lines.next().and_then(Stamps::before_own_line);
-        let is_like = |stamps: &Stamps| {
-            let others: Vec<_> = lines.take(WITNESSES - 1).collect();
-            let is_like = |line: &&[u8]| {
-                Stamps::before_own_line(line).is_some_and(|other| other.is_like(stamps))
-            };
-            others.len() == WITNESSES - 1 && others.iter().all(is_like)
+        let others: Vec<_> = lines
+            .take(WITNESSES - 1)
+            .map(Stamps::before_own_line)
+            .collect();
+        let is_like = |first: &Stamps| {
+            let is_after = |it: &Option<Stamps>| it.is_some_and(|it| it.is_after(first));
+            others.len() == WITNESSES - 1 && others.iter().all(is_after)
         };
         Self {
             stamps: stamps.filter(is_like),

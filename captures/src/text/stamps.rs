@@ -72,8 +72,10 @@ impl Stamps {
     /// The timestamp of a first line of a robot's own. A number of seconds is one only before a name or a form's first character, because a row of numbers has no timestamp.
     pub(super) fn before_own_line(first: &[u8]) -> Option<Self> {
         let stamp = parse(first)?;
-        let is_line = |next: &u8| next.is_ascii_alphabetic() || b"{>$".contains(next);
-        let is_sure = stamp.kind != Kind::Seconds || first.get(stamp.length).is_some_and(is_line);
+        let (before, line) = first.split_at_checked(stamp.length)?;
+        let is_marked = before.iter().any(|byte| b"[(>".contains(byte));
+        let is_name = |next: &u8| next.is_ascii_alphabetic() || b"{>$".contains(next);
+        let is_sure = stamp.kind != Kind::Seconds || is_marked || line.first().is_some_and(is_name);
         is_sure.then_some(Self {
             kind: stamp.kind,
             base: stamp.at,
@@ -111,6 +113,11 @@ impl Stamps {
         self.kind == other.kind
     }
 
+    /// Whether a later line may have this timestamp; only a clock without a date runs back.
+    pub(super) fn is_after(&self, first: &Self) -> bool {
+        self.is_like(first) && (self.go_round() || self.base >= first.base)
+    }
+
     /// Whether the timestamps wrap around.
     pub(super) const fn go_round(&self) -> bool {
         self.kind.round().is_some()
@@ -135,18 +142,35 @@ impl<'a> Words<'a> {
         let rest = &self.text[self.taken..];
         let rest = rest.trim_start_matches(BETWEEN);
         let begin = self.text.len() - rest.len();
-        let length = rest.find(BETWEEN).unwrap_or(rest.len());
+        let end = rest.find(BETWEEN).unwrap_or(rest.len());
+        let length = end_of_first_column(&rest[..end]);
         self.taken = begin + length;
         (length > 0).then(|| rest[..length].trim_end_matches([':', ',']))
     }
 
-    /// Number of bytes taken, including closing brackets, one space or tab, and the arrow of the Arduino IDE.
+    /// Number of bytes taken, including closing brackets, one space or tab, and the arrow of the Arduino IDE or `PlatformIO`.
     fn length(&self) -> usize {
         let rest = &self.text[self.taken..];
         let line = rest.trim_start_matches([']', ')', ';']);
+        let line = line.strip_prefix(',').unwrap_or(line);
         let line = line.strip_prefix([' ', '\t']).unwrap_or(line);
-        let line = line.strip_prefix("-> ").unwrap_or(line);
+        let arrow = ["-> ", "> "].iter().find_map(|it| line.strip_prefix(it));
+        let line = arrow.unwrap_or(line);
         self.text.len() - line.len()
+    }
+}
+
+/// Length of a word up to a comma that separates columns, and is not before the decimals of its seconds.
+fn end_of_first_column(word: &str) -> usize {
+    let Some((first, rest)) = word.split_once(',') else {
+        return word.len();
+    };
+    let decimals = rest.trim_end_matches([':', ',']);
+    let decimals = decimals.split(['Z', '+', '-']).next().unwrap_or_default();
+    if first.contains(':') && digits(decimals).is_some() {
+        word.len()
+    } else {
+        first.len()
     }
 }
 
@@ -259,7 +283,7 @@ fn clock(word: &str) -> Option<(i64, Moment)> {
     let (local, zone) = word.split_at(zone_at);
     let (at, resolution) = time(local)?;
     let east_min = match zone.split_at_checked(1) {
-        None | Some(("Z", _)) => 0,
+        None | Some(("Z", "")) => 0,
         Some((sign, offset)) => {
             let offset = offset.replace(':', "");
             let (hours, minutes) = offset.split_at_checked(2)?;

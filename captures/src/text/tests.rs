@@ -330,28 +330,35 @@ fn length_is_found_before_noise() {
 /// A robot's own lines, which no checksum shows, may have timestamps, too; a row of numbers has none.
 #[test]
 fn timestamps_before_a_robots_own_lines_are_read() {
-    for (stamps, line, has_time) in [
-        (
-            [
-                "2026-03-14T09:00:00Z ",
-                "2026-03-14T09:00:01Z ",
-                "2026-03-14T09:00:02Z ",
-            ],
-            "temp: 1",
-            true,
-        ),
-        (
-            ["20:46:48.100 -> ", "20:46:49.100 -> ", "20:46:50.100 -> "],
-            "12,13",
-            true,
-        ),
-        (["1.50 ", "2.50 ", "3.50 "], "temp: 1", true),
-        (["1.50 ", "2.50 ", "3.50 "], "{\"temp\":1}", true),
-        (["1.50 ", "2.50 ", "3.50 "], "20.5", false),
-        (["1.50 ", "temp: 1 ", "3.50 "], "temp: 1", false),
-        (["", "", ""], "temp: 1", false),
+    let dated = [
+        "2026-03-14T09:00:00Z",
+        "2026-03-14T09:00:01Z",
+        "2026-03-14T09:00:02Z",
+    ];
+    let of_day = ["20:46:48.100", "20:46:49.100", "20:46:50.100"];
+    let seconds = ["1.50", "2.50", "3.50"];
+    for (stamps, between, line, has_time) in [
+        (dated, " ", "temp: 1", true),
+        (dated, ",", "temp:1,volt:11.5", true),
+        (dated, ",", "20.5,3", true),
+        (dated, ", ", "205,3", true),
+        (of_day, " -> ", "12,13", true),
+        (of_day, " > ", "temp: 1", true),
+        (of_day, ",", "123,4", true),
+        (of_day, " ", ">temp:1", true),
+        (seconds, " ", "temp: 1", true),
+        (seconds, " ", "{\"temp\":1}", true),
+        (["[1.50]", "[2.50]", "[3.50]"], " ", "20.5 3", true),
+        (seconds, " -> ", "20.5 3", true),
+        (seconds, " ", "20.5", false),
+        (seconds, ",", "2.5", false),
+        (["3.50", "2.50", "1.50"], " ", "temp: 1", false),
+        (["1.50", "temp: 1", "3.50"], " ", "temp: 1", false),
+        (["", "", ""], "", "temp: 1", false),
     ] {
-        let text = stamps.map(|stamp| [stamp, line, "\n"].concat()).concat();
+        let text = stamps
+            .map(|stamp| [stamp, between, line, "\n"].concat())
+            .concat();
         let mut reader = TextReader::new(text.as_bytes());
         let mut latest = Moment::ZERO;
         let mut radio = Vec::new();

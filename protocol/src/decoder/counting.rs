@@ -1,7 +1,7 @@
 //! Counts lines as they arrive: which were lost before them, which are damaged, and where the robot booted.
 
 use super::reckoning::AtCounters;
-use super::robots::Sender;
+use super::robots::{Sender, Silence};
 use super::{DamageKind, Decoder, Lost};
 use crate::LINE_BYTES;
 use crate::life::Life;
@@ -86,8 +86,8 @@ impl Decoder {
     pub(super) fn accept(&mut self, received: &Received, length: usize) {
         self.fresh = 0;
         self.counters.noise_bytes -= length as u64;
-        let silence_ms = self.silence_ms();
-        if let Some(is_own) = self.sent_own(received, silence_ms) {
+        let silence = self.silence();
+        if let Some(is_own) = self.sent_own(received, silence) {
             let boot = received.ack().boot;
             let is_one = self.undecided[1].is_none();
             self.decide_all(|line| is_own && (is_one || line.received.ack().boot == boot));
@@ -96,7 +96,7 @@ impl Decoder {
             Received::Line(..) => self.counters.lines += 1,
             Received::Ack(_) => self.counters.ack_lines += 1,
         }
-        let sender = self.robots.take(received, silence_ms);
+        let sender = self.robots.take(received, silence);
         self.sender = sender;
         self.counters.robot = self.robots.own_id();
         self.counters.replaced_robot = self.robots.replaced_id();
@@ -148,20 +148,22 @@ impl Decoder {
         self.count_own(received, length);
     }
 
-    /// The ground's time since the latest line that may be the followed robot's, ms; `None` if it is unknown.
-    fn silence_ms(&self) -> Option<u64> {
-        match self.undecided.iter().flatten().last() {
-            Some(line) => Some(self.reckoning.time()?.saturating_sub(line.time_ms?)),
-            None => self.reckoning.silence_ms(),
-        }
+    /// The ground's time since the latest line that may be the followed robot's; `None` if it is unknown.
+    fn silence(&self) -> Option<Silence> {
+        let ms = match self.undecided.iter().flatten().last() {
+            Some(line) => self.reckoning.time()?.saturating_sub(line.time_ms?),
+            None => self.reckoning.silence_ms()?,
+        };
+        let lines_max = self.reckoning.most_in(ms);
+        Some(Silence { ms, lines_max })
     }
 
     /// Whether the followed robot sent the undecided lines, by the next line; `None` if that remains open, or without such lines.
-    fn sent_own(&mut self, next: &Received, silence_ms: Option<u64>) -> Option<bool> {
+    fn sent_own(&mut self, next: &Received, silence: Option<Silence>) -> Option<bool> {
         let first = self.undecided[0]?;
         let last = self.undecided.iter().flatten().last()?;
         let (first, last) = (&first.received, &last.received);
-        self.robots.sent_own(first, last, next, silence_ms)
+        self.robots.sent_own(first, last, next, silence)
     }
 
     /// Counts the undecided lines; `is_own` says which of them the followed robot sent.

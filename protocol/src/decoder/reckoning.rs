@@ -235,7 +235,7 @@ impl Reckoning {
     }
 
     /// Maximum number of lines that the robot can send in a ground time, ms.
-    fn most_in(&self, pause_ms: u64) -> u64 {
+    pub(super) fn most_in(&self, pause_ms: u64) -> u64 {
         let (_, most) = self.expected(pause_ms / 1000, 0, self.has_short);
         u64::try_from(most).unwrap_or(0)
     }

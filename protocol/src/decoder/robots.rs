@@ -53,6 +53,20 @@ impl Robot {
     }
 }
 
+/// The ground's time without a line of the followed robot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Silence {
+    pub(super) ms: u64,
+    /// Maximum number of lines that the robot can have sent in it.
+    pub(super) lines_max: u64,
+}
+
+impl Silence {
+    const fn is_long(self) -> bool {
+        self.ms >= SILENCE_MS
+    }
+}
+
 /// A line's place in a robot's life.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -103,9 +117,9 @@ pub(super) enum Sender {
 }
 
 impl Robots {
-    /// Takes a line after `silence_ms` without a line of the followed robot, if the ground's time is known; returns its sender. The first
+    /// Takes a line after a time without a line of the followed robot, if the ground's time is known; returns its sender. The first
     /// robot received is followed. After a silence, an only robot's lines are not expected to be near each other.
-    pub(super) fn take(&mut self, received: &Received, silence_ms: Option<u64>) -> Sender {
+    pub(super) fn take(&mut self, received: &Received, silence: Option<Silence>) -> Sender {
         let latest = Place::of(received);
         let id = id_of(received);
         if self.own.is_none() {
@@ -118,7 +132,7 @@ impl Robots {
             });
         }
         let Some(id) = id else {
-            let sender = self.sender_of(latest, is_silence(silence_ms));
+            let sender = self.sender_of(latest, silence);
             self.follow(sender, latest);
             return sender;
         };
@@ -133,7 +147,7 @@ impl Robots {
         let place = self.place_of(id);
         let before = self.others[place].filter(|other| other.id == id);
         robot.in_a_row = before.map_or(0, |before| before.in_a_row).saturating_add(1);
-        let is_long = silence_ms.is_none_or(|silence_ms| silence_ms >= REPLACED_AFTER_MS);
+        let is_long = silence.is_none_or(|silence| silence.ms >= REPLACED_AFTER_MS);
         if self.is_held || robot.in_a_row < REPLACED_AFTER || !is_long {
             self.others[place] = Some(robot);
             return Sender::Other(place);
@@ -161,19 +175,26 @@ impl Robots {
     }
 
     /// The sender of a line without an id.
-    fn sender_of(&self, line: Place, is_after_silence: bool) -> Sender {
+    fn sender_of(&self, line: Place, silence: Option<Silence>) -> Sender {
         let Some(own) = self.own else {
             return Sender::Own;
         };
         let is_own_boot = line.boot == own.latest.boot;
+        let silence = silence.filter(|silence| silence.is_long());
+        let fits =
+            |silence: Silence| u64::from(line.skipped_since(own.latest)) <= silence.lines_max;
+        let may_follow = line.continues(own.latest) || silence.is_some_and(fits);
         let undecided = Sender::Undecided(if is_own_boot {
             line.skipped_since(own.latest)
         } else {
             line.sequence
         });
         if self.others[0].is_none() {
-            let is_own = line.continues(own.latest) || is_after_silence && is_own_boot;
-            return if is_own { Sender::Own } else { undecided };
+            return if is_own_boot && may_follow {
+                Sender::Own
+            } else {
+                undecided
+            };
         }
         let skipped = |robot: Robot| line.skipped_since(robot.latest);
         let others = self.others.iter().enumerate();
@@ -184,13 +205,13 @@ impl Robots {
         match nearest {
             Some((place, other)) => {
                 // After a silence of the followed robot, or several lines of the other one, that is more likely.
-                let is_heard = !is_after_silence && other.in_a_row <= 1;
+                let is_heard = silence.is_none() && other.in_a_row <= 1;
                 let is_own = is_own_boot
                     && (skipped(own) < skipped(other)
                         || is_heard && skipped(own) == skipped(other));
                 if !is_own {
                     Sender::Other(place)
-                } else if is_after_silence || line.continues(own.latest) {
+                } else if may_follow {
                     Sender::Own
                 } else {
                     // A line of another robot, most of whose lines were lost, may be anywhere.
@@ -220,7 +241,7 @@ impl Robots {
         first: &Received,
         last: &Received,
         next: &Received,
-        silence_ms: Option<u64>,
+        silence: Option<Silence>,
     ) -> Option<bool> {
         let own = self.own?;
         let (line, last) = (Place::of(first), Place::of(last));
@@ -231,11 +252,7 @@ impl Robots {
             Some(id) if id != own.id => {
                 return follows.then_some(false);
             }
-            None if matches!(
-                self.sender_of(next_line, is_silence(silence_ms)),
-                Sender::Other(_)
-            ) =>
-            {
+            None if matches!(self.sender_of(next_line, silence), Sender::Other(_)) => {
                 return None;
             }
             // The robot is where it was before, unless it numbers its lines through and shows a wrong boot.
@@ -244,13 +261,16 @@ impl Robots {
             {
                 line.skipped_since(own.latest) < skipped
             }
-            None if is_silence(silence_ms) && own.latest.boot == next_line.boot => {
+            None if silence.is_some_and(Silence::is_long) && own.latest.boot == next_line.boot => {
                 line.boot == next_line.boot
             }
             // Only an id shows that the robot is elsewhere.
             None => return None,
-            // No robot boots eight times between two of its lines.
-            Some(_) => line.boot == next_line.boot || own.latest.boot != next_line.boot,
+            // A line that is not between two others of one boot is a hundred lines away, or another robot's; no robot boots eight times between them.
+            Some(_) if own.latest.boot == next_line.boot => {
+                line.boot == next_line.boot && line.skipped_since(own.latest) < skipped
+            }
+            Some(_) => true,
         };
         if is_own {
             self.follow(Sender::Own, last);
@@ -278,11 +298,6 @@ impl Robots {
     pub(super) const fn replaced_id(&self) -> Option<u8> {
         self.replaced_id
     }
-}
-
-/// Whether a time without a line of the followed robot is a silence.
-fn is_silence(silence_ms: Option<u64>) -> bool {
-    silence_ms.is_some_and(|silence_ms| silence_ms >= SILENCE_MS)
 }
 
 /// The id in a line. No robot has the id 0.
