@@ -505,7 +505,7 @@ fn an_outage_that_ends_with_the_last_line_is_an_interval() {
     );
 }
 
-/// In text without timestamps, the lines of another robot take up time.
+/// In text without timestamps, other bytes than the robot's take up time.
 #[test]
 fn one_that_lasts_without_measured_times_is_open() {
     let (mut robot, mut decoder, mut outages) =
@@ -518,8 +518,11 @@ fn one_that_lasts_without_measured_times_is_open() {
             outages.handle_line(now, &received, decoder.counters());
         }
     }
+    assert_eq!(decoder.next_own_line(&mut &[b'.'; 600][..]), None);
     let end = Moment::from_secs(30);
-    outages.finish(end, &counters_until(&decoder, end));
+    let totals = counters_until(&decoder, end);
+    outages.finish(end, &totals);
     let outage = outages.poll().unwrap();
     assert_eq!((outage.end, outage.lost.known_max()), (None, None));
+    assert_eq!(totals.lost().known_max(), None);
 }
