@@ -82,7 +82,7 @@ pub struct Driver {
     live: Option<Live>,
     alarm_hook: Option<AlarmHook>,
     answers: Answers,
-    /// Alarms that began while they were shelved, of which the hook was not told.
+    /// Alarms that began while they were shelved: the hook did not get their begin, and does not get their end.
     withheld: BTreeSet<String>,
     advising: Option<Advising>,
     /// Events that are not the station's own.

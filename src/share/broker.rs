@@ -116,8 +116,8 @@ pub struct Broker {
     robot: Standing,
     clients: BTreeMap<ClientId, Client>,
     commands: BTreeMap<CommandId, Command>,
-    /// Open commands, as all clients but the one that gave it (if a client did) are told of it.
-    told: BTreeMap<CommandId, (Option<ClientId>, StationLine)>,
+    /// Open commands: the client that gave it, if one did, and the line that all others got.
+    announced: BTreeMap<CommandId, (Option<ClientId>, StationLine)>,
     outputs: VecDeque<Output>,
 }
 
@@ -216,8 +216,11 @@ impl Broker {
                 welcome.truth.clone_from(&self.truth);
                 welcome.began_ms = self.began_ms;
                 self.reply(client, &StationLine::Welcome(welcome));
-                let open: Vec<StationLine> =
-                    self.told.values().map(|(_, asked)| asked.clone()).collect();
+                let open: Vec<StationLine> = self
+                    .announced
+                    .values()
+                    .map(|(_, asked)| asked.clone())
+                    .collect();
                 for asked in open {
                     self.reply(client, &asked);
                 }
@@ -308,7 +311,7 @@ impl Broker {
         );
     }
 
-    /// Takes a command that the station queued, from a client or by `by`; `None` is the station's operator. All clients but the one that gave it are told.
+    /// Takes a command that the station queued, from a client or by `by`; `None` is the station's operator. Passes it to all clients but the one that gave it.
     pub fn handle_asked(
         &mut self,
         id: CommandId,
@@ -323,13 +326,13 @@ impl Broker {
         };
         let client = self.commands.get(&id).map(|command| command.client);
         self.send_all_but(client, &line);
-        self.told.insert(id, (client, line));
+        self.announced.insert(id, (client, line));
         self.reply_status(id, &CommandStatus::Queued, heard);
     }
 
     /// Passes a command's new status to its client and to all others.
     pub fn handle_status(&mut self, id: CommandId, status: &CommandStatus, heard: Heard) {
-        if let Some(&(client, _)) = self.told.get(&id) {
+        if let Some(&(client, _)) = self.announced.get(&id) {
             let line = StationLine::Command {
                 command: id.0,
                 status: StatusJson::from(status),
@@ -337,7 +340,7 @@ impl Broker {
             self.send_all_but(client, &line);
         }
         if status.is_end() {
-            self.told.remove(&id);
+            self.announced.remove(&id);
         }
         self.reply_status(id, status, heard);
     }

@@ -296,8 +296,6 @@ impl Station {
             }
             self.events.push_back(Event::Own(line));
         } else {
-            let undecided = self.decoder.latest_undecided();
-            let last = last.or(undecided.map(|it| (it, self.decoder.counters().noise_bytes)));
             self.examiner.take(run, last, &before, &self.decoder);
             self.report_mistakes();
         }

@@ -160,6 +160,8 @@ impl Examiner {
             self.take_unreadable(line, decoder);
         } else if counters.received() == before.received() {
             self.take_damaged(line);
+        } else if let Some(received) = decoder.latest_undecided() {
+            self.take_intact(&received, line, counters.noise_bytes);
         } else {
             // An intact line of another robot.
             self.gap.clear();

@@ -131,8 +131,6 @@ impl Diagnosis {
                 self.decoder.disown(run.len(), before.damaged);
                 take(Line::Own(&line), self.decoder.counters())?;
             }
-            let undecided = self.decoder.latest_undecided();
-            let last = last.or(undecided.map(|it| (it, self.decoder.counters().noise_bytes)));
             self.examiner.take(run, last, &before, &self.decoder);
         }
         Ok(())

@@ -1,5 +1,6 @@
 use super::*;
 use groundwave_protocol::crc;
+use groundwave_protocol::telemetry::{Ack, Body, Detail, Line as WireLine, StateLine};
 
 const A: &[u8; 74] = b"A42 +123.4 -045.0 273 +06 -12 +00 +12 042 120 61 48 .R--... P--Is..d BH5*'";
 const B: &[u8; 74] = b"B47 07 12.4 +0120 -0036 003/040 `2-%9X 12 155 122 UB.I-..D 004 00    BH5*'";
@@ -26,6 +27,27 @@ fn one_wrong_checksum_may_be_the_radios() {
     let findings = diagnosed(vec![line; 3]).findings();
     assert_eq!(findings.len(), 1, "{findings:?}");
     assert_eq!((findings[0].kind.code, findings[0].count), ("crc-start", 3));
+}
+
+/// Lines after one that may be another robot's are still examined as what they are.
+#[test]
+fn damaged_lines_after_an_undecided_one_are_examined() {
+    let undecided = WireLine {
+        sequence: 9,
+        body: Body::State(StateLine::BLANK),
+        ack: Ack {
+            boot: 1,
+            detail: Detail::Era { era: 5 },
+            ..Ack::default()
+        },
+    };
+    let mut lines = vec![sealed(C), undecided.encode().to_vec()];
+    lines.extend(vec![with_remainder(A, crc::update(0, A)); 3]);
+    let diagnosis = diagnosed(lines);
+    assert_eq!(diagnosis.undecided_lines().count(), 1);
+    let findings = diagnosis.findings();
+    let start = findings.iter().find(|it| it.kind.code == "crc-start");
+    assert_eq!(start.map(|it| it.count), Some(3), "{findings:?}");
 }
 
 #[test]

@@ -149,7 +149,7 @@ impl Style {
         Some(style)
     }
 
-    /// Style of a text without an intact line, which may hold lines of a robot's own: if the first of them have timestamps, with these.
+    /// Style of a text without an intact line: with timestamps if its first lines, which may be a robot's own, have them.
     pub(crate) fn of_own_lines(head: &[u8]) -> Self {
         let lines = head.split_inclusive(|&byte| byte == b'\n');
         let mut lines = lines.filter(|line| !line.trim_ascii().is_empty());

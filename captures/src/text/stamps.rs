@@ -69,10 +69,10 @@ impl Stamps {
         Some(Self { kind, base: at })
     }
 
-    /// The timestamp of a first line of a robot's own. A number of seconds is one only before a name or a form's first character, because a row of numbers has no timestamp.
-    pub(super) fn before_own_line(first: &[u8]) -> Option<Self> {
-        let stamp = parse(first)?;
-        let (before, line) = first.split_at_checked(stamp.length)?;
+    /// The timestamp before a line of a robot's own. A number is one only in brackets, with an arrow, or before a name or the first character of a form: the first column of numbers is none.
+    pub(super) fn before_own_line(stamped: &[u8]) -> Option<Self> {
+        let stamp = parse(stamped)?;
+        let (before, line) = stamped.split_at_checked(stamp.length)?;
         let is_marked = before.iter().any(|byte| b"[(>".contains(byte));
         let is_name = |next: &u8| next.is_ascii_alphabetic() || b"{>$".contains(next);
         let is_sure = stamp.kind != Kind::Seconds || is_marked || line.first().is_some_and(is_name);
@@ -160,14 +160,16 @@ impl<'a> Words<'a> {
     }
 }
 
-/// Length of a word up to a comma that separates columns, and is not before the decimals of its seconds.
+/// Length of a word up to a comma that separates columns. A comma after whole seconds may also begin their decimals.
 fn end_of_first_column(word: &str) -> usize {
     let Some((first, rest)) = word.split_once(',') else {
         return word.len();
     };
+    let (_, of_day) = first.rsplit_once('T').unwrap_or(("", first));
+    let is_whole = time(of_day).is_some() && !of_day.contains('.');
     let decimals = rest.trim_end_matches([':', ',']);
     let decimals = decimals.split(['Z', '+', '-']).next().unwrap_or_default();
-    if first.contains(':') && digits(decimals).is_some() {
+    if is_whole && digits(decimals).is_some() {
         word.len()
     } else {
         first.len()

@@ -342,6 +342,18 @@ fn timestamps_before_a_robots_own_lines_are_read() {
         (dated, ",", "temp:1,volt:11.5", true),
         (dated, ",", "20.5,3", true),
         (dated, ", ", "205,3", true),
+        (dated, ",", "21", true),
+        (dated.map(|it| it.trim_end_matches('Z')), ",", "21,3", true),
+        (
+            [
+                "2026-03-14T09:00:00.5+01:00",
+                "2026-03-14T09:00:01.5+01:00",
+                "2026-03-14T09:00:02.5+01:00",
+            ],
+            ",",
+            "21",
+            true,
+        ),
         (of_day, " -> ", "12,13", true),
         (of_day, " > ", "temp: 1", true),
         (of_day, ",", "123,4", true),

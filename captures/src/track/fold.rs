@@ -141,8 +141,8 @@ impl Fold {
                 Piece::Sent(_) | Piece::Repeated(_) => {}
             }
         };
-        let (at, undecided) = (self.latest, decoder.undecided_lines());
-        for received in undecided {
+        let at = self.latest;
+        for received in decoder.undecided_lines() {
             self.outages.handle_line(at, &received, decoder.counters());
             self.locate_outages();
             self.take(at, &received, decoder.counters());

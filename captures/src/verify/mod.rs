@@ -325,7 +325,7 @@ impl Lines {
         verdict.loss = Loss::of(&counters);
         verdict.damaged = Damaged::of(&counters);
         verdict.other = OtherRobot::of(&counters);
-        // Messages of a recording have them; its session says how they are read.
+        // In a recording, they are on topics of their own.
         let is_raw = verdict.form == Form::Raw;
         verdict.own = Some(self.own).filter(|own| is_raw && !own.is_empty());
         let has_values = verdict.messages.contains_key(Topic::Values.name());
