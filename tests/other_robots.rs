@@ -83,7 +83,7 @@ fn a_robot_that_vanishes_from_text_without_timestamps_leaves_its_loss_open() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// A recording that ends with a line that may be another robot's has no message of it, which is right.
+/// A line that may be another robot's counts as the followed one's at the end: text, recording and its messages agree.
 #[test]
 fn a_recording_that_ends_with_an_undecided_line_is_good() {
     let folder = scratch("undecided");
@@ -107,6 +107,9 @@ fn a_recording_that_ends_with_an_undecided_line_is_good() {
         let rows = rows.lines().filter(|it| it.contains("\"line_type\":"));
         assert_eq!(rows.count(), 21);
     }
+    let (said, _) = expect(0, &["verify", &mcap, "--json"]);
+    let messages = &object(&said, "messages")["messages"];
+    assert_eq!(messages["/telemetry"], 21, "{said}");
     fs::remove_dir_all(folder).unwrap();
 }
 

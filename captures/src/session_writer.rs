@@ -63,6 +63,11 @@ impl<W: Write> SessionWriter<W> {
         let mcap = &mut self.mcap;
         self.deriver
             .handle_rx(at_ns, bytes, |message| mcap.write(&message))?;
+        self.write_robot()
+    }
+
+    /// Writes the table of the robot, if the latest lines name one.
+    fn write_robot(&mut self) -> io::Result<()> {
         match self.deriver.take_robot() {
             Some(robot) => self.write_metadata(&about(robot)),
             None => Ok(()),
@@ -168,6 +173,7 @@ impl<W: Write> SessionWriter<W> {
         let mcap = &mut self.mcap;
         self.deriver.finish(|message| mcap.write(&message))?;
         let start_ns = mcap.start_ns.unwrap_or_default();
+        self.write_robot()?;
         self.attach(&Attachment {
             log_time: start_ns,
             create_time: start_ns,

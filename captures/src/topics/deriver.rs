@@ -326,8 +326,8 @@ impl Deriver {
         self.give_pending(&mut take)
     }
 
-    /// Takes the end of the recording: writes the bytes of an unfinished line, the outages whose number of lost lines is not
-    /// final, and the silence that lasts until the latest message.
+    /// Takes the end of the recording: writes the bytes of an unfinished line, the lines that may be another robot's, which count as the
+    /// robot's now, the outages whose number of lost lines is not final, and the silence that lasts until the latest message.
     ///
     /// # Errors
     /// The errors of `take`.
@@ -337,10 +337,11 @@ impl Deriver {
     ) -> Result<(), E> {
         self.give_pending(&mut take)?;
         let now = Moment::from_nanos(self.now_ns);
-        // They count as the robot's and end an outage, but there is no message of a line that may be another robot's.
-        for received in self.decoder.undecided_lines() {
+        let undecided: Vec<Received> = self.decoder.undecided_lines().collect();
+        for received in undecided {
             self.outages
                 .handle_line(now, &received, self.decoder.counters());
+            self.handle_line(&received, &mut take)?;
         }
         self.outages
             .finish(now, &counters_until(&self.decoder, now));

@@ -42,8 +42,8 @@ struct Queue {
 pub(super) struct Derived {
     deriver: Deriver,
     queues: BTreeMap<Topic, Queue>,
-    /// The latest messages of [`Topic::Outages`], which have one time; they may follow from the end of the recording.
-    held: Vec<(MessageHeader, Vec<u8>)>,
+    /// Messages that follow from none of the bytes and events before them; they may follow from the end of the recording.
+    held: Vec<(Topic, MessageHeader, Vec<u8>)>,
     /// Whether the recording is complete from its beginning, so that every message and time must be equal.
     is_exact: bool,
 }
@@ -85,7 +85,14 @@ impl Derived {
     }
 
     /// Takes received bytes after `missing` lost bytes.
-    pub(super) fn take_received(&mut self, at_ns: u64, missing: u64, bytes: &[u8]) {
+    pub(super) fn take_received(
+        &mut self,
+        at_ns: u64,
+        missing: u64,
+        bytes: &[u8],
+        verdict: &mut Verdict,
+    ) {
+        self.compare_held(verdict);
         let (queues, is_exact) = (&mut self.queues, self.is_exact);
         let mut take = |message: TopicMessage<'_>| {
             expect(queues, is_exact, &message);
@@ -109,26 +116,26 @@ impl Derived {
         let event = match topic {
             Topic::RawRx => return,
             Topic::RawTx => {
+                self.compare_held(verdict);
                 if let Ok(sent) = RawBytes::decode(data) {
                     let nowhere = |_: TopicMessage<'_>| Ok::<(), Infallible>(());
                     let Ok(()) = self.deriver.handle_tx(header.log_time, &sent.data, nowhere);
                 }
                 return;
             }
-            Topic::Outages => {
-                let first = self.held.first();
-                let is_later = first.is_some_and(|(first, _)| first.log_time != header.log_time);
-                if is_later || self.held.len() >= WAITING_MAX {
-                    self.compare_held(verdict);
-                }
-                return self.held.push((header, data.to_vec()));
-            }
             Topic::Station => StationEvent::decode(data).ok(),
             _ => None,
         };
         let Some(event) = event else {
-            return self.compare(topic, header, data, verdict);
+            let is_expected = !queue(&mut self.queues, topic, self.is_exact)
+                .expected
+                .is_empty();
+            if is_expected || self.held.len() >= WAITING_MAX {
+                return self.compare(topic, header, data, verdict);
+            }
+            return self.held.push((topic, header, data.to_vec()));
         };
+        self.compare_held(verdict);
         let (queues, is_exact) = (&mut self.queues, self.is_exact);
         let mut is_itself = true;
         let Ok(()) = self
@@ -143,8 +150,8 @@ impl Derived {
     }
 
     fn compare_held(&mut self, verdict: &mut Verdict) {
-        for (header, data) in std::mem::take(&mut self.held) {
-            self.compare(Topic::Outages, header, &data, verdict);
+        for (topic, header, data) in std::mem::take(&mut self.held) {
+            self.compare(topic, header, &data, verdict);
         }
     }
 

@@ -158,7 +158,7 @@ impl Check {
         self.lines.take(&raw.data, at, &mut self.verdict);
         if !self.is_unfinished {
             self.derived
-                .take_received(header.log_time, missing, &raw.data);
+                .take_received(header.log_time, missing, &raw.data, &mut self.verdict);
         }
         if let Some(file) = &mut self.raw {
             file.compare(&raw, &mut self.verdict)?;
