@@ -26,6 +26,9 @@ pub const BOOTS: u8 = 9;
 /// Waypoints of the robot behind a radio: as many as the simulated robot has.
 const WAYPOINTS: u16 = 300;
 
+/// The question for the state.
+const STATE: &[u8] = b"?\n";
+
 /// A running robot.
 pub struct CRobot {
     process: Child,
@@ -74,10 +77,23 @@ impl CRobot {
 
     /// Bytes from the ground, then byte times; returns the bytes that the robot sends in them.
     pub fn pass(&mut self, heard: &[u8], byte_times: u32) -> Vec<Option<u8>> {
-        let mut question: Vec<u8> = heard.iter().flat_map(|&byte| [b'+', byte]).collect();
-        question.extend((0..byte_times).map(|_| b'-'));
+        let mut question = passing(heard, byte_times);
         question.push(b'\n');
         self.ask(&question);
+        self.sent_in(byte_times)
+    }
+
+    /// Bytes from the ground, then a byte time; returns the byte that the robot sends in it, and its state after it. One question:
+    /// each costs two changes of the running process.
+    fn pass_one(&mut self, heard: &[u8]) -> (Option<u8>, CState) {
+        let mut question = passing(heard, 1);
+        question.extend(STATE);
+        self.ask(&question);
+        let byte = self.sent_in(1).pop().flatten();
+        (byte, self.read_state())
+    }
+
+    fn sent_in(&mut self, byte_times: u32) -> Vec<Option<u8>> {
         self.byte_times += byte_times;
         let mut answer = vec![0; 2 * byte_times as usize];
         let read = self.answers.read_exact(&mut answer);
@@ -93,7 +109,12 @@ impl CRobot {
     }
 
     pub fn state(&mut self) -> CState {
-        let words = self.answer(b"?\n");
+        self.ask(STATE);
+        self.read_state()
+    }
+
+    fn read_state(&mut self) -> CState {
+        let words = self.words();
         let number = |n: usize| words[n].parse::<i64>().expect("a number");
         CState {
             mode: words[0].as_bytes()[0],
@@ -106,7 +127,8 @@ impl CRobot {
 
     /// The active list.
     pub fn list(&mut self) -> Vec<Waypoint> {
-        let words = self.answer(b"W\n");
+        self.ask(b"W\n");
+        let words = self.words();
         let number = |word: &String| word.parse().expect("a number");
         let points = words.chunks(2).map(|pair| Waypoint {
             x_in: number(&pair[0]),
@@ -115,8 +137,7 @@ impl CRobot {
         points.collect()
     }
 
-    fn answer(&mut self, question: &[u8]) -> Vec<String> {
-        self.ask(question);
+    fn words(&mut self) -> Vec<String> {
         let mut line = String::new();
         self.answers.read_line(&mut line).expect("an answer");
         line.split_whitespace().map(str::to_owned).collect()
@@ -126,6 +147,12 @@ impl CRobot {
         let asked = self.questions.write_all(question);
         asked.expect("the robot's program runs");
     }
+}
+
+fn passing(heard: &[u8], byte_times: u32) -> Vec<u8> {
+    let mut question: Vec<u8> = heard.iter().flat_map(|&byte| [b'+', byte]).collect();
+    question.extend((0..byte_times).map(|_| b'-'));
+    question
 }
 
 impl Drop for CRobot {
@@ -243,8 +270,14 @@ impl Robot for CSimulation {
         self.now_ms += 1;
         let (robot, heard, state) = (self.robot.get_mut(), &mut self.heard, &mut self.state);
         self.radio.step(self.now_ms, || {
-            *state.get_mut() = None;
-            robot.pass(&std::mem::take(heard), 1).pop()?
+            let heard = std::mem::take(heard);
+            // Who has asked for the state will ask again.
+            if state.take().is_none() {
+                return robot.pass(&heard, 1).pop()?;
+            }
+            let (byte, after) = robot.pass_one(&heard);
+            state.set(Some(after));
+            byte
         });
         while let Some(byte) = self.radio.poll_uplink(self.now_ms) {
             self.heard.push(byte);
