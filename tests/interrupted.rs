@@ -39,6 +39,7 @@ const READERS: &[&[&str]] = &[
     &["export", "--to", "raw", "-o", "-"],
     &["cut", "--from", "0s", "-o", "/dev/null"],
     &["export", "--to", "csv", "-o", "-"],
+    &["export", "--to", "svg", "-o", "-"],
     &["songs"],
     &["compare", "captures/house-clean.txt"],
     &["label"],

@@ -46,7 +46,6 @@ const RULES: &[(&str, &[&str])] = &[
             "crate::runtime",
             "crate::model",
             "crate::view",
-            "crate::capture",
             "crate::station",
             "Instant",
             "SystemTime",
@@ -60,7 +59,6 @@ const RULES: &[(&str, &[&str])] = &[
             "crate::runtime",
             "crate::model",
             "crate::view",
-            "crate::capture",
             "Instant",
             "SystemTime",
         ],
@@ -72,7 +70,6 @@ const RULES: &[(&str, &[&str])] = &[
             "crate::io",
             "crate::runtime",
             "crate::view",
-            "crate::capture",
             "crate::station",
             "crate::playback::CaptureState",
             "crate::playback::LivePlayer",
@@ -92,7 +89,6 @@ const RULES: &[(&str, &[&str])] = &[
             "crate::commands",
             "crate::io",
             "crate::runtime",
-            "crate::capture",
             "crate::station",
             "Instant",
             "SystemTime",
@@ -109,7 +105,6 @@ const RULES: &[(&str, &[&str])] = &[
             "crate::runtime",
             "crate::model",
             "crate::view",
-            "crate::capture",
             "crate::station",
             "Instant",
             "SystemTime",
@@ -140,9 +135,8 @@ const RULES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// The modules shared by all parts, which depend on none.
+/// What the modules shared by all parts must not use.
 const VOCABULARY: &[&str] = &[
-    "crate::capture",
     "crate::commands",
     "crate::io",
     "crate::model",
@@ -161,6 +155,62 @@ const SIMULATING: &[&str] = &[
     "src/commands/watch.rs",
     "src/commands/world.rs",
 ];
+
+/// Places that know nothing of recordings as files, and the parts of the captures crate that they may use: events, messages, words and
+/// figures.
+const WITHOUT_FILES: &[&str] = &[
+    "src/conformance",
+    "src/event.rs",
+    "src/model",
+    "src/parameter_file.rs",
+    "src/playback/control.rs",
+    "src/request.rs",
+    "src/route.rs",
+    "src/share",
+    "src/station",
+    "src/view",
+    "src/wait.rs",
+];
+const CAPTURES_WITHOUT_FILES: &[&str] = &[
+    "content",
+    "diagnosis",
+    "event",
+    "hint",
+    "marks",
+    "messages",
+    "outages",
+    "own_lines",
+    "song",
+    "statistics",
+    "when",
+    "words",
+];
+
+#[test]
+fn recordings_are_files_at_the_edges_only() {
+    let of_captures = ["groundwave_captures::", "crate::capture::"];
+    let is_forbidden = |path: &str| {
+        of_captures.iter().any(|head| {
+            path.strip_prefix(head).is_some_and(|rest| {
+                let part = rest.split("::").next().unwrap_or_default();
+                !CAPTURES_WITHOUT_FILES.contains(&part)
+            })
+        })
+    };
+    assert!(is_forbidden("groundwave_captures::Recorder") && is_forbidden("crate::capture::raw"));
+    let mut broken = Vec::new();
+    for file in WITHOUT_FILES
+        .iter()
+        .flat_map(|place| rust_files(&root().join(place)))
+    {
+        for (number, paths) in paths(&file) {
+            if paths.split(' ').any(is_forbidden) {
+                broken.push(format!("{}:{number}: {paths}", file.display()));
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
 
 /// Modules that may read a clock.
 const CLOCK_READERS: &[&str] = &["src/io", "src/runtime", "src/commands"];
@@ -250,6 +300,15 @@ fn the_system_is_touched_at_the_edges_only() {
 
 /// Places where a path or its last parts are imported or used.
 fn found(file: &Path, word: &str) -> Vec<String> {
+    paths(file)
+        .into_iter()
+        .filter(|(_, text)| text.split(' ').any(|path| names(path, word)))
+        .map(|(number, _)| format!("{}:{number}: {word}", file.display()))
+        .collect()
+}
+
+/// The paths that are imported or used, with their lines.
+fn paths(file: &Path) -> Vec<(usize, String)> {
     let module = module_of(file);
     let code = code_lines(file);
     let imports = imports(&code)
@@ -268,11 +327,7 @@ fn found(file: &Path, word: &str) -> Vec<String> {
             .collect();
         (number, spaced)
     });
-    imports
-        .chain(named)
-        .filter(|(_, text)| text.split(' ').any(|path| names(path, word)))
-        .map(|(number, _)| format!("{}:{number}: {word}", file.display()))
-        .collect()
+    imports.chain(named).collect()
 }
 
 /// Whether a path goes through another: `a::b::c` goes through `a::b`, `b` and `c`.
@@ -406,6 +461,9 @@ fn clocks_are_read_at_the_edges_only() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
+/// Tests with a device in real time, which pauses between its lines; the tests themselves wait for what they need.
+const PACED: &[&str] = &["tests/kills.rs", "tests/own_lines.rs"];
+
 #[test]
 fn no_test_sleeps() {
     let tests = [
@@ -413,24 +471,32 @@ fn no_test_sleeps() {
         "protocol/tests",
         "firmware/tests",
         "firmware/sim/tests",
+        "mapping/tests",
     ];
-    let sleep = ["thread::", "sleep"].concat();
-    let offenders: Vec<PathBuf> = tests
+    let is_paced = |file: &Path| PACED.iter().any(|paced| file == root().join(paced));
+    let offenders: Vec<String> = tests
         .iter()
-        .flat_map(|folder| rust_files(&root().join(folder)))
-        .filter(|file| fs::read_to_string(file).unwrap().contains(&sleep))
-        // This file contains the searched paths itself.
-        .filter(|file| !file.ends_with("tests/ranks.rs"))
+        .flat_map(|folder| all_rust_files(&root().join(folder)))
+        .filter(|file| !is_paced(file))
+        .flat_map(|file| [found(&file, "thread::sleep"), found(&file, "time::sleep")].concat())
         .collect();
-    assert_eq!(offenders, [] as [PathBuf; 0]);
+    assert_eq!(offenders, [] as [String; 0]);
 }
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All source files of a folder, or the single file; a missing place fails, because its rule would check nothing.
+/// The source files of a folder without modules of tests, or the single file.
 fn rust_files(place: &Path) -> Vec<PathBuf> {
+    let mut files = all_rust_files(place);
+    files.retain(|path| !is_test_module(path));
+    assert!(!files.is_empty(), "{}: no Rust", place.display());
+    files
+}
+
+/// All source files of a folder, or the single file; a missing place fails, because its rule would check nothing.
+fn all_rust_files(place: &Path) -> Vec<PathBuf> {
     if place.is_file() {
         return vec![place.to_owned()];
     }
@@ -443,7 +509,7 @@ fn rust_files(place: &Path) -> Vec<PathBuf> {
             let is_rust = path.extension().is_some_and(|extension| extension == "rs");
             if path.is_dir() {
                 folders.push(path);
-            } else if is_rust && !is_test_module(&path) {
+            } else if is_rust {
                 files.push(path);
             }
         }

@@ -414,32 +414,6 @@ fn every_topic_has_a_schema_that_others_can_use() {
 }
 
 #[test]
-fn a_part_starts_again_with_the_state_of_the_robot() {
-    let mut deriver = Deriver::new();
-    let mut kept = Vec::new();
-    let stream = streams::lines(60);
-    deriver
-        .handle_rx(START_NS, &stream, keep(&mut kept))
-        .unwrap();
-    assert!(deriver.take_robot().is_some());
-    assert!(deriver.take_robot().is_none());
-    deriver.begin_part();
-    assert!(deriver.take_robot().is_some());
-    kept.clear();
-    deriver
-        .handle_rx(START_NS, &stream[..160], keep(&mut kept))
-        .unwrap();
-    let mut topics = BTreeMap::new();
-    for message in &kept {
-        *topics.entry(message.topic).or_insert(0) += 1;
-    }
-    assert_eq!(topics.get(&Topic::Markers), Some(&1), "{topics:?}");
-    assert_eq!(topics.get(&Topic::Path), Some(&1), "{topics:?}");
-    let raw = decoded::<RawBytes>(&kept, Topic::RawRx);
-    assert_eq!(raw[0].stream_offset, 0);
-}
-
-#[test]
 fn events_that_are_no_part_of_a_capture_are_left_out() {
     assert_eq!(to_recorded(Duration::ZERO, &Event::Tick), None);
     let lost = Event::Link(LinkEvent::Lost {

@@ -92,14 +92,14 @@ pub enum CaptureError {
     #[error("will not recover {}: another groundwave is recording or recovering it; end it there first", .0.display())]
     UnderWay(PathBuf),
     /// No part of the file can be read as a recording.
-    #[error("nothing of {} can be saved: no part of a Groundwave recording in it can be read", .0.display())]
+    #[error("nothing of {} can be saved: no part of a Groundwave recording in it can be read; raw text needs no recovery", .0.display())]
     NothingLeft(PathBuf),
     /// The chunks have an unsupported compression.
     #[error("will not recover {}: {}", .0.display(), Problem::Lz4)]
     Compression(PathBuf),
     /// The file is a route.
     #[error(
-        "{} is a route, not a capture: groundwave send LINK route {} sends it; in the dashboard l loads it as a draft",
+        "{} is a route, not a capture: groundwave send LINK route {} sends it; in the dashboard r loads it as a draft",
         .0.display(), shell_word(.0)
     )]
     Route(PathBuf),
@@ -210,7 +210,7 @@ fn recovery(path: &Path) -> String {
         .is_some_and(|extension| extension == "mcap")
     {
         return format!(
-            ", and `groundwave recover {}` finishes it after this session",
+            "; then `groundwave recover {}` finishes the recording",
             shell_word(path)
         );
     }

@@ -9,7 +9,6 @@
 //! for replay. A recording in progress is an MCAP file without chunks that holds only the bytes and the station's events;
 //! [`recover`] turns it into a finished recording.
 
-mod alarm_detector;
 mod backup;
 mod bumps;
 mod chunk;
@@ -63,6 +62,7 @@ pub mod topics;
 pub mod track;
 mod unfinished;
 mod uplink_event;
+mod urgent;
 pub mod verify;
 pub mod when;
 pub mod words;

@@ -13,7 +13,6 @@ use std::time::{Duration, SystemTime};
 use groundwave_protocol::telemetry::Line;
 use prost::Message as _;
 
-use super::alarm_detector::AlarmDetector;
 use super::event::Moment;
 use super::files::create_error;
 use super::messages::RawBytes;
@@ -21,6 +20,7 @@ use super::observations::Observation;
 use super::rotation::Rotation;
 use super::session::{Session, since_1970_ns};
 use super::topics::StationEvent;
+use super::urgent::UrgentLines;
 use super::write_queue::{self, PATIENCE, STALL_PERIOD, WriteQueue};
 use super::{CaptureError, Existing};
 use part::Part;
@@ -34,7 +34,7 @@ use writer::{Entry, PartWriter};
 pub struct Recorder {
     queue: WriteQueue<Entry>,
     shared: Arc<Shared>,
-    alarms: AlarmDetector,
+    urgent_lines: UrgentLines,
     /// Time at which a sync was requested that has not begun.
     stalled_since: Option<Moment>,
     /// Whether a requested sync has not begun for [`STALL_PERIOD`].
@@ -118,7 +118,7 @@ impl Recorder {
         Ok(Self {
             queue,
             shared,
-            alarms: AlarmDetector::default(),
+            urgent_lines: UrgentLines::default(),
             stalled_since: None,
             is_stalled: false,
             last_ns: since_1970_ns(session.start),
@@ -136,7 +136,7 @@ impl Recorder {
 
     /// Takes a line decoded from recorded bytes. A bump or an alarm is synced at once.
     pub fn handle_line(&mut self, line: &Line) {
-        if self.alarms.take_line(line) {
+        if self.urgent_lines.take_line(line) {
             self.queue.look();
         }
     }

@@ -55,7 +55,7 @@ mod tests {
         found.unwrap().clone()
     }
 
-    /// Compares the stored descriptors with the text; `BLESS=1 cargo test schema` compiles them again.
+    /// Compares the stored descriptors with the text; `BLESS=1 cargo test -p groundwave-captures schema` compiles them again.
     #[test]
     fn the_descriptors_are_the_text_compiled() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/proto");
@@ -71,7 +71,7 @@ mod tests {
         } else {
             assert!(
                 compiled == DESCRIPTORS,
-                "compile the descriptors again: BLESS=1 cargo test schema"
+                "compile the descriptors again: BLESS=1 cargo test -p groundwave-captures schema"
             );
         }
     }

@@ -184,7 +184,13 @@ fn known_orders() -> impl Iterator<Item = &'static OrderType> {
 }
 
 #[test]
-fn every_type_of_frame_and_order_has_a_vector() {
+fn every_type_of_line_frame_and_order_has_a_vector() {
+    let lines = read_all("lines");
+    for line_type in LineType::ALL {
+        let letter = char::from(line_type.letter()).to_string();
+        let is_it = |v: &Value| v["fields"]["type"] == letter;
+        assert!(lines.iter().any(is_it), "{line_type:?}");
+    }
     let frames = read_all("frames");
     let has = |field: &str, letter: u8| {
         let letter = char::from(letter).to_string();

@@ -70,7 +70,7 @@ pub(super) fn run(options: &Check, config: &Config) -> Result<(), Fault> {
     }
     let mistakes = match findings.len() + broken {
         0 if !is_over => "the trials were left before their end".to_owned(),
-        0 => "no intact line, and no usual mistake explains the others".to_owned(),
+        0 => "no intact line, and no usual mistake in what was read".to_owned(),
         count => counted(count as u64, "mistake"),
     };
     Err(Fault::new(Exit::Failed, format!("{name}: {mistakes}")))

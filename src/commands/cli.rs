@@ -63,7 +63,7 @@ pub enum Verb {
 Examples:
   groundwave param /dev/ttyUSB0 list
   groundwave param /dev/ttyUSB0 get top-speed
-  groundwave param /dev/ttyUSB0 set top-speed 8      kept until the robot's next reset
+  groundwave param /dev/ttyUSB0 set top-speed 8      until the robot's next reset
   groundwave param --via /tmp/x.sock save            keep the values after a reset
   groundwave param /dev/ttyUSB0 save-to good.toml    a file to read and edit
   groundwave param /dev/ttyUSB0 load good.toml       set the parameters that differ, after checking all of them

@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use crate::capture::diagnosis::{self, Diagnosis};
+use crate::capture::source::Form;
 use crate::capture::{Capture, CaptureError, content};
 use crate::hint;
 use crate::safe_text;
@@ -111,15 +112,19 @@ impl Fault {
         } else {
             path
         };
-        Self::new(
-            Exit::Usage,
-            format!(
-                "{}: no line found in {}; the file is not a capture{}",
-                path.display(),
-                counted(bytes, "byte"),
-                content_words(path).map_or_else(String::new, |words| format!(": {words}"))
+        let bytes = counted(bytes, "byte");
+        let found = match content_words(path) {
+            None => format!("no line found in {bytes}; the file is not a capture"),
+            Some(Content::Recording) => "nothing was received in this recording".to_owned(),
+            Some(Content::OwnLines(count)) => format!(
+                "none of its lines is of SPEC.md; it holds {}, as `groundwave info` shows",
+                counted(count, "own line")
             ),
-        )
+            Some(Content::Other(words)) => {
+                format!("no line found in {bytes}; the file is not a capture: {words}")
+            }
+        };
+        Self::new(Exit::Usage, format!("{}: {found}", path.display()))
     }
 
     /// An error of standard output; a closed pipe is not an error.
@@ -169,8 +174,17 @@ impl From<CaptureError> for Fault {
     }
 }
 
-/// Describes the content of a file without a line; `None` for a stream, which cannot be read again.
-fn content_words(path: &Path) -> Option<String> {
+/// The content of a file without a line by SPEC.md.
+enum Content {
+    /// A recording without received bytes.
+    Recording,
+    /// A recording with own lines of a robot: their number.
+    OwnLines(u64),
+    Other(String),
+}
+
+/// The content of a file without a line; `None` for a stream, which cannot be read again.
+fn content_words(path: &Path) -> Option<Content> {
     let mut capture = path.is_file().then(|| Capture::open(path).ok()).flatten()?;
     let (mut head, mut diagnosis) = (Vec::new(), Diagnosis::default());
     while head.len() < CONTENT_BYTES
@@ -181,7 +195,13 @@ fn content_words(path: &Path) -> Option<String> {
     }
     let mistakes = diagnosis::clause(&diagnosis.findings());
     Some(match mistakes {
-        Some(clause) => format!("lines with mistakes: {clause}; `groundwave check` shows more"),
-        None => content::words(&head).to_owned(),
+        Some(clause) => Content::Other(format!(
+            "lines with mistakes: {clause}; `groundwave check` shows more"
+        )),
+        None if capture.form() == Form::Mcap && head.is_empty() => Content::Recording,
+        None if capture.form() == Form::Mcap && diagnosis.own_lines() > 0 => {
+            Content::OwnLines(diagnosis.own_lines())
+        }
+        None => Content::Other(content::words(&head).to_owned()),
     })
 }

@@ -5,8 +5,6 @@ use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use groundwave_protocol::decoder::Counters;
-
 use super::appearance::appearance;
 use super::cli::Record;
 use super::config::Config;
@@ -100,14 +98,12 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let written = recording::finish(&keeper).await;
         say_notices(&keeper, options.quiet);
         let written = written?;
-        let counters = result?;
+        let heard = result?;
         if !options.quiet {
             say(format_args!(
-                "recorded {}: {} received, {written} written, {}, {} lost",
+                "recorded {}: {heard}; {} written",
                 mcap.as_ref().unwrap_or(&output).display(),
-                counted(counters.bytes, "byte"),
-                counted(counters.intact(), "line"),
-                lost_words(counters.lost())
+                counted(written, "byte"),
             ));
         }
         Ok(())
@@ -123,13 +119,27 @@ fn say_notices(keeper: &Keeper, quiet: bool) {
     }
 }
 
-/// Records until a signal, the end of the link or of the duration; returns the counters.
+/// What the station has heard, in words. Bytes are not among it: those of an unfinished line may be in the recording alone.
+fn heard_words(driver: &Driver) -> String {
+    let (station, counters) = (driver.station(), driver.station().totals(driver.now()));
+    match station.own_lines() {
+        _ if counters.bytes == 0 => "nothing was received".to_owned(),
+        own if own > 0 && counters.intact() == 0 => counted(own, "own line"),
+        _ => format!(
+            "{}, {} lost",
+            counted(counters.intact(), "line"),
+            lost_words(counters.lost())
+        ),
+    }
+}
+
+/// Records until a signal, the end of the link or of the duration; returns what was heard, in words.
 async fn until_done(
     options: &Record,
     mut driver: Driver,
     keeper: &Keeper,
     config: &Config,
-) -> Result<Counters, Fault> {
+) -> Result<String, Fault> {
     let mut observer = Observer::new(appearance(config, None));
     let mut signals = Signals::listen()
         .map_err(|error| Fault::new(Exit::Failed, format!("cannot listen for signals: {error}")))?;
@@ -179,12 +189,11 @@ async fn until_done(
                 return Err(Fault::new(Exit::Failed, problem));
             }
             if shows_progress {
-                let counters = driver.station().totals(driver.now());
+                let bytes = driver.station().totals(driver.now()).bytes;
                 say_progress(format_args!(
-                    "{} received, {}, {} lost",
-                    counted(counters.bytes, "byte"),
-                    counted(counters.intact(), "line"),
-                    lost_words(counters.lost())
+                    "{} received, {}",
+                    counted(bytes, "byte"),
+                    heard_words(&driver)
                 ));
             }
         }
@@ -192,5 +201,9 @@ async fn until_done(
     if shows_progress {
         say("");
     }
-    Ok(driver.station().totals(driver.now()))
+    driver.end();
+    while let Some(event) = driver.poll_event() {
+        observer.take(&mut driver, &event);
+    }
+    Ok(heard_words(&driver))
 }

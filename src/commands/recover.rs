@@ -32,7 +32,8 @@ pub(super) fn run(options: &Recover) -> Result<(), Fault> {
                     return Fault::output(&error);
                 }
                 if recovery.outcome == Outcome::Partly {
-                    fault.get_or_insert(Fault::new(Exit::Failed, recovery.headline()));
+                    let message = format!("{}: a part of it is lost", path.display());
+                    fault.get_or_insert(Fault::new(Exit::Failed, message));
                 }
             }
             Err(error) => {

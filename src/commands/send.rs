@@ -1,8 +1,8 @@
 //! `send`: sends commands from a shell or a script; the robot confirms each.
 
+pub(super) mod direct_link;
 mod dry_run;
 pub(super) mod faults;
-pub(super) mod own_link;
 mod parameter_task;
 mod report;
 mod script;
@@ -42,7 +42,7 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
         Connection::Link(link) if !radio.can_send() => Err(receive_only(link)),
         Connection::Link(link) => {
             let baud = options.radio.link.asked_baud(config);
-            let opened = own_link::open(link, baud, &options.radio.link, radio)?;
+            let opened = direct_link::open(link, baud, &options.radio.link, radio)?;
             match (opened.station(), link) {
                 (Some(address), _) => {
                     drop(opened);
@@ -53,7 +53,12 @@ pub(super) fn run(options: &Send, config: &Config) -> Result<(), Fault> {
                     let (driver, simulator) = opened.start(radio);
                     let driver =
                         driver.reading(config.own.recognizer()?, config.own.commands.clone());
-                    block_on(own_link::deliver(options, driver, simulator, &mut script))
+                    block_on(direct_link::deliver(
+                        options,
+                        driver,
+                        simulator,
+                        &mut script,
+                    ))
                 }
             }
         }

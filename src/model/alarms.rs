@@ -1,8 +1,8 @@
 //! Alarms: raised when a rule has matched for long enough, kept until the operator acknowledges them.
 
 mod attended;
-mod own;
 mod rules;
+mod settings;
 
 use std::sync::Arc;
 
@@ -13,15 +13,15 @@ use groundwave_protocol::decoder::Received;
 use super::age;
 use crate::event::{AlarmEvent, AlarmStatus, Moment};
 pub(crate) use attended::Attended;
-use own::FieldLimit;
-pub(crate) use own::code;
-pub use own::{AlarmSetting, Operand, Severity};
 #[cfg(test)]
 pub(crate) use rules::DISK_IS_SILENT;
 pub(super) use rules::Inputs;
 pub use rules::Limits;
 pub(crate) use rules::{LINK_LOST, PRESSED_S, ROBOT_SILENT, Rule, Source, rules};
 use rules::{Look, Sight};
+use settings::FieldLimit;
+pub(crate) use settings::code;
+pub use settings::{AlarmSetting, Operand, Severity};
 
 /// A raised alarm that is active or not acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -45,12 +45,12 @@ pub struct Config {
 /// Use of the station's suggestions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Advise {
-    /// Make none
+    /// No suggestions
     Off,
-    /// Send them when the operator accepts them
+    /// Suggestions are sent when the operator accepts them
     #[default]
     Suggest,
-    /// Set suggested poses, drive to the dock and out of a place, and plan routes again while the robot drives them
+    /// The station sets suggested poses, sends routes to the dock and out of a place, and plans routes again while the robot drives them
     Auto,
 }
 

@@ -37,9 +37,9 @@ pub(crate) enum Context {
     Trace,
     /// The reasons for the robot's behaviour.
     Why,
-    /// The list of runs, or two runs over each other.
+    /// The list of runs, or two runs compared.
     Runs,
-    /// A text found in the log.
+    /// Search in the log.
     Search,
     /// The robot's parameters.
     Parameters,

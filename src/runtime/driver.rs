@@ -205,6 +205,11 @@ impl Driver {
 
     /// Takes the end of the session, whose last events follow.
     pub fn end(&mut self) {
+        // What was read until now is in the recording, so it counts.
+        self.inputs.close();
+        while let Ok(input) = self.inputs.try_recv() {
+            self.handle_input(input);
+        }
         self.station.handle_end(self.now());
     }
 

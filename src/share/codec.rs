@@ -281,7 +281,7 @@ impl ClientLine {
     }
 }
 
-/// A request as one of three keys of a JSON object.
+/// A command as one of three keys of a JSON object.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RequestJson {
     /// As typed for `groundwave send`.

@@ -146,8 +146,8 @@ impl Station {
         self.fop.set_rate(baud / BITS_PER_BYTE);
     }
 
-    /// Sets that an operator watches: an unconfirmed STOP is sent until [`Station::handle_cancel`] gives it up, and other commands do not
-    /// wait for a lost link, because the robot may be stopped by others until it is open again.
+    /// Sets that an operator watches. An unconfirmed STOP is sent until [`Station::handle_cancel`] gives it up. Other commands do not
+    /// wait for a lost link: another program may have stopped the robot before it opens again.
     pub const fn set_attended(&mut self) {
         self.is_attended = true;
     }

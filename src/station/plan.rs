@@ -115,7 +115,7 @@ impl Planner {
         self.tag = 0;
     }
 
-    /// Splits waypoints into the longest frames; returns the order that activates them.
+    /// Splits waypoints into as few frames as possible; returns the order that activates them.
     fn stage(&mut self, waypoints: &[Waypoint], messages: &mut Vec<Message>) -> Order {
         if !waypoints.is_empty() {
             self.tag = self.tag % 31 + 1;

@@ -16,7 +16,7 @@ const JUDGE_EVERY: Duration = Duration::from_secs(1);
 /// Number of newest bytes examined: four seconds of a busy radio.
 const WINDOW: usize = 1024;
 
-/// Time after received text for which the rate counts as right.
+/// Time after received text during which the baud rate counts as right.
 const TRUST: Duration = Duration::from_mins(1);
 
 /// Classifies the received bytes.

@@ -18,9 +18,6 @@ const HEIGHT_ALL: u16 = 44;
 /// Width of the third column: robot from above, plots and alarms.
 const THIRD_COLUMNS: u16 = 50;
 
-/// Height of the alarms in the third column: one row each, and a title.
-const ALARM_ROWS: u16 = 12;
-
 /// Height of the log above the link's figures, and its minimum on a low screen.
 const LOG_ROWS: u16 = 5;
 const LOG_ROWS_MIN: u16 = 3;
@@ -109,7 +106,9 @@ impl Screen<'_> {
         if is_wide {
             let (above, third) = split_top(third, above::ROWS);
             self.draw_panel(buffer, above, Panel::Above);
-            let (plots, alarms) = split_bottom(third, ALARM_ROWS);
+            // One row each while none is raised, and a title.
+            let alarm_rows = 1 + self.facts.alarms.rules().len() as u16;
+            let (plots, alarms) = split_bottom(third, alarm_rows.min(third.height / 2));
             self.draw_panel(buffer, plots, Panel::Plots);
             self.draw_panel(buffer, alarms, Panel::Alarms);
         }

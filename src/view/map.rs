@@ -241,7 +241,7 @@ impl Screen<'_> {
         self.facts.chart.plan().is_none() || self.ui.map.truth_hidden
     }
 
-    /// Draws the dead-reckoned position of a silent robot with its uncertainty.
+    /// The dead-reckoned position of a silent robot with its uncertainty.
     fn ghost(&self) -> Option<Ghost> {
         ghost(self.facts.robot.state.as_ref()?, self.now)
     }

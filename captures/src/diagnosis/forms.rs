@@ -153,18 +153,17 @@ const ACK: &[Field] = &[
     (4, 8, "acknowledgement", "five 6-bit characters, ` to _"),
 ];
 
-fn fields(letter: u8) -> &'static [Field] {
-    match letter {
-        b'A' => STATE,
-        b'B' => STATUS,
-        b'C' => COUNTERS,
-        b'T' => TEXT,
-        b'S' => SONG,
-        b'P' => PARAMETER,
-        b'I' => ABILITIES,
-        b'F' => OWN_FIELD,
-        b'V' => VALUES,
-        _ => &[],
+const fn fields(line_type: LineType) -> &'static [Field] {
+    match line_type {
+        LineType::State => STATE,
+        LineType::Status => STATUS,
+        LineType::Counters => COUNTERS,
+        LineType::Text => TEXT,
+        LineType::Song => SONG,
+        LineType::Parameter => PARAMETER,
+        LineType::Abilities => ABILITIES,
+        LineType::Field => OWN_FIELD,
+        LineType::Values => VALUES,
     }
 }
 
@@ -182,10 +181,10 @@ pub(super) fn judge(line: &[u8], column: usize) -> Misread {
     let is_short = line.len() < 20;
     let shown = char::from(letter).escape_default();
     let all = if is_short { ACK } else { ALL };
-    let own = if is_short { &[] } else { fields(letter) };
+    let own = LineType::from_letter(letter).filter(|_| !is_short);
     let found = all
         .iter()
-        .chain(own)
+        .chain(own.map_or(&[][..], fields))
         .find(|(first, last, ..)| (*first..=*last).contains(&column));
     let Some(&(first, last, name, form)) = found else {
         return Misread {

@@ -1,4 +1,4 @@
-//! The writing thread of a recorder.
+//! The work of a recording's file writer, which a second thread syncs and finishes.
 
 use std::io;
 use std::path::PathBuf;
@@ -65,7 +65,7 @@ impl PartWriter {
             shared: Arc::clone(&shared),
         };
         let syncer = thread::Builder::new()
-            .name("recorder".into())
+            .name("recording sync".into())
             .spawn(move || syncer.run(&queue))?;
         shared.part_bytes.store(file.bytes(), Ordering::Release);
         Ok(Self {

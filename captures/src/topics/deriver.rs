@@ -111,16 +111,6 @@ impl Deriver {
         }
     }
 
-    /// Begins the next part of a recording. Both streams count from zero, and periodic messages are due at once. The state
-    /// of the robot is kept.
-    pub fn begin_part(&mut self) {
-        self.rx_offset = 0;
-        self.tx_offset = 0;
-        self.is_new_robot = self.robot.is_some();
-        self.path.tell_anew();
-        self.scene.tell_anew();
-    }
-
     /// The decoder's totals.
     #[must_use]
     pub const fn counters(&self) -> &Counters {

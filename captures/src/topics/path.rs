@@ -59,12 +59,6 @@ impl Path {
         }
     }
 
-    /// Makes a message due after the next pose.
-    pub(super) fn tell_anew(&mut self) {
-        self.sent_ns = None;
-        self.fresh = self.poses.len();
-    }
-
     /// Removes all points after an odometer reset, because their frame is no longer valid.
     pub(super) fn forget(&mut self) {
         self.poses.clear();

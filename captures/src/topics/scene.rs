@@ -63,10 +63,6 @@ impl Scene {
         self.target = target;
     }
 
-    pub(super) const fn tell_anew(&mut self) {
-        self.has_changed = true;
-    }
-
     /// Removes places after an odometer reset, because their frame is no longer valid.
     pub(super) fn forget(&mut self) {
         self.bumps.clear();

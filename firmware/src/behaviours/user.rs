@@ -23,12 +23,6 @@ impl User {
         self.motion = motion;
         self.lease_ticks = DEAD_MAN_TICKS;
     }
-
-    /// Whether a drive frame is still valid.
-    #[must_use]
-    pub const fn has_lease(&self) -> bool {
-        self.lease_ticks > 0
-    }
 }
 
 impl Behaviour for User {

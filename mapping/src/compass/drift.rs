@@ -7,13 +7,17 @@
 
 use super::walls::DIRECTIONS;
 
-/// Tolerance of the wheels and of the track, as standard deviations: growth in degrees per inch, and per degree.
-/// Wheels of 5 in that differ by 0.33 % on a track of 10 in turn the robot by 0.019 degrees an inch.
+/// Tolerance of the wheels as a standard deviation: growth of the heading error, degrees per inch. Wheels of 5 in that differ by 0.33 %
+/// on a track of 10 in turn the robot by 0.019 degrees an inch.
 const PER_IN: f64 = 0.025;
+
+/// Tolerance of the track as a standard deviation: growth of the heading error, degrees per degree turned.
 const PER_DEG: f64 = 0.008;
 
-/// Share of stretches in which the robot slipped without any sign, and the standard deviation of such a slip, degrees.
+/// Share of stretches in which the robot slipped without any sign.
 const SLIP_SHARE: f64 = 0.1;
+
+/// Standard deviation of such a slip, degrees.
 const SLIP_DEG: f64 = 12.0;
 
 /// Factor on the deviation of the heading: errors of neighbouring stretches, which see the same furniture, are alike.
@@ -22,7 +26,7 @@ const ALIKE: f64 = 1.3;
 /// Error of the reported heading, which has whole degrees.
 const ROUNDING_DEG: f64 = 0.3;
 
-/// Probability of having lost a quarter turn from which the heading is unknown.
+/// Probability of an error by a quarter turn above which the heading is unknown.
 const LOST: f64 = 0.03;
 
 /// Weight below which a direction of the house is given up.

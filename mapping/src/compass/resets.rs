@@ -8,9 +8,9 @@ const MODULUS: u8 = 100;
 enum Pending {
     #[default]
     None,
-    /// Line B counted it: the next line A has the new pose.
+    /// Line B counted a setting: the next line A has the new pose.
     Counted,
-    /// Line A had the new pose: the next line B counts it.
+    /// Line A had a new pose: the next line B counts the setting.
     Placed,
 }
 

@@ -32,8 +32,8 @@ impl Decoder {
         }
     }
 
-    /// The line A that the newest damaged line was, if one flipped bit explains the damage and the line comes soon after the followed
-    /// robot's newest intact line, in the same boot. Once another robot was heard, nothing is repaired: a line A may have no id.
+    /// The newest damaged line, repaired, if one flipped bit makes it a line A that comes soon after the followed robot's newest intact
+    /// line, in the same boot. Once another robot was heard, nothing is repaired: a line A may have no id.
     fn repaired(&self) -> Option<Line> {
         let sent = repaired(self.seen().last_chunk()?)?;
         let line = Line::parse(&sent).ok()?;

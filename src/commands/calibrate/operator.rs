@@ -7,8 +7,8 @@ use tokio::time::{Instant, sleep_until};
 
 use super::super::cli::{Calibrate, Connection};
 use super::super::config::Config;
+use super::super::send::direct_link::open;
 use super::super::send::faults::{failed, not_confirmed, receive_only, refused};
-use super::super::send::own_link::open;
 use super::super::simulated::Embedded;
 use super::super::{Exit, Fault};
 use crate::event::{CommandStatus, Event, Failure};

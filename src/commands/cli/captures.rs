@@ -79,7 +79,7 @@ Examples:
   groundwave export evening.mcap --to svg              writes evening.svg, the path with its events
   groundwave export 'evenings/*.mcap' --to csv --output-dir tables
   groundwave export evening.mcap --to map              writes evening.yaml and evening.pgm, for map_server, RViz and Nav2
-  groundwave export evening.mcap --to map -o floor.png writes floor.png and floor.yaml
+  groundwave export evening.mcap --to map -o floor.png      and floor.yaml
   groundwave export evening.mcap --to raw              writes evening.txt, with the received bytes
   groundwave export evening.txt --to mcap              writes evening.mcap, with the topics of a recording
   cat /dev/ttyUSB0 | groundwave export - --to jsonl

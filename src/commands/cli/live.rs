@@ -84,7 +84,7 @@ pub struct RecordingArgs {
     /// Record to an MCAP file [default name: from date and time]
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     pub record: Option<Option<PathBuf>>,
-    /// Start another MCAP file after a time or a size: 1h, 64MB, 1h,64MB or never [default: 24h]
+    /// Start another MCAP file after a time, a size or the first of both: 1h, 64MB or 1h,64MB; never [default: 24h]
     #[arg(long, value_name = "T|SIZE")]
     pub rotate: Option<Rotation>,
     /// Append to an existing --tee file
@@ -146,7 +146,7 @@ pub struct Watch {
     ///
     /// An outage has an event when it begins (`end_s` is null) and one when it has ended and its lost lines are known. Both have the same
     /// `begin_s`; the second one has the final cause. If the session ends in an outage,
-    /// the second one has no end and the lines that may be lost.
+    /// its second event has no `end_s` and counts the lines that may be lost.
     #[arg(long)]
     pub headless: bool,
     /// Ring the bell for alarms and songs; key b switches it
@@ -190,7 +190,7 @@ pub struct Record {
     /// Output file: MCAP if the name ends in .mcap, else the raw bytes [default: MCAP, named by date and time]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Start another MCAP file after a time or a size: 1h, 64MB, 1h,64MB or never [default: 24h]
+    /// Start another MCAP file after a time, a size or the first of both: 1h, 64MB or 1h,64MB; never [default: 24h]
     #[arg(long, value_name = "T|SIZE")]
     pub rotate: Option<Rotation>,
     /// Stop after this time: 30s, 90m, 2h

@@ -74,10 +74,18 @@ impl Config {
             [] => "none configured".to_owned(),
             _ => format!("configured: {}", names.join(", ")),
         };
+        let is_key = name
+            .bytes()
+            .all(|b| b.is_ascii_alphanumeric() || b"-_".contains(&b));
+        let to_configure = if is_key {
+            let example = ports::EXAMPLE;
+            format!("; to configure a name, write [robot.{name}] and link = \"{example}\"")
+        } else {
+            String::new()
+        };
         let message = format!(
-            "cannot open {name}: no such device, and no link or robot of that name ({configured}). `groundwave ports` lists \
-             the devices; to configure a name, write [robot.{name}] and link = \"{}\"",
-            ports::EXAMPLE
+            "cannot open {name}: no such file or device, and no link or robot of that name ({configured}). `groundwave ports` lists \
+             the devices{to_configure}"
         );
         Err(Fault::new(Exit::NoLink, message))
     }

@@ -273,7 +273,7 @@ fn parameter_text(line: &ParameterLine) -> String {
         format!("= {number} {whole}")
     });
     let text = format!(
-        "{name:<18} {value:>6}  kept {kept:>6}  from {least:>6} to {most:>6}  {words:<8}  {whole}"
+        "{name:<18} {value:>6}  saved {kept:>6}  from {least:>6} to {most:>6}  {words:<8}  {whole}"
     );
     text.trim_end().to_owned()
 }

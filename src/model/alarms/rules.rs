@@ -8,7 +8,7 @@ use groundwave_protocol::status_codes::{Bump, Cliff, Drive, Infrared, Link as Li
 use groundwave_protocol::telemetry::StateLine;
 use serde::Deserialize;
 
-use super::own::{AlarmSetting, FieldLimit};
+use super::settings::{AlarmSetting, FieldLimit};
 use crate::event::{AlarmEvent, AlarmStatus, Level, Moment, Recording};
 use crate::model::keys::Keymap;
 use crate::model::link::{Connection, Link};

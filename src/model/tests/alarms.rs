@@ -380,3 +380,12 @@ fn built_in_alarms_are_changed_or_switched_off_by_name() {
     assert_eq!((low.level, &*low.hint), (Level::Warning, "have a look"));
     assert_eq!(rules.len(), 12);
 }
+
+#[test]
+fn the_default_configuration_names_every_built_in_alarm() {
+    let text = include_str!("../../commands/config/default.toml");
+    let listed = text.split_once("A name of a built-in alarm").unwrap().1;
+    for rule in &*crate::model::alarms::rules(&Limits::default(), &[]) {
+        assert!(listed.contains(&*rule.code), "{}", rule.code);
+    }
+}

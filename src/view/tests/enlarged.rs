@@ -107,3 +107,14 @@ const PANELS: [(u8, &str); 7] = [
     (7, "link"),
     (8, "alarms"),
 ];
+
+#[test]
+fn every_calm_alarm_has_a_row_on_a_large_screen() {
+    let text = screen(&super::every::busy(Config::default()), 200, 60);
+    let title = text
+        .lines()
+        .find(|line| line.contains("F8 alarms"))
+        .unwrap();
+    assert!(!title.contains("1/2"), "{title}");
+    assert!(text.contains("right side blind"), "{text}");
+}

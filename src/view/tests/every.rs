@@ -360,7 +360,7 @@ pub(super) const STATES: &[State] = &[
 ];
 
 /// A robot with every sensor triggered.
-fn busy(config: Config) -> Scene {
+pub(super) fn busy(config: Config) -> Scene {
     let mut scene = flight(config);
     scene.state.bump = Bump::LeftCenter;
     scene.state.sonar_left_in = Some(22);

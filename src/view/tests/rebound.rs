@@ -283,7 +283,7 @@ fn remedies_and_commands_name_existing_keys() {
     }
 }
 
-/// The default keys except for one action of the dashboard.
+/// The default keys with one action of the dashboard rebound.
 fn but(name: &str, keys: &[&str]) -> Config {
     let rebinding = Rebinding {
         context: "dashboard".to_owned(),

@@ -100,7 +100,7 @@ fn every_window_is_tried() {
     }
 }
 
-/// A key without its own place in the footer is an alias of the previous key in the table, such as `h j k l` for the arrows.
+/// An alias, such as `h j k l` for the arrows, counts as shown if the key before it in the table is shown.
 #[test]
 fn under_a_window_only_stop_and_shown_keys_reach_the_robot() {
     for (context, typed) in windows() {

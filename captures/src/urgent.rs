@@ -8,15 +8,15 @@ use groundwave_protocol::telemetry::{Body, Line};
 use super::bumps::Bumps;
 use super::topics::LogMessages;
 
-/// Detects bumps and alarms in the decoded lines.
+/// Detects bumps, warnings and alarms in the decoded lines.
 #[derive(Default)]
-pub(super) struct AlarmDetector {
+pub(super) struct UrgentLines {
     bumps: Bumps,
     log: LogMessages,
 }
 
-impl AlarmDetector {
-    /// Takes a line; returns whether it reports a bump or an alarm.
+impl UrgentLines {
+    /// Takes a line; returns whether it reports a bump, a warning or an alarm.
     pub(super) fn take_line(&mut self, line: &Line) -> bool {
         let mut is_urgent =
             matches!(&line.body, Body::State(state) if self.bumps.take_state(state));
@@ -38,13 +38,13 @@ mod tests {
     #[test]
     fn each_bump_of_the_sample_is_urgent_and_few_other_lines_are() {
         let sample = include_bytes!("../house-clean.txt");
-        let mut detector = AlarmDetector::default();
+        let mut urgent_lines = UrgentLines::default();
         let (mut lines, mut urgent, mut bumps, mut was_contact) = (0, 0, 0, false);
         for received in Decoder::default().lines(sample) {
             let Received::Line(line, _) = received else {
                 continue;
             };
-            let is_urgent = detector.take_line(&line);
+            let is_urgent = urgent_lines.take_line(&line);
             lines += 1;
             urgent += usize::from(is_urgent);
             if let Body::State(state) = &line.body {

@@ -196,20 +196,30 @@ impl AlarmSetting {
                 "`{name}` is a built-in alarm, which has its own field; choose another name"
             ));
         }
-        let mut tried = Limits::default();
-        if !self.adjust(&mut tried, &Limits::default()) {
-            return Err(format!(
-                "the built-in alarm `{name}` has no such limit; it can be changed by severity, hint and enabled{}",
-                match self.code().as_str() {
-                    "battery_low" | "battery_critical" => ", below and for_s",
-                    "lines_not_intact" => ", above and for_s",
-                    "left_side_blind" | "right_side_blind" => ", above",
-                    "robot_silent" | "stalled" | "fallen_or_lifted" | "layers_thrash" => ", for_s",
-                    _ => "",
-                }
-            ));
+        if self.is_adjustable() {
+            return Ok(());
         }
-        Ok(())
+        let with = |limit: fn(&mut Self)| {
+            let mut setting = Self {
+                name: name.clone(),
+                ..Self::default()
+            };
+            limit(&mut setting);
+            setting.is_adjustable()
+        };
+        let mut known = vec!["severity", "hint", "enabled"];
+        known.extend(with(|it| it.below = Some(0.0)).then_some("below"));
+        known.extend(with(|it| it.above = Some(0.0)).then_some("above"));
+        known.extend(with(|it| it.for_s = Some(0.0)).then_some("for_s"));
+        Err(format!(
+            "the built-in alarm `{name}` has no such limit; known: {}",
+            known.join(", ")
+        ))
+    }
+
+    /// Whether the built-in alarm has the limits that the setting changes.
+    fn is_adjustable(&self) -> bool {
+        self.adjust(&mut Limits::default(), &Limits::default())
     }
 
     /// Copies the limits of a built-in alarm's setting into `limits`, where they still equal `before`; returns `false` if the
