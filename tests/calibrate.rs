@@ -105,7 +105,7 @@ fn calibration_is_sent_and_saved() {
             .lines()
             .find(|line| line.starts_with(&format!("{name} ")));
         let row: Vec<&str> = row.unwrap().split_whitespace().collect();
-        let wanted = [name, &value.to_string(), "kept", &kept.to_string()];
+        let wanted = [name, &value.to_string(), "saved", &kept.to_string()];
         assert_eq!(row[..4], wanted, "{out}");
     }
     robot.end();

@@ -235,7 +235,7 @@ fn recover_reports_its_work_as_text_and_as_json() {
     let said: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!(said["outcome"], "partly");
     assert_eq!(said["damage"].as_array().unwrap().len(), 1, "{said}");
-    assert!(err.contains("saved"), "{err}");
+    assert!(err.contains("a part of it is lost"), "{err}");
     let (_, err) = expect(2, &["recover", "nowhere.mcap"]);
     assert!(err.contains("cannot open nowhere.mcap"), "{err}");
     let (_, err) = expect(0, &["recover", folder.to_str().unwrap()]);

@@ -126,7 +126,7 @@ fn a_capture_goes_down_a_pipe_or_nowhere_without_a_complaint() {
     );
     let (code, told) = code("$G record - -o /dev/null --force < $CAPTURE");
     assert_eq!(code, Some(0), "{told}");
-    assert!(told.contains("28799 written"), "{told}");
+    assert!(told.contains("28799 bytes written"), "{told}");
 }
 
 #[test]

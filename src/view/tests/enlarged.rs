@@ -110,7 +110,7 @@ const PANELS: [(u8, &str); 7] = [
 
 #[test]
 fn every_calm_alarm_has_a_row_on_a_large_screen() {
-    let text = screen(&super::every::busy(Config::default()), 200, 60);
+    let text = screen(&every::busy(Config::default()), 200, 60);
     let title = text
         .lines()
         .find(|line| line.contains("F8 alarms"))
