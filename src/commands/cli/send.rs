@@ -22,7 +22,7 @@ use crate::share::Address;
     reason = "each is a flag on the command line"
 )]
 pub struct Send {
-    /// A serial device, tcp:HOST:PORT or sim; omit it with --via
+    /// A serial device, tcp:HOST:PORT, unix:PATH or sim; omit it with --via
     #[arg(required_unless_present_any = ["via", "dry_run"], allow_negative_numbers = true, add = ArgValueCompleter::new(completions::links))]
     link: Option<String>,
     /// The command and its arguments
@@ -68,7 +68,7 @@ pub struct Send {
     reason = "each is a flag on the command line"
 )]
 pub struct Param {
-    /// A serial device, tcp:HOST:PORT or sim; omit it with --via
+    /// A serial device, tcp:HOST:PORT, unix:PATH or sim; omit it with --via
     #[arg(required_unless_present = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<String>,
     /// list, get NAME, set NAME VALUE, save, save-to FILE, load FILE or diff FILE
@@ -155,7 +155,7 @@ impl Param {
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct Calibrate {
-    /// A serial device, tcp:HOST:PORT or sim; omit it with --via
+    /// A serial device, tcp:HOST:PORT, unix:PATH or sim; omit it with --via
     #[arg(required_unless_present = "via", conflicts_with = "via", add = ArgValueCompleter::new(completions::links))]
     link: Option<LinkSpec>,
     /// Send through a station that was started with --share [default: the station on this machine]
