@@ -35,6 +35,21 @@ async fn a_command_that_the_operator_has_not_given_is_the_grounds() {
     assert_eq!(asked.collect::<Vec<_>>(), [None, Some(GROUND.to_owned())]);
 }
 
+/// A recording has what was read, so the station counts it.
+#[tokio::test]
+async fn lines_read_before_the_end_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut driver, inputs) = driver(folder.path(), Radio::RECEIVE_ONLY);
+    let sample = std::fs::read(crate::capture::samples().join("house-clean.txt")).unwrap();
+    for line in sample.split_inclusive(|&byte| byte == b'\n').take(10) {
+        let bytes = LinkInput::Bytes(Instant::now(), line.to_vec());
+        inputs.try_send(bytes).unwrap();
+    }
+    driver.end();
+    assert_eq!(driver.station().totals(driver.now()).intact(), 10);
+    assert!(inputs.is_closed());
+}
+
 /// Other tasks and timers get a turn after every few kilobytes.
 #[tokio::test]
 async fn a_flood_leaves_turns_to_the_rest_of_the_runtime() {
