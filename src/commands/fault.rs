@@ -116,10 +116,13 @@ impl Fault {
         let found = match content_words(path) {
             None => format!("no line found in {bytes}; the file is not a capture"),
             Some(Content::Recording) => "nothing was received in this recording".to_owned(),
-            Some(Content::OwnLines(count)) => format!(
-                "none of its lines is of SPEC.md; it holds {}, as `groundwave info` shows",
-                counted(count, "own line")
-            ),
+            Some(Content::OwnLines) => {
+                "no line of SPEC.md, only a robot's own lines, as `groundwave info` shows"
+                    .to_owned()
+            }
+            Some(Content::Received(words)) => {
+                format!("no line found in the {bytes} of this recording: {words}")
+            }
             Some(Content::Other(words)) => {
                 format!("no line found in {bytes}; the file is not a capture: {words}")
             }
@@ -178,8 +181,11 @@ impl From<CaptureError> for Fault {
 enum Content {
     /// A recording without received bytes.
     Recording,
-    /// A recording with own lines of a robot: their number.
-    OwnLines(u64),
+    /// Own lines of a robot.
+    OwnLines,
+    /// A recording with other bytes, and what they look like.
+    Received(String),
+    /// Another file.
     Other(String),
 }
 
@@ -193,15 +199,18 @@ fn content_words(path: &Path) -> Option<Content> {
         head.extend_from_slice(chunk.bytes);
         diagnosis.take(chunk.bytes);
     }
-    let mistakes = diagnosis::clause(&diagnosis.findings());
-    Some(match mistakes {
-        Some(clause) => Content::Other(format!(
-            "lines with mistakes: {clause}; `groundwave check` shows more"
-        )),
-        None if capture.form() == Form::Mcap && head.is_empty() => Content::Recording,
-        None if capture.form() == Form::Mcap && diagnosis.own_lines() > 0 => {
-            Content::OwnLines(diagnosis.own_lines())
-        }
-        None => Content::Other(content::words(&head).to_owned()),
+    let is_recording = capture.form() == Form::Mcap;
+    if is_recording && head.is_empty() {
+        return Some(Content::Recording);
+    }
+    let words = match diagnosis::clause(&diagnosis.findings()) {
+        Some(clause) => format!("lines with mistakes: {clause}; `groundwave check` shows more"),
+        None if diagnosis.has_own_lines(capture.form()) => return Some(Content::OwnLines),
+        None => content::words(&head).to_owned(),
+    };
+    Some(if is_recording {
+        Content::Received(words)
+    } else {
+        Content::Other(words)
     })
 }

@@ -20,7 +20,8 @@ use kind::Kind;
 use serde::{Serialize, Serializer};
 
 use crate::chunk::{counters_until, set_time};
-use crate::own_lines::DescribedFields;
+use crate::own_lines::{DescribedFields, are_robots};
+use crate::source::Form;
 
 pub use examiner::Examiner;
 
@@ -84,6 +85,8 @@ pub struct Diagnosis {
     examiner: Examiner,
     own: Recognizer,
     own_lines: u64,
+    /// Those with values.
+    own_values: u64,
     described: DescribedFields,
 }
 
@@ -128,6 +131,7 @@ impl Diagnosis {
             let is_wire = self.decoder.counters().received() != before.received();
             if let Some(line) = self.own.take(run, is_wire) {
                 self.own_lines += u64::from(line.content != Content::Damaged);
+                self.own_values += u64::from(matches!(line.content, Content::Values(_)));
                 self.decoder.disown(run.len(), before.damaged);
                 take(Line::Own(&line), self.decoder.counters())?;
             }
@@ -202,6 +206,12 @@ impl Diagnosis {
     #[must_use]
     pub const fn own_lines(&self) -> u64 {
         self.own_lines
+    }
+
+    /// Whether the lines of a capture in this form that are not Groundwave's are a robot's own: prose has few values.
+    #[must_use]
+    pub fn has_own_lines(&self, form: Form) -> bool {
+        are_robots(form, self.own_values, self.own_lines - self.own_values)
     }
 
     /// Level of the robot by its lines, 1 to 5 (SPEC.md section 1); 0 without an intact line.

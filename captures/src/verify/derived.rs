@@ -44,6 +44,7 @@ pub(super) struct Derived {
     queues: BTreeMap<Topic, Queue>,
     /// Messages that follow from none of the bytes and events before them; they may follow from the end of the recording.
     held: Vec<(Topic, MessageHeader, Vec<u8>)>,
+    held_bytes: usize,
     /// Whether the recording is complete from its beginning, so that every message and time must be equal.
     is_exact: bool,
 }
@@ -54,6 +55,7 @@ impl Derived {
             deriver: Deriver::new(),
             queues: BTreeMap::new(),
             held: Vec::new(),
+            held_bytes: 0,
             is_exact: false,
         }
     }
@@ -130,9 +132,11 @@ impl Derived {
             let is_expected = !queue(&mut self.queues, topic, self.is_exact)
                 .expected
                 .is_empty();
-            if is_expected || self.held.len() >= WAITING_MAX {
+            let bytes = self.held_bytes + data.len();
+            if is_expected || self.held.len() >= WAITING_MAX || bytes > WAITING_BYTES_MAX {
                 return self.compare(topic, header, data, verdict);
             }
+            self.held_bytes = bytes;
             return self.held.push((topic, header, data.to_vec()));
         };
         self.compare_held(verdict);
@@ -150,6 +154,7 @@ impl Derived {
     }
 
     fn compare_held(&mut self, verdict: &mut Verdict) {
+        self.held_bytes = 0;
         for (topic, header, data) in std::mem::take(&mut self.held) {
             self.compare(topic, header, &data, verdict);
         }
@@ -250,6 +255,24 @@ fn expect(queues: &mut BTreeMap<Topic, Queue>, is_exact: bool, message: &TopicMe
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::Form;
+
+    #[test]
+    fn messages_held_for_the_end_take_bounded_memory() {
+        let (mut derived, mut verdict) = (Derived::new(), Verdict::new(Form::Mcap));
+        for sequence in 0..10 {
+            let header = MessageHeader {
+                channel_id: 6,
+                sequence,
+                log_time: 0,
+                publish_time: 0,
+            };
+            derived.take(Topic::Pose, header, &[0; 400_000], &mut verdict);
+            let bytes: usize = derived.held.iter().map(|(.., data)| data.len()).sum();
+            assert_eq!(bytes, derived.held_bytes);
+            assert!(bytes <= WAITING_BYTES_MAX, "{bytes}");
+        }
+    }
 
     #[test]
     fn messages_that_wait_in_vain_are_counted_and_take_bounded_memory() {
