@@ -267,7 +267,7 @@ mod tests {
                 log_time: 0,
                 publish_time: 0,
             };
-            derived.take(Topic::Pose, header, &[0; 400_000], &mut verdict);
+            derived.take(Topic::Pose, header, &vec![0; 400_000], &mut verdict);
             let bytes: usize = derived.held.iter().map(|(.., data)| data.len()).sum();
             assert_eq!(bytes, derived.held_bytes);
             assert!(bytes <= WAITING_BYTES_MAX, "{bytes}");
