@@ -19,8 +19,8 @@
 //! +--------------------------------------------------------------------+
 //! ```
 //!
-//! The robot from above, the plots, the alarms and the fields replace the sensors when chosen (F2 to F9, Tab); from 170x44 up they have a
-//! column of their own, and if there is room the link is under the sensors, with plots. On a low screen the link's figures
+//! The robot from above, the plots, the alarms and the fields replace the sensors when chosen (F2 to F9, Tab). From 170x44 up all of them
+//! but the fields have a column of their own, and if there is room the link is under the sensors, with plots. On a low screen the link's figures
 //! replace the log when chosen. Each panel can be enlarged, and then shows more. Down to
 //! 80x24 the chosen panel is under the ladder, and others follow as far as there is room:
 //!

@@ -271,7 +271,7 @@ impl Robot for CSimulation {
         let (robot, heard, state) = (self.robot.get_mut(), &mut self.heard, &mut self.state);
         self.radio.step(self.now_ms, || {
             let heard = std::mem::take(heard);
-            // Who has asked for the state will ask again.
+            // A test that asked for the state asks again.
             if state.take().is_none() {
                 return robot.pass(&heard, 1).pop()?;
             }
