@@ -91,6 +91,8 @@ const CASES: &[(i32, &[&str], &str)] = &[
     (2, &["completions", "tcsh"], "possible values: bash"),
     (1, &["man", "a.txt"], "a file has the name of the folder"),
     (2, &["wach", "sim"], "a similar subcommand exists: 'watch'"),
+    (2, &["watch", "sim", "--duration", "5s"], "--duration is an option of `record`"),
+    (2, &["export", CAPTURE, "--from", "1m"], "--from is an option of `cut`"),
     (2, &["watch", "sim", "--headles"], "a similar argument exists: '--headless'"),
 ];
 

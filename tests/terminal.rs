@@ -557,7 +557,7 @@ fn a_stalled_terminal_delays_only_drawing() {
     let before = watch.raw.len();
     watch.go_on();
     watch.wait_for("what is so by now", |text| {
-        text.contains("NOBODY holds the motors: stopped")
+        text.contains("NO LAYER holds the motors: stopped")
     });
     // The current frame and the newest one, without the forty between.
     assert!(

@@ -2,14 +2,15 @@
 //!
 //! Both have one record per line of the robot: `at_s`, the time since the capture began, then the fields of [`Telemetry`]. Commands,
 //! marks, notes, alarms, outages and lines of the robot's own are records with the fields of `EventRecord`; its field `event` names the kind. A field that a record does not
-//! have is left out in JSON and empty in CSV.
+//! have is left out in JSON and empty in CSV. A capture without lines of the protocol can have a table with a column for each of its fields: [`OwnColumns`].
 
 mod events;
+mod own_columns;
 
 use std::io::{self, Write};
 use std::time::Duration;
 
-use groundwave_lines::{Content, OwnLine};
+use groundwave_lines::{Content, OwnLine, Sample};
 use groundwave_protocol::decoder::Received;
 use serde_json::to_writer;
 
@@ -20,14 +21,17 @@ use super::own_lines::{are_robots, recognizer};
 use super::runs::label::Note;
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
+pub use own_columns::OwnColumns;
 
 /// Output format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum Format<'a> {
     /// One JSON object per line.
     Jsonl,
-    /// One table with a header.
+    /// One table with a header. Each value in a line of the robot's own has a row.
     Csv,
+    /// One table with these columns. Each line of the robot's own has a row.
+    OwnCsv(&'a OwnColumns),
 }
 
 /// Reason why decoding ended early; everything before it has been written.
@@ -49,22 +53,26 @@ pub enum DecodeError {
 pub fn decode(
     capture: &mut Capture,
     notes: &[Note],
-    format: Format,
+    format: Format<'_>,
     output: &mut impl Write,
 ) -> Result<Decoded, DecodeError> {
-    if format == Format::Csv {
-        write_header(output)?;
+    match format {
+        Format::Jsonl => {}
+        Format::Csv => write_header(output)?,
+        Format::OwnCsv(columns) => columns.write_header(output)?,
     }
     let mut records = Records {
-        format,
-        output,
-        record: Vec::new(),
+        sink: Writer {
+            format,
+            output: &mut *output,
+            record: Vec::new(),
+        },
         notes: Notes::of(notes),
         own_lines: 0,
         own_texts: 0,
     };
     let mut diagnosis = None;
-    let result = records.write_all(capture, &mut diagnosis);
+    let result = records.read_all(capture, &mut diagnosis);
     let own_lines = if are_robots(capture.form(), records.own_lines, records.own_texts) {
         records.own_lines
     } else {
@@ -92,11 +100,23 @@ pub struct Decoded {
     pub mistakes: Vec<Finding>,
 }
 
-/// Writes records one at a time.
-struct Records<'a, W> {
-    format: Format,
-    output: &'a mut W,
+/// Takes the records of a capture one at a time. An error ends the reading.
+trait Sink {
+    fn take_line(&mut self, at: Duration, received: &Received) -> io::Result<()>;
+    fn take_values(&mut self, at: Duration, line: &OwnLine, values: &[Sample]) -> io::Result<()>;
+    fn take_event(&mut self, at: Duration, event: &EventRecord<'_>) -> io::Result<()>;
+}
+
+/// Writes records.
+struct Writer<'a, W> {
+    format: Format<'a>,
+    output: W,
     record: Vec<u8>,
+}
+
+/// Reads the records of a capture.
+struct Records<'a, S> {
+    sink: S,
     notes: Notes<'a>,
     /// Numbers of lines of the robot's own with values and without.
     own_lines: u64,
@@ -124,8 +144,8 @@ impl<'a> Notes<'a> {
     }
 }
 
-impl<W: Write> Records<'_, W> {
-    fn write_all(
+impl<S: Sink> Records<'_, S> {
+    fn read_all(
         &mut self,
         capture: &mut Capture,
         diagnosis: &mut Option<Diagnosis>,
@@ -147,7 +167,7 @@ impl<W: Write> Records<'_, W> {
                 end => break end,
             };
             now = at;
-            self.write_notes(now)?;
+            self.take_notes(now)?;
             match piece {
                 Piece::Received(bytes) => {
                     let diagnosis =
@@ -158,9 +178,9 @@ impl<W: Write> Records<'_, W> {
                     diagnosis.each_line(bytes, |line, counters| match line {
                         Line::Wire(received) => {
                             outages.handle_line(at, received, counters);
-                            self.write_line(at, received)
+                            self.sink.take_line(at, received)
                         }
-                        Line::Own(line) => self.write_own(at, line),
+                        Line::Own(line) => self.take_own(at, line),
                     })?;
                 }
                 Piece::Missing(_) | Piece::Damaged(_) => {
@@ -173,70 +193,85 @@ impl<W: Write> Records<'_, W> {
                     }
                     outages.handle_event(at, &event);
                     if let Some(event) = EventRecord::of(at, &event) {
-                        self.write_event(at, &event)?;
+                        self.sink.take_event(at, &event)?;
                     }
                 }
                 Piece::Sent(_) | Piece::Repeated(_) => {}
             }
             for outage in &outages.ended()[written..] {
-                self.write_event(at, &EventRecord::of_outage(outage))?;
+                self.sink.take_event(at, &EventRecord::of_outage(outage))?;
             }
             written = outages.ended().len();
         };
         for (received, counters) in diagnosis.iter().flat_map(Diagnosis::undecided_lines) {
             outages.handle_line(now, &received, counters);
-            self.write_line(now, &received)?;
+            self.sink.take_line(now, &received)?;
         }
         let counters = diagnosis.as_ref().map(|it| it.counters_until(now));
         for outage in &outages.into_outages(now, &counters.unwrap_or_default())[written..] {
-            self.write_event(now, &EventRecord::of_outage(outage))?;
+            self.sink.take_event(now, &EventRecord::of_outage(outage))?;
         }
-        self.write_notes(Duration::MAX)?;
+        self.take_notes(Duration::MAX)?;
         end?;
         Ok(())
     }
 
-    /// Writes the notes whose moment has come.
-    fn write_notes(&mut self, now: Duration) -> io::Result<()> {
+    /// Takes the notes whose moment has come.
+    fn take_notes(&mut self, now: Duration) -> io::Result<()> {
         while let Some((at, note)) = self.notes.next(now) {
-            self.write_event(at, &EventRecord::of_note(note))?;
+            self.sink.take_event(at, &EventRecord::of_note(note))?;
         }
         Ok(())
     }
 
-    fn write_line(&mut self, at: Duration, received: &Received) -> io::Result<()> {
-        self.record.clear();
-        match self.format {
-            Format::Jsonl => write_json(&mut self.record, at, received),
-            Format::Csv => write_csv(&mut self.record, at, received),
-        }?;
-        self.output.write_all(&self.record)
-    }
-
-    /// Writes a line of the robot's own: one object, or a row for each value.
-    fn write_own(&mut self, at: Duration, line: &OwnLine) -> io::Result<()> {
+    fn take_own(&mut self, at: Duration, line: &OwnLine) -> io::Result<()> {
         match &line.content {
             Content::Damaged => Ok(()),
             Content::Text => {
                 self.own_texts += 1;
-                self.write_event(at, &EventRecord::of_own(line, &[]))
+                self.sink.take_event(at, &EventRecord::of_own(line, &[]))
             }
-            Content::Values(samples) => {
+            Content::Values(values) => {
                 self.own_lines += 1;
-                if self.format == Format::Jsonl || samples.is_empty() {
-                    return self.write_event(at, &EventRecord::of_own(line, samples));
-                }
-                let mut rows = samples.iter().map(EventRecord::of_value);
-                rows.try_for_each(|row| self.write_event(at, &row))
+                self.sink.take_values(at, line, values)
             }
         }
     }
+}
 
-    fn write_event(&mut self, at: Duration, event: &EventRecord<'_>) -> io::Result<()> {
+impl<W: Write> Sink for Writer<'_, W> {
+    fn take_line(&mut self, at: Duration, received: &Received) -> io::Result<()> {
+        self.record.clear();
+        match self.format {
+            Format::Jsonl => write_json(&mut self.record, at, received),
+            Format::Csv => write_csv(&mut self.record, at, received),
+            // Its columns were found in a capture without such lines.
+            Format::OwnCsv(_) => Ok(()),
+        }?;
+        self.output.write_all(&self.record)
+    }
+
+    fn take_values(&mut self, at: Duration, line: &OwnLine, values: &[Sample]) -> io::Result<()> {
+        match self.format {
+            Format::Csv if !values.is_empty() => {
+                let mut rows = values.iter().map(EventRecord::of_value);
+                rows.try_for_each(|row| self.take_event(at, &row))
+            }
+            Format::OwnCsv(columns) => {
+                self.record.clear();
+                columns.write_values(&mut self.record, at, values)?;
+                self.output.write_all(&self.record)
+            }
+            _ => self.take_event(at, &EventRecord::of_own(line, values)),
+        }
+    }
+
+    fn take_event(&mut self, at: Duration, event: &EventRecord<'_>) -> io::Result<()> {
         self.record.clear();
         match self.format {
             Format::Jsonl => event.write_json(&mut self.record, at),
             Format::Csv => event.write_csv(&mut self.record, at),
+            Format::OwnCsv(columns) => columns.write_event(&mut self.record, at, event),
         }?;
         self.output.write_all(&self.record)
     }

@@ -38,7 +38,7 @@ const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(options: &Check, config: &Config) -> Result<(), Fault> {
     let mut trials = None;
-    let diagnosis = match &options.from {
+    let (diagnosis, has_own_lines) = match &options.from {
         LinkSpec::Stdin if !options.send => read(Path::new("-"))?,
         LinkSpec::Serial(path) if path.is_file() && !options.send => read(path)?,
         link => {
@@ -47,7 +47,8 @@ pub(super) fn run(options: &Check, config: &Config) -> Result<(), Fault> {
             }
             let (diagnosis, tried) = block_on(Box::pin(hear(link, options, config)))?;
             trials = tried;
-            diagnosis
+            let has_own_lines = diagnosis.own_lines() > 0;
+            (diagnosis, has_own_lines)
         }
     };
     let name = options.from.to_string();
@@ -57,14 +58,14 @@ pub(super) fn run(options: &Check, config: &Config) -> Result<(), Fault> {
         let report = to_json(&name, &diagnosis, &findings, trials.as_ref());
         writeln!(out, "{report}").and_then(|()| out.flush())
     } else {
-        write(&name, &diagnosis, &findings, trials.as_ref())
+        write(&name, &diagnosis, has_own_lines, &findings, trials.as_ref())
     };
     if let Err(error) = written {
         return Fault::output(&error);
     }
     let broken = trials.as_ref().map_or(0, trials::broken);
     let is_over = trials.as_ref().is_none_or(Trials::is_over);
-    let is_heard = diagnosis.level() > 0 || diagnosis.own_lines() > 0 && !options.send;
+    let is_heard = diagnosis.level() > 0 || has_own_lines && !options.send;
     if findings.len() + broken == 0 && is_heard && is_over {
         return Ok(());
     }
@@ -76,8 +77,8 @@ pub(super) fn run(options: &Check, config: &Config) -> Result<(), Fault> {
     Err(Fault::new(Exit::Failed, format!("{name}: {mistakes}")))
 }
 
-/// Reads a capture.
-fn read(path: &Path) -> Result<Diagnosis, Fault> {
+/// Reads a capture; returns also whether it has lines of the robot's own: text of unknown origin may be prose.
+fn read(path: &Path) -> Result<(Diagnosis, bool), Fault> {
     let source = input::open(path, &Progress::new(None, true))?;
     let (form, mut source) = input::detect_form(path, source)?;
     let mut diagnosis = Diagnosis::default();
@@ -98,7 +99,8 @@ fn read(path: &Path) -> Result<Diagnosis, Fault> {
             }
         }
     }
-    Ok(diagnosis)
+    let has_own_lines = diagnosis.has_own_lines(form);
+    Ok((diagnosis, has_own_lines))
 }
 
 fn read_raw(source: &mut impl Read, diagnosis: &mut Diagnosis) -> io::Result<()> {
@@ -237,6 +239,7 @@ fn to_json(
 fn write(
     name: &str,
     diagnosis: &Diagnosis,
+    has_own_lines: bool,
     findings: &[Finding],
     trials: Option<&Trials>,
 ) -> io::Result<()> {
@@ -261,7 +264,7 @@ fn write(
         )?;
     }
     let counters = diagnosis.counters();
-    if diagnosis.level() == 0 && findings.is_empty() && diagnosis.own_lines() > 0 {
+    if diagnosis.level() == 0 && findings.is_empty() && has_own_lines {
         let (name, lines) = (safe_text::line(name), diagnosis.own_lines());
         writeln!(out, "{name}: {} of the robot's own", counted(lines, "line"))?;
         writeln!(out, "Level 0 is reached. {}", level_words(0))?;

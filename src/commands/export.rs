@@ -18,7 +18,7 @@ use super::cli::{Export, ExportFormat};
 use super::output::{Output, Target, targets};
 use super::progress::Progress;
 use super::{Exit, Fault, batch, input, say};
-use crate::capture::decode::{DecodeError, Format, decode};
+use crate::capture::decode::{DecodeError, Format, OwnColumns, decode};
 use crate::capture::diagnosis;
 use crate::capture::picture::Picture;
 use crate::capture::runs::Label;
@@ -92,15 +92,33 @@ pub(super) fn run(options: &Export) -> Result<(), Fault> {
     )
 }
 
-fn table(path: &Path, progress: &Progress, format: Format, target: &Target) -> Result<Made, Fault> {
+fn table(
+    path: &Path,
+    progress: &Progress,
+    format: Format<'_>,
+    target: &Target,
+) -> Result<Made, Fault> {
+    let is_stdin = path == Path::new("-");
+    let notes = if is_stdin {
+        Vec::new()
+    } else {
+        let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error))?;
+        label.notes
+    };
+    // Only a file can be read twice: for its columns, and for its rows.
+    let own_columns = if format == Format::Csv && path.is_file() {
+        OwnColumns::of(&mut input::open_capture(path, progress)?, &notes)?
+    } else {
+        None
+    };
+    let format = own_columns.as_ref().map_or(format, Format::OwnCsv);
     let mut capture = input::open_capture(path, progress)?;
     let mut output = Output::create(target)?;
     let (mut lines, mut mistakes) = (0, None);
-    let decoded = if path == Path::new("-") {
-        decode(&mut capture, &[], format, &mut EachLine(&mut output))
+    let decoded = if is_stdin {
+        decode(&mut capture, &notes, format, &mut EachLine(&mut output))
     } else {
-        let label = Label::of(path).map_err(|error| Fault::new(Exit::Failed, error))?;
-        decode(&mut capture, &label.notes, format, &mut output)
+        decode(&mut capture, &notes, format, &mut output)
     };
     let problem = match decoded {
         Ok(seen) if seen.lines == 0 => {

@@ -50,7 +50,8 @@ use std::panic;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use clap::Parser as _;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory as _, Parser as _};
 use cli::{Cli, Verb};
 pub use completions::answer as answer_shell;
 pub use fault::{Exit, Fault};
@@ -115,14 +116,37 @@ pub fn refuse(error: &clap::Error) -> ExitCode {
     let text = error.render().to_string();
     // A closed or full stream does not change the exit code.
     let _ = error.print();
-    if error.kind() == clap::error::ErrorKind::MissingRequiredArgument && text.contains("<LINK>") {
+    if error.kind() == ErrorKind::MissingRequiredArgument && text.contains("<LINK>") {
         say("");
         say(
             "  tip: LINK is a serial device (`groundwave ports` lists them), tcp:HOST:PORT, a name from the configuration, \
              or sim for a simulated robot",
         );
     }
+    if let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg)
+        && error.kind() == ErrorKind::UnknownArgument
+    {
+        say_verbs_with(option);
+    }
     u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
+}
+
+/// Names the verbs that have an option which the given one has not.
+fn say_verbs_with(option: &str) {
+    let name = option.trim_start_matches("--");
+    let cli = Cli::command();
+    let verbs = cli.get_subcommands().filter(|verb| {
+        let mut options = verb.get_arguments();
+        !verb.is_hide_set() && options.any(|it| it.get_long() == Some(name))
+    });
+    let verbs: Vec<_> = verbs.map(|verb| format!("`{}`", verb.get_name())).collect();
+    if !verbs.is_empty() {
+        say("");
+        say(format_args!(
+            "  tip: {option} is an option of {}",
+            verbs.join(", ")
+        ));
+    }
 }
 
 fn dispatch(cli: &Cli) -> Result<(), Fault> {

@@ -40,8 +40,8 @@ pub(crate) enum Holder {
     CliffGuard,
     /// The arm guard, which acts after the layers: the arm is not stowed yet.
     ArmGuard,
-    /// Nothing: the motors are off.
-    Nobody,
+    /// No layer: the motors are off.
+    NoLayer,
 }
 
 impl Holder {
@@ -68,7 +68,7 @@ impl Holder {
             (Some(layer), _) => Self::Layer(layer),
             (None, Mode::User) => Self::Layer(Layer::User),
             (None, mode) if prowls(mode) => Self::Prowl,
-            (None, _) => Self::Nobody,
+            (None, _) => Self::NoLayer,
         }
     }
 
@@ -87,7 +87,7 @@ impl Holder {
         match self {
             Self::Layer(layer) => Some(layer as usize),
             Self::Prowl => Some(HOLDERS - 1),
-            Self::CliffGuard | Self::ArmGuard | Self::Nobody => None,
+            Self::CliffGuard | Self::ArmGuard | Self::NoLayer => None,
         }
     }
 }
@@ -111,7 +111,7 @@ pub(crate) fn suppressed(holder: Holder, state: &StateLine) -> Vec<Holder> {
     let above = match holder {
         Holder::Layer(holder) => Some(holder),
         Holder::CliffGuard | Holder::ArmGuard => None,
-        Holder::Prowl | Holder::Nobody => return Vec::new(),
+        Holder::Prowl | Holder::NoLayer => return Vec::new(),
     };
     let mut suppressed: Vec<Holder> = Layer::ALL
         .into_iter()

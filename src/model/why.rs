@@ -32,7 +32,7 @@ pub(crate) fn why(holder: Holder, state: &StateLine, robot: &Robot, now: Moment)
         Holder::Prowl => prowl(state, robot),
         Holder::CliffGuard => no_floor(state),
         Holder::ArmGuard => "stands until the arm is down".to_owned(),
-        Holder::Nobody => nobody(state.mode).to_owned(),
+        Holder::NoLayer => no_layer(state.mode).to_owned(),
     }
 }
 
@@ -41,7 +41,7 @@ pub(crate) fn reads(layer: Layer, state: &StateLine, robot: &Robot) -> String {
     let dark = |percent: Option<u8>| percent.map_or("none".to_owned(), |v| format!("{v} %"));
     match layer {
         Layer::User if state.mode == Mode::User => by_hand(state),
-        Layer::User => "nobody drives by hand".to_owned(),
+        Layer::User => "no one drives by hand".to_owned(),
         Layer::Bumpers => match bump(state.bump) {
             "free" => "no contact".to_owned(),
             touched => touched.to_owned(),
@@ -276,7 +276,7 @@ fn distance_in(state: &StateLine, (x_in, y_in): (i16, i16)) -> i32 {
     dx.hypot(dy).round() as i32
 }
 
-const fn nobody(mode: Mode) -> &'static str {
+const fn no_layer(mode: Mode) -> &'static str {
     match mode {
         Mode::Stop => "stopped",
         Mode::Reactive => "at rest: nothing pulls",

@@ -28,7 +28,7 @@ pub(crate) const fn holder(holder: Holder) -> &'static str {
         Holder::Prowl => "prowl",
         Holder::CliffGuard => "cliff guard",
         Holder::ArmGuard => "arm guard",
-        Holder::Nobody => "nobody",
+        Holder::NoLayer => "no layer",
     }
 }
 

@@ -18,7 +18,7 @@ pub(super) struct EventRecord<'a>(Vec<(&'static str, Cell<'a>)>);
 
 /// The content of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Cell<'a> {
+pub(super) enum Cell<'a> {
     Empty,
     Text(&'a str),
     Integer(u64),
@@ -179,20 +179,36 @@ impl<'a> EventRecord<'a> {
     pub(super) fn write_csv(&self, output: &mut Vec<u8>, at: Duration) -> io::Result<()> {
         write_seconds(output, at)?;
         write_commas(output, Telemetry::FIELDS.len())?;
+        self.write_cells(output, &Self::FIELDS)
+    }
+
+    /// Appends the cells of these fields, which are in the order of a table, and the end of the row.
+    pub(super) fn write_cells(&self, output: &mut Vec<u8>, names: &[&str]) -> io::Result<()> {
         let mut cells = self.0.iter().peekable();
-        for name in Self::FIELDS {
+        for name in names {
             output.write_all(b",")?;
-            match cells.next_if(|(of, _)| *of == name) {
-                None | Some((_, Cell::Empty)) => {}
-                Some((_, Cell::Text(text))) => write_csv_text(output, text)?,
-                Some((_, cell)) => cell.write_json(output)?,
+            if let Some((_, cell)) = cells.next_if(|(of, _)| of == name) {
+                cell.write_csv(output)?;
             }
         }
         output.write_all(b"\n")
     }
+
+    /// Names of the fields with a content.
+    pub(super) fn names(&self) -> impl Iterator<Item = &'static str> {
+        let cells = self.0.iter().filter(|(_, cell)| *cell != Cell::Empty);
+        cells.map(|(name, _)| *name)
+    }
 }
 
 impl Cell<'_> {
+    pub(super) fn write_csv(&self, output: &mut Vec<u8>) -> io::Result<()> {
+        match self {
+            Self::Text(text) => write_csv_text(output, text),
+            cell => cell.write_json(output),
+        }
+    }
+
     fn write_json(&self, output: &mut Vec<u8>) -> io::Result<()> {
         match self {
             Self::Empty => Ok(()),

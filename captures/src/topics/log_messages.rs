@@ -54,7 +54,7 @@ impl LogMessages {
                 (Some(layer), _) => layer_word(layer),
                 (None, Mode::Prowl) => "prowl",
                 (None, Mode::User) => "user",
-                (None, _) => "nobody",
+                (None, _) => "no layer",
             };
             tell(Level::Info, &format!("{who} has the motors"))?;
         }

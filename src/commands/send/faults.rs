@@ -54,7 +54,8 @@ pub(in super::super) fn not_confirmed(
             counted(heard.bytes, "byte")
         )
     } else {
-        "lines were received, but no confirmation; the robot may be out of range of our transmitter"
+        "lines were received, but no confirmation; the robot may be out of range of our transmitter, or the link is only a copy of \
+         what the station receives, such as the demo's (--via ADDR sends through the station that has the radio)"
             .to_owned()
     };
     let state = match request {

@@ -109,7 +109,7 @@ fn the_holder_follows_from_layers_and_mode() {
     let mut line = state();
     assert_eq!(Holder::of(&line), Holder::Prowl);
     line.mode = Mode::Reactive;
-    assert_eq!(Holder::of(&line), Holder::Nobody);
+    assert_eq!(Holder::of(&line), Holder::NoLayer);
     line.mode = Mode::User;
     assert_eq!(Holder::of(&line), Holder::Layer(Layer::User));
     line.layers.set(Layer::Bumpers, LayerState::Holds);

@@ -91,7 +91,7 @@ fn enlarging_shows_more() {
     let reasons = [
         "right bumper",
         "no echo left",
-        "nobody drives by hand",
+        "no one drives by hand",
         "before, newest first",
         "00:15 ✖ right bumper hit at",
     ];
