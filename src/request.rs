@@ -77,6 +77,9 @@ pub enum RequestError {
     /// An unknown first word.
     #[error("unknown command `{0}`{near}", near = hint(.0, "commands", commands::words()))]
     UnknownCommand(String),
+    /// An unknown first word, for a robot with these command strings.
+    #[error("unknown command `{0}`{near}", near = hint(.0, "the robot's commands", .1.iter().map(String::as_str)))]
+    UnknownOwn(String, Vec<String>),
     /// Wrong arguments.
     #[error("`{command}` takes {takes}; got {}", if got.is_empty() { "nothing".to_owned() } else { format!("`{got}`") })]
     Arguments {
@@ -157,7 +160,7 @@ impl RequestError {
 }
 
 /// A hint: the most similar known word, or all of them.
-fn hint(word: &str, what: &str, known: impl Iterator<Item = &'static str>) -> String {
+fn hint<'a>(word: &str, what: &str, known: impl Iterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.collect();
     let all = format!("{what} are {}", known.join(", "));
     suggest::question_or(word, known, all)
@@ -235,7 +238,12 @@ impl Request {
             Some(name) if own.iter().any(|known| known == name) => {
                 Ok(vec![Self::Own(words.join(" "))])
             }
-            _ => Self::all_from_words(&words),
+            _ => Self::all_from_words(&words).map_err(|error| match error {
+                RequestError::UnknownCommand(word) if !own.is_empty() => {
+                    RequestError::UnknownOwn(word, own.to_vec())
+                }
+                error => error,
+            }),
         }
     }
 

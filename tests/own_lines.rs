@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -19,7 +20,7 @@ use portable_pty::{MasterPty, PtySize, native_pty_system};
 
 use prost::Message as _;
 
-use crate::programs::{GROUNDWAVE, expect, scratch};
+use crate::programs::{GROUNDWAVE, Running, expect, path_in, scratch};
 use crate::pty::OnTerminal;
 
 /// A robot on a pseudo-terminal that prints lines until it is dropped.
@@ -165,6 +166,67 @@ fn command_strings_are_echoed_and_never_confirmed() {
     assert!(!watch.text().contains("confirmed"), "{}", watch.text());
     watch.type_keys("q");
     assert_eq!(watch.wait(), 0);
+}
+
+/// A station that only records sends the same command strings for others; what answers them is text, and a limit of a field raises an alarm.
+#[test]
+fn a_recording_station_sends_command_strings() {
+    let folder = scratch("own-station");
+    let (config, socket, mcap) = (
+        path_in(&folder, "config.toml"),
+        path_in(&folder, "s"),
+        path_in(&folder, "run.mcap"),
+    );
+    let text = format!(
+        r#"
+        [robot.rover]
+        link = "{}"
+        [robot.rover.lines]
+        form = "csv"
+        fields = [{{ name = "a" }}, {{ name = "b" }}, {{ name = "batt", limits = {{ low = 12000 }} }}]
+        [robot.rover.commands]
+        stop = {{ send = "S,0,0\n", reply = "OK S" }}
+        goto = {{ send = "1,{{x}},{{y}}\n", reply = "OK" }}
+        "#,
+        answering_robot()
+    );
+    fs::write(&config, text).unwrap();
+    let mut station = Running(
+        Command::new(GROUNDWAVE)
+            .args(["--config", &config, "record", "rover", "-o", &mcap])
+            .args(["--share", &socket])
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap(),
+    );
+    let said = BufReader::new(station.0.stderr.take().unwrap()).lines();
+    let mut said = said.map_while(Result::ok);
+    assert!(said.any(|line| line.contains("shared on")));
+    let send = |words: &[&str], code| {
+        let arguments = [&["--config", &config, "send", "--via", &socket], words].concat();
+        expect(code, &arguments)
+    };
+    assert!(send(&["stop"], 0).0.starts_with("stop: echoed"));
+    assert!(
+        send(&["goto", "5", "6"], 0)
+            .0
+            .starts_with("goto 5 6: echoed")
+    );
+    let (_, err) = send(&["fly"], 2);
+    assert!(err.contains("the robot's commands are goto, stop"), "{err}");
+    let pid = station.0.id().to_string();
+    let interrupted = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(interrupted.unwrap().success());
+    assert!(said.any(|line| line.contains("own lines")));
+    assert!(station.0.wait().unwrap().success());
+    let (out, _) = expect(0, &["export", &mcap, "--to", "csv", "-o", "-"]);
+    assert!(
+        out.contains("\"OK S,0,0\"") && out.contains("\"OK 1,5,6\""),
+        "{out}"
+    );
+    let begun = out.lines().find(|line| line.contains("alarm,,begun"));
+    assert!(begun.unwrap().contains(",batt_below_12000,"), "{out}");
+    assert!(begun.unwrap().contains(",alarm,12000.0,"), "{out}");
 }
 
 /// Raw bytes become a recording with named numbers, and every verb shows the numbers.

@@ -122,6 +122,8 @@ coded! {
         RobotReplaced = "robot-replaced",
         /// A mistake in the robot's lines.
         RobotMistake = "robot-mistake",
+        /// The robot has more fields of its own than the station keeps.
+        FieldsLeftOut = "fields-left-out",
         /// State of the playback.
         Playback = "playback",
         /// Bytes are missing from a capture.

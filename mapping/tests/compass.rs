@@ -59,6 +59,7 @@ fn drive(simulation: &mut Simulation, compass: &mut Compass, minutes: u64) -> Ve
                 continue;
             };
             compass.handle_line(Duration::from_millis(simulation.now_ms()), &line);
+            assert!(!compass.is_lifted(), "{:?}", simulation.truth());
             if let Body::State(state) = line.body {
                 moments.push(Moment {
                     truth: poses[poses.len().saturating_sub(LINE_MS + 1)],

@@ -9,7 +9,7 @@ use groundwave_protocol::digest::digest;
 use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Outcome;
 use groundwave_protocol::{WAYPOINTS_MAX, Waypoint};
-use sr04_sim::{Simulation, SimulationConfig, World};
+use sr04_sim::{Pose, Simulation, SimulationConfig, World};
 
 /// The place where the pose was set.
 const HOME: (f64, f64) = (0.0, 0.0);
@@ -253,6 +253,49 @@ fn routes_end_at_their_destinations() {
             first.short_in > route.short_in || route.waypoints.len() == 1,
             "{first:?}"
         );
+    }
+}
+
+/// A robot that is lifted may be put down anywhere: until its pose is set, the ground states none and plans nothing.
+#[test]
+fn lifted_robot_has_no_pose_until_it_is_set() {
+    for (seed, mode) in [
+        (40_010, Mode::Prowl),
+        (40_011, Mode::Stop),
+        (40_012, Mode::Prowl),
+    ] {
+        let mut run = Run::start(seed, 1e-3);
+        run.until(6 * 60_000, |_| false);
+        run.order(Order::Mode(mode));
+        run.until(3000, |_| false);
+        assert!(!run.compass.is_lifted(), "{seed}");
+        run.simulation.lift();
+        run.until(8000, |_| false);
+        assert!(run.compass.is_lifted(), "{seed}");
+        // Its start is free.
+        run.simulation.set_down(Pose {
+            theta_deg: 75.0,
+            ..Pose::default()
+        });
+        run.order(Order::Mode(Mode::Prowl));
+        for _ in 0..20 {
+            run.until(6000, |_| false);
+            assert_eq!(run.compass.pose(), None, "{seed}");
+            let refusal = run.compass.route(HOME, WAYPOINTS_MAX).err();
+            assert_eq!(refusal, Some(NoRoute::Lifted), "{seed}");
+        }
+        run.order(Order::Mode(Mode::Stop));
+        run.until(3000, |_| false);
+        let truth = run.simulation.truth().pose;
+        run.order(Order::Pose {
+            position: Waypoint {
+                x_in: truth.x_in.round() as i16,
+                y_in: truth.y_in.round() as i16,
+            },
+            theta_deg: truth.theta_deg.round().rem_euclid(360.0) as u16,
+        });
+        run.until(5000, |_| false);
+        assert!(run.off_in() < 3.0, "{seed}: {}", run.off_in());
     }
 }
 

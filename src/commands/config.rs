@@ -105,6 +105,8 @@ pub struct Dashboard {
 pub struct Robot {
     /// The name of a `[link.NAME]`, or a link as on the command line.
     pub link: Option<String>,
+    /// Baud rate of the link, if it is not that of its `[link.NAME]` or of `[link]`.
+    pub baud: Option<u32>,
     /// Overrides the setting in `[dashboard]`.
     pub theme: Option<Theme>,
     /// Overrides the setting in `[dashboard]`.
@@ -121,6 +123,29 @@ pub struct Robot {
     pub commands: BTreeMap<String, OwnCommand>,
     /// Limits of the robot's alarms: `[robot.NAME.limits]`, with missing ones from `[limits]`.
     pub limits: Limits,
+}
+
+impl Robot {
+    /// The alarms for the limits of its fields.
+    fn field_alarms(&self) -> impl Iterator<Item = AlarmSetting> {
+        let fields = self.lines.iter().flat_map(|lines| &lines.fields);
+        fields.flat_map(|field| {
+            let alarm = |side: &str, limit: f64| AlarmSetting {
+                name: format!("{} {side} {limit}", field.name),
+                field: Some(field.name.clone()),
+                ..AlarmSetting::default()
+            };
+            let low = field.limits.low.map(|low| AlarmSetting {
+                below: Some(low),
+                ..alarm("below", low)
+            });
+            let high = field.limits.high.map(|high| AlarmSetting {
+                above: Some(high),
+                ..alarm("above", high)
+            });
+            low.into_iter().chain(high)
+        })
+    }
 }
 
 /// Lines and command strings of a robot that does not use Groundwave's protocol.
@@ -206,6 +231,19 @@ impl Config {
 }
 
 impl OwnRobot {
+    fn of(robot: &Robot) -> Self {
+        let mut lines = robot.lines.clone();
+        if let Some(lines) = &mut lines {
+            let replies = robot.commands.values().map(OwnCommand::reply_start);
+            let replies = replies.filter(|reply| !reply.is_empty());
+            lines.replies.extend(replies.map(str::to_owned));
+        }
+        Self {
+            lines,
+            commands: robot.commands.clone(),
+        }
+    }
+
     /// Metadata for a recording: the form of the robot's own lines.
     pub(super) fn note(&self) -> Option<(String, String)> {
         let profile = serde_json::to_string(self.lines.as_ref()?).ok()?;

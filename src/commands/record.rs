@@ -1,6 +1,5 @@
 //! `record`: records received bytes without a dashboard.
 
-use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -87,7 +86,7 @@ pub(super) fn run(options: &Record, config: &Config) -> Result<(), Fault> {
         let driver = driver
             .at_baud(rate)
             .advising(port_baud)
-            .reading(config.own.recognizer()?, BTreeMap::new())
+            .reading(config.own.recognizer()?, config.own.commands.clone())
             .observed_by(keeper.event_sink())
             .shared(share)
             .hooked(config.start_alarm_hook()?)

@@ -50,6 +50,8 @@ const PARAMETER_LEVEL: u8 = 5;
 pub(crate) enum Statement {
     /// The heading may be wrong by a quarter turn.
     HeadingUnknown,
+    /// The robot was lifted, so it may be anywhere.
+    Lifted,
     /// The pose with its 95 % intervals.
     Pose(CorrectedPose),
 }
@@ -170,8 +172,11 @@ impl Ground {
     fn estimate(&mut self, now: Moment, line: &Line) {
         self.compass.handle_line(now, line);
         if matches!(line.body, Body::State(_)) {
-            let pose = self.compass.pose();
-            self.statement = Some(pose.map_or(Statement::HeadingUnknown, Statement::Pose));
+            self.statement = Some(match self.compass.pose() {
+                Some(pose) => Statement::Pose(pose),
+                None if self.compass.is_lifted() => Statement::Lifted,
+                None => Statement::HeadingUnknown,
+            });
         }
     }
 
@@ -315,6 +320,8 @@ impl Ground {
         }
         match self.statement? {
             Statement::HeadingUnknown => rules::scan(it.robot),
+            // A look around does not show where it was put down.
+            Statement::Lifted => None,
             Statement::Pose(pose) => {
                 let has_stood = self
                     .stands_since

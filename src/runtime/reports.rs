@@ -76,14 +76,14 @@ impl Reports {
             .collect()
     }
 
-    /// The pose once a second, or an unknown heading once, and at most once a minute.
+    /// The pose once a second, or an unknown one once, and at most once a minute.
     fn pose(&mut self, now: Moment, facts: &Facts) -> Option<EstimateMessage> {
         if !facts.robot.measures(Measured::Sonars) {
             return None;
         }
         let state = facts.robot.state?.value;
         let corrected = match facts.ground.statement? {
-            Statement::HeadingUnknown => None,
+            Statement::HeadingUnknown | Statement::Lifted => None,
             Statement::Pose(pose) => Some(CorrectedMessage {
                 x_in: pose.x_in,
                 y_in: pose.y_in,

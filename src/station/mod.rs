@@ -282,7 +282,12 @@ impl Station {
         self.all_lines += u64::from(run.ends_with(b"\n"));
         self.report_outages();
         self.report_other_robot();
-        if let Some(line) = self.own.take(run, has_line) {
+        let has_left_out = self.own.left_out() > 0;
+        let own = self.own.take(run, has_line);
+        if !has_left_out && self.own.left_out() > 0 {
+            self.report_fields_left_out();
+        }
+        if let Some(line) = own {
             let is_intact = line.content != Content::Damaged;
             has_line |= is_intact;
             self.own_lines += u64::from(is_intact);

@@ -1,5 +1,6 @@
 //! What the station reports of the lines: other robots, mistakes, outages and statistics.
 
+use groundwave_lines::FIELDS_MAX;
 use groundwave_protocol::decoder::Counters;
 
 use super::{Station, milliseconds};
@@ -118,6 +119,11 @@ impl Station {
             airtime_up_pct: None,
             ..statistics
         }
+    }
+
+    pub(super) fn report_fields_left_out(&mut self) {
+        let text = format!("more than {FIELDS_MAX} fields: the values of the others are not kept");
+        self.notice(NoticeCode::FieldsLeftOut, Level::Warning, &text);
     }
 
     pub(super) fn notice(&mut self, code: NoticeCode, level: Level, text: &str) {

@@ -19,7 +19,7 @@ impl Screen<'_> {
             Statement::Pose(pose) if pose.ellipse.long_in > ELLIPSE_LEAST_IN => {
                 self.facts.robot.measures(Reading::Sonars).then_some(pose)
             }
-            Statement::Pose(_) | Statement::HeadingUnknown => None,
+            Statement::Pose(_) | Statement::HeadingUnknown | Statement::Lifted => None,
         }
     }
 

@@ -169,24 +169,19 @@ impl Screen<'_> {
             width: picture.x.saturating_sub(below.x),
             ..below
         };
-        let mut say = |row: u16, text: String, style| {
+        let mut say = |row: u16, end: f32| {
+            let text = Line::styled(words(end.into()), self.theme.dim);
             put(
                 buffer,
                 label,
                 row,
-                &self.cut(Line::styled(text, style), usize::from(label.width)),
+                &self.cut(text, usize::from(label.width)),
             );
         };
-        let is_known = high.is_finite() && low.is_finite();
-        if is_known {
-            say(0, words(high.into()), self.theme.dim);
-            say(
-                below.height.saturating_sub(1),
-                words(low.into()),
-                self.theme.dim,
-            );
+        if high.is_finite() && low.is_finite() {
+            say(0, high);
+            say(below.height.saturating_sub(1), low);
         }
-        say(below.height / 2, known.words(), self.theme.strong);
         self.time_labels(buffer, super::plots::split_picture(axis).1);
     }
 

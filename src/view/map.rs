@@ -113,6 +113,13 @@ impl Screen<'_> {
                     vec![format!("{old}ground: heading unknown")],
                     self.theme.warning,
                 ),
+                Statement::Lifted => (
+                    vec![
+                        format!("{old}ground: lifted, so its pose is unknown; :set-pose"),
+                        format!("{old}ground: lifted, pose unknown"),
+                    ],
+                    self.theme.warning,
+                ),
                 Statement::Pose(pose) => {
                     let CorrectedPose {
                         x_in,

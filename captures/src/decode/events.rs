@@ -182,9 +182,10 @@ impl<'a> EventRecord<'a> {
         self.write_cells(output, &Self::FIELDS)
     }
 
-    /// Appends the cells of these fields, which are in the order of a table, and the end of the row.
+    /// Appends the cells of these fields, which are in the order of a table and hold all with a content, and the end of the row.
     pub(super) fn write_cells(&self, output: &mut Vec<u8>, names: &[&str]) -> io::Result<()> {
-        let mut cells = self.0.iter().peekable();
+        let with_content = |(_, cell): &&(_, Cell<'_>)| *cell != Cell::Empty;
+        let mut cells = self.0.iter().filter(with_content).peekable();
         for name in names {
             output.write_all(b",")?;
             if let Some((_, cell)) = cells.next_if(|(of, _)| of == name) {

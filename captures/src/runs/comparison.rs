@@ -40,7 +40,12 @@ impl Figures {
             bumps: course.bumps(),
             restarts: counters.restarts,
             loss: Loss::of(counters),
-            damaged: Damaged::of(counters),
+            // Without an intact line they may be lines of a robot's own.
+            damaged: if counters.received() == 0 {
+                Damaged::default()
+            } else {
+                Damaged::of(counters)
+            },
             odometer_resets: course.odometer_resets(),
         }
     }

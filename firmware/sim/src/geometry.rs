@@ -69,6 +69,12 @@ impl Frame {
             theta_deg: wrap_deg(theta_rad.to_degrees() - self.theta_deg),
         }
     }
+
+    /// Place and heading (radians) on the floor plan of a pose in the robot's coordinates.
+    pub(crate) fn place(&self, pose: Pose) -> (Vec2, f64) {
+        let plan = self.origin + clockwise(self.ahead) * pose.x_in + self.ahead * pose.y_in;
+        (plan, (pose.theta_deg + self.theta_deg).to_radians())
+    }
 }
 
 /// The same angle, above -180 up to 180 degrees.

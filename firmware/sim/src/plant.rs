@@ -1,6 +1,6 @@
 //! The world and the robot's body as seen from the pins of the robot's board.
 
-use sr04_firmware::board::{Echo, Inputs, Outputs, Side, Sides, Switches};
+use sr04_firmware::board::{Echo, Edges, Inputs, Outputs, Side, Sides, Switches};
 
 use crate::body::arm::Arm;
 use crate::body::hook::Hook;
@@ -145,7 +145,8 @@ impl Plant {
 
     fn step_dock(&mut self) {
         if let Some(dock) = &self.scene.dock {
-            let is_held = dock.holds(self.body.center, self.body.theta_rad);
+            let is_held =
+                !self.body.is_lifted() && dock.holds(self.body.center, self.body.theta_rad);
             self.body.charge(is_held);
         }
     }
@@ -180,7 +181,7 @@ impl Plant {
             photo_left: Some(photo_left),
             photo_right: Some(photo_right),
             battery_dv: self.body.battery().decivolts(),
-            cliff: Some(edges::detect(&self.scene, self.view(), &mut self.faulty)),
+            cliff: Some(self.floor_edges()),
             motion: Some(self.motion.sides()),
             top_hat: self.arm.top_hat(),
             beacon: self.beacon(),
@@ -196,6 +197,13 @@ impl Plant {
             self.faulty.edges(Side::Left, left),
             self.faulty.edges(Side::Right, right),
         )
+    }
+
+    fn floor_edges(&mut self) -> Edges {
+        if self.body.is_lifted() {
+            return Edges::ALL;
+        }
+        edges::detect(&self.scene, self.view(), &mut self.faulty)
     }
 
     fn switches(&mut self) -> Switches {
@@ -257,6 +265,17 @@ impl Plant {
         self.outputs = Outputs::default();
         self.echo = None;
         self.body.take_edges();
+    }
+
+    /// Lifts the robot from the floor; nothing else moves it until [`Self::set_down`].
+    pub fn lift(&mut self) {
+        self.body.lift();
+    }
+
+    /// Puts the robot down at a free place in the coordinates of [`Truth`].
+    pub fn set_down(&mut self, pose: Pose) {
+        let (center, theta_rad) = self.frame.place(pose);
+        self.body.set_down(center, theta_rad);
     }
 
     /// The robot's current outputs.

@@ -6,6 +6,7 @@ use sr04_firmware::robot::Robot;
 
 use crate::body::Conditions;
 use crate::channel::{ChannelSpec, Radio};
+use crate::geometry::Pose;
 use crate::plant::{Plant, Truth};
 use crate::rng::{Rng, Stream};
 use crate::stuck::StuckDetector;
@@ -209,6 +210,16 @@ impl Simulation {
         self.robot = Robot::restored(self.identity, self.kept.clone());
         self.leds_on = false;
         self.plant.reset_board();
+    }
+
+    /// Lifts the robot from the floor; its program continues.
+    pub fn lift(&mut self) {
+        self.plant.lift();
+    }
+
+    /// Puts the robot down at a free place in the coordinates of [`Truth`].
+    pub fn set_down(&mut self, pose: Pose) {
+        self.plant.set_down(pose);
     }
 
     /// Replaces the radio's faults; bytes on their way keep their arrival time.

@@ -14,7 +14,7 @@ pub(super) const VARIANCE: f64 = 64.0;
 const LINES: u8 = 3;
 
 /// Deviation of the estimated heading up to which it is the dock's, degrees: robots come at an angle of up to 20 degrees.
-const KNOWN_DEG: f64 = 15.0;
+pub(super) const KNOWN_DEG: f64 = 15.0;
 
 /// Distance from the origin within which a robot that begins on a dock is at home, inches.
 const AT_HOME_IN: f64 = 12.0;
@@ -47,6 +47,11 @@ impl Dock {
             0
         };
         self.lines == LINES
+    }
+
+    /// True heading on the dock, degrees, once it is known.
+    pub(super) const fn heading_deg(&self) -> Option<f64> {
+        self.heading_deg
     }
 
     /// Quarter turns by which an estimated heading is off; `None` if that is not known. The first heading that is known well is the dock's.

@@ -5,6 +5,7 @@ mod align;
 mod directions;
 mod dock;
 mod drift;
+mod lift;
 mod lines;
 mod matching;
 mod reckoning;
@@ -31,6 +32,7 @@ pub(crate) use align::{align, thinned};
 use directions::{Belief, Change};
 use dock::Dock;
 use drift::{Drift, Motion};
+use lift::Lift;
 use lines::{is_touching, position_in, pushed_deg, turn_deg};
 pub(crate) use matching::Foot;
 pub use reckoning::Ellipse;
@@ -88,7 +90,7 @@ struct Gauge {
 ///
 /// It takes the robot's lines in the order in which they were received. The position is reckoned until the direction of the
 /// house is known, and from then on matched with a map that the compass builds itself. A pose set by others is taken as true. A pose that
-/// is the stated one was taken from it, so its uncertainty stays.
+/// is the stated one was taken from it, so its uncertainty stays. After the robot was lifted, its pose is unknown until it is set, or the robot is on its dock.
 #[derive(Clone, Debug, Default)]
 pub struct Compass {
     last: Option<(Duration, StateLine)>,
@@ -109,6 +111,8 @@ pub struct Compass {
     contact_s: f64,
     drift: Drift,
     dock: Dock,
+    lift: Lift,
+    is_lifted: bool,
     /// Position until the direction of the house is known, and where it began.
     reckoning: Reckoning,
     origin_in: (f64, f64),
@@ -163,14 +167,20 @@ impl Compass {
         self.tracker.is_some()
     }
 
-    /// True heading minus the odometer's, degrees; `None` if it may be wrong by a quarter turn.
+    /// Whether the robot was lifted, so that it may be anywhere.
+    #[must_use]
+    pub const fn is_lifted(&self) -> bool {
+        self.is_lifted
+    }
+
+    /// True heading minus the odometer's, degrees; `None` if it may be wrong by a quarter turn, and after the robot was lifted.
     #[must_use]
     pub fn heading_error_deg(&self) -> Option<Interval> {
         let (error, is_lost) = self.drift.heading(self.motion);
-        (!is_lost).then_some(Interval::of(error))
+        (!is_lost && !self.is_lifted).then_some(Interval::of(error))
     }
 
-    /// The true pose; `None` before a line, and if the heading may be wrong by a quarter turn.
+    /// The true pose; `None` before a line, if the heading may be wrong by a quarter turn, and after the robot was lifted.
     #[must_use]
     pub fn pose(&self) -> Option<CorrectedPose> {
         let (_, last) = self.last.as_ref()?;
@@ -273,6 +283,7 @@ impl Compass {
     fn restart(&mut self) {
         self.drift.restart();
         self.last = None;
+        self.is_lifted = false;
         self.begin();
     }
 
@@ -360,6 +371,7 @@ impl Compass {
         if self.stretch.is_complete() {
             self.measure(f64::from(state.theta_deg));
         }
+        self.is_lifted |= self.lift.take(state);
         if self.dock.take(state) {
             self.dock_at_home(f64::from(state.theta_deg));
         }
@@ -367,6 +379,10 @@ impl Compass {
 
     /// Takes the robot's place on its dock: it is at home, and its heading is known again if it has been there before.
     fn dock_at_home(&mut self, theta_deg: f64) {
+        if self.is_lifted {
+            self.begin_at_dock(theta_deg);
+            return;
+        }
         let Some(tracker) = &self.tracker else {
             return;
         };
@@ -388,6 +404,24 @@ impl Compass {
             self.reckoning = Reckoning::near((0.0, 0.0), dock::VARIANCE);
             self.begin_map();
         }
+    }
+
+    /// Begins again on the dock, if its heading is known.
+    fn begin_at_dock(&mut self, theta_deg: f64) {
+        let Some(heading_deg) = self.dock.heading_deg() else {
+            return;
+        };
+        self.drift.restart();
+        self.drift.turn(theta_deg - heading_deg);
+        self.drift.pass(Motion {
+            variance: dock::KNOWN_DEG * dock::KNOWN_DEG / 2.0,
+            ..Motion::default()
+        });
+        self.is_lifted = false;
+        self.tracker = None;
+        self.trail = Trail::default();
+        self.reckoning = Reckoning::near((0.0, 0.0), dock::VARIANCE);
+        self.begin();
     }
 
     /// Ends the stretch without its walls; with the dock in the house's frame if the robot stands there.

@@ -37,6 +37,8 @@ pub enum NoRoute {
     NoPose,
     /// The heading may be wrong by a quarter turn.
     HeadingUnknown,
+    /// The robot was lifted, so it may be anywhere.
+    Lifted,
     /// The directions of too few walls were seen.
     WallsUnknown,
     /// The 95 % ellipse of the position is as large as a room.
@@ -54,6 +56,7 @@ impl fmt::Display for NoRoute {
         let unknown = match self {
             Self::NoPose => "no position was received",
             Self::HeadingUnknown => "its heading may be wrong by a quarter turn",
+            Self::Lifted => "it was lifted, so set its pose",
             Self::WallsUnknown => "it has not passed enough walls yet",
             Self::TooUncertain => "its position is known to no better than 300 in",
             Self::TooFar => {
@@ -83,6 +86,9 @@ impl Compass {
     /// If the true pose is not known, or the floor is blocked.
     pub fn route(&self, target_in: (f64, f64), most: usize) -> Result<PlannedRoute, NoRoute> {
         let (_, last) = self.last.as_ref().ok_or(NoRoute::NoPose)?;
+        if self.is_lifted {
+            return Err(NoRoute::Lifted);
+        }
         let error_deg = self
             .heading_error_deg()
             .ok_or(NoRoute::HeadingUnknown)?

@@ -59,6 +59,12 @@ impl OwnCommand {
         unsent.map_or(Ok(()), |name| Err(CommandError::Unsent(name.to_owned())))
     }
 
+    /// Beginning of the reply, whatever the arguments; empty if it begins with one.
+    #[must_use]
+    pub fn reply_start(&self) -> &str {
+        self.reply.split('{').next().unwrap_or_default().trim()
+    }
+
     /// Names of the arguments.
     #[must_use]
     pub fn arguments(&self) -> Vec<&str> {

@@ -30,6 +30,9 @@ pub struct Profile {
     /// Regular expression whose named groups are the fields; only for the form `regex`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pattern: Option<String>,
+    /// Beginnings of lines that answer commands: such a line is text, whatever its form.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub replies: Vec<String>,
 }
 
 /// The form of a robot's lines.

@@ -64,6 +64,7 @@ pub struct Recognizer {
     form: Form,
     checksum: Checksum,
     pattern: Option<Regex>,
+    replies: Vec<String>,
     columns: Columns,
     origin: Origin,
     /// Fields, by their name in the line.
@@ -98,6 +99,7 @@ impl Default for Recognizer {
             form: Form::Auto,
             checksum: Checksum::None,
             pattern: None,
+            replies: Vec::new(),
             columns: Columns::default(),
             origin: Origin::default(),
             fields: BTreeMap::new(),
@@ -127,6 +129,7 @@ impl Recognizer {
             form: profile.form,
             checksum: profile.checksum,
             pattern,
+            replies: profile.replies.clone(),
             columns,
             fields: fields
                 .map(|field| (field.name.clone(), Arc::new(field.clone())))
@@ -234,6 +237,13 @@ impl Recognizer {
         let Some(content) = self.checksum.strip(text) else {
             return self.damaged();
         };
+        if self
+            .replies
+            .iter()
+            .any(|reply| content.starts_with(reply.as_str()))
+        {
+            return self.take_text(content);
+        }
         let Some(found) = self.cells(content) else {
             return self.take_text(content);
         };

@@ -18,19 +18,20 @@ impl Config {
         let usage = |message: String| Fault::new(Exit::Usage, message);
         let mut config = self.clone();
         let mut link = link.clone();
+        let mut robot_baud = None;
         if let Some(robot) = named(&link).and_then(|name| self.robots.get(name)) {
             config.dashboard = dashboard(robot, &self.dashboard);
             config.limits = robot.limits.clone();
-            config.own = OwnRobot {
-                lines: robot.lines.clone(),
-                commands: robot.commands.clone(),
-            };
+            config.own = OwnRobot::of(robot);
+            config.alarms.extend(robot.field_alarms());
+            robot_baud = robot.baud;
             link = parse(robot.link.as_deref()).map_err(usage)?;
         }
         if let Some(profile) = named(&link).and_then(|name| self.links.get(name)) {
             config.link = merged(profile, &self.link);
             link = parse(profile.port.as_deref()).map_err(usage)?;
         }
+        config.link.baud = robot_baud.or(config.link.baud);
         if let Some(name) = named(&link) {
             if let Some(adapter) = name.strip_prefix("usb:") {
                 let port =

@@ -67,7 +67,11 @@ pub(super) fn parse_lenient(text: &str) -> (Config, Vec<Mistake>) {
     let (document, errors) = DeTable::parse_recoverable(text);
     let mut notes = Mistakes::new(text);
     let mut config = read(document.into_inner(), &mut mistakes, &mut notes);
-    config.notes = notes.into_sorted();
+    // A field that no line of the protocol has is the field of such a robot.
+    let has_own = |robot: &Robot| robot.lines.is_some() || !robot.commands.is_empty();
+    if !config.robots.values().any(has_own) {
+        config.notes = notes.into_sorted();
+    }
     if !errors.is_empty() {
         // Mistakes in the syntax may cause other mistakes.
         mistakes = Mistakes::new(text);
@@ -105,10 +109,10 @@ fn read(
     let alarms = alarms(&mut document, mistakes, notes);
     let mut sections: Sections = deserialize(document, &[], mistakes);
     let mut links: BTreeMap<String, Link> = deserialize(profiles, &["link"], mistakes);
-    check_link(&sections.link, &["link"], &spans, mistakes);
+    check_baud(sections.link.baud, &["link"], &spans, mistakes);
     links.retain(|name, link| {
         let path = ["link", name];
-        check_link(link, &path, &spans, mistakes);
+        check_baud(link.baud, &path, &spans, mistakes);
         let has_port = link.port.is_some();
         if !has_port && !mistakes.are_in(&path) {
             let message = format!(
@@ -303,8 +307,8 @@ impl Spans<'_> {
     }
 }
 
-fn check_link(link: &Link, path: &[&str], spans: &Spans<'_>, mistakes: &mut Mistakes<'_>) {
-    if link.baud == Some(0) {
+fn check_baud(baud: Option<u32>, path: &[&str], spans: &Spans<'_>, mistakes: &mut Mistakes<'_>) {
+    if baud == Some(0) {
         let section = path.join(".");
         let message = format!("[{section}]: baud must be above 0; the SR04's radio has 2400");
         mistakes.add(&spans.of(path), message);
@@ -342,6 +346,7 @@ fn check_robot(
     if spans.find(&limits_path).is_some() {
         check_limits(&robot.limits, &limits_path, spans, mistakes);
     }
+    check_baud(robot.baud, &path, spans, mistakes);
     check_own(name, robot, spans, mistakes);
     let Some(link) = &robot.link else {
         if !mistakes.are_in(&path) {

@@ -224,7 +224,7 @@ impl Report {
                     matches!(request, Request::Parameter(Tuning::List | Tuning::Get(_)));
                 if !self.json && !self.quiet && !is_question {
                     let digest =
-                        digest.map_or(String::new(), |digest| format!(", digest {digest:08x}"));
+                        digest.map_or(String::new(), |digest| format!(", digest {digest:08X}"));
                     return Some(show_line(format_args!(
                         "{request}: confirmed after {:.1} s{digest}",
                         after.as_secs_f64()

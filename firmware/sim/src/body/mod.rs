@@ -106,6 +106,7 @@ pub(crate) struct Body {
     measured: (Vec2, f64),
     touches: Vec<Touch>,
     has_fallen: bool,
+    is_lifted: bool,
     floor: FloorEffect,
     /// Distance driven, inches.
     pub(crate) path_in: f64,
@@ -134,6 +135,7 @@ impl Body {
             measured: (center, 0.0),
             touches: Vec::new(),
             has_fallen: false,
+            is_lifted: false,
             floor: FloorEffect::default(),
             path_in: 0.0,
         }
@@ -153,7 +155,7 @@ impl Body {
             duty_left * self.left.current_a + duty_right * self.right.current_a,
             STEP_S,
         );
-        if self.has_fallen {
+        if self.has_fallen || self.is_lifted {
             self.left.turn(STEP_S);
             self.right.turn(STEP_S);
             return;
@@ -196,6 +198,29 @@ impl Body {
     /// Stops the body for good; its wheels turn in the air.
     fn fall(&mut self) {
         self.has_fallen = true;
+        self.halt();
+    }
+
+    /// Takes the body off the floor: its wheels turn in the air, and nothing touches it.
+    pub(crate) fn lift(&mut self) {
+        self.is_lifted = true;
+        self.touches.clear();
+        self.halt();
+    }
+
+    /// Puts the body on the floor at a place that is free.
+    pub(crate) fn set_down(&mut self, center: Vec2, theta_rad: f64) {
+        self.is_lifted = false;
+        (self.center, self.theta_rad) = (center, theta_rad);
+        self.free_in = 0.0;
+    }
+
+    /// Whether the body is off the floor.
+    pub(crate) const fn is_lifted(&self) -> bool {
+        self.is_lifted
+    }
+
+    const fn halt(&mut self) {
         self.ahead_in_s = 0.0;
         self.right_in_s = 0.0;
         self.turn_rad_s = 0.0;
@@ -326,9 +351,7 @@ impl Body {
             .is_some_and(|touch| touch.depth_in - touch.travel_in > OVERLAP_MAX_IN);
         if stuck {
             (self.center, self.theta_rad) = before;
-            self.ahead_in_s = 0.0;
-            self.right_in_s = 0.0;
-            self.turn_rad_s = 0.0;
+            self.halt();
             self.look_around(scene);
         }
     }
