@@ -65,6 +65,18 @@ fn the_estimate_and_the_suggestion_are_under_the_map() {
     row(&past, "ground: heading");
 }
 
+/// A robot that was lifted has no place on the map.
+#[test]
+fn a_lifted_robot_is_said_to_be_lifted() {
+    let mut scene = off(Config::default());
+    scene.model.facts.ground.statement = Some(Statement::Lifted);
+    scene.model.facts.watch_ground(scene.now);
+    let wide = screen(&scene, 120, 40);
+    row(&wide, "ground: lifted, so its pose is unknown; :set-pose");
+    assert!(!wide.contains("Ctrl-Y"), "{wide}");
+    row(&screen(&scene, 80, 24), "ground: lifted, pose unknown");
+}
+
 /// The way of a suggestion is on the map like a draft, and its reason is in words.
 #[test]
 fn a_suggested_way_is_on_the_map() {
