@@ -22,7 +22,7 @@ use groundwave::request::Request;
 use groundwave::route;
 use groundwave::share::{
     ANNOUNCEMENT, Address, Answers, Broker, CallId, Calls, ClientId, ClientLine, Heard, Lines,
-    Output, StationLine, StatusJson, is_announced,
+    Output, StationLine, StatusJson, ToClient, ToStation, is_announced,
 };
 use groundwave_lines::{FIELDS_MAX, Recognizer, runs};
 use sr04_sim::World;
@@ -364,9 +364,13 @@ fn fuzz_clients() {
                 }
                 while let Some(output) = broker.poll_output() {
                     match output {
-                        Output::Close(client) => closed.push(client),
-                        Output::GiveUp(id, _) => assert!((1..=given).contains(&id.0)),
-                        Output::Converse { client, .. } => assert!(!closed.contains(&client)),
+                        Output::Client(client, ToClient::Close) => closed.push(client),
+                        Output::Station(ToStation::GiveUp(id, _)) => {
+                            assert!((1..=given).contains(&id.0));
+                        }
+                        Output::Client(client, ToClient::Converse { .. }) => {
+                            assert!(!closed.contains(&client));
+                        }
                         _ => {}
                     }
                 }

@@ -7,7 +7,9 @@ use crate::pty::OnTerminal;
 use crate::sharing::{program_in, station, station_on_a_port};
 use groundwave::event::{CommandId, CommandStatus, Event, Failure, LinkEvent, Moment, NoticeCode};
 use groundwave::request::Request;
-use groundwave::share::{Answers, Broker, ClientId, Heard, Output, StationLine};
+use groundwave::share::{
+    Answers, Broker, ClientId, Heard, Output, StationLine, ToClient, ToStation,
+};
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
 use groundwave_protocol::status_codes::Mode;
@@ -69,15 +71,17 @@ impl Pair {
         self.told = self.co.events.len();
         while let Some(output) = self.broker.poll_output() {
             match output {
-                Output::Line(_, line) => {
+                Output::Client(_, ToClient::Line(line)) => {
                     let line = StationLine::parse(&line).unwrap();
                     self.second.handle_shared_line(now, &line);
                 }
-                Output::GiveUp(id, why) => self.co.station.handle_give_up(now, id, why),
-                Output::Drive {
+                Output::Station(ToStation::GiveUp(id, why)) => {
+                    self.co.station.handle_give_up(now, id, why);
+                }
+                Output::Station(ToStation::Drive {
                     velocity_in_s,
                     rotation_in_s,
-                } => {
+                }) => {
                     let station = &mut self.co.station;
                     station.handle_drive(now, velocity_in_s, rotation_in_s);
                 }

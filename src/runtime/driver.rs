@@ -11,7 +11,7 @@ use tokio::time::{Instant as TokioInstant, sleep_until};
 
 use super::advice::advice;
 use super::live::{self, Live};
-use super::share_server::{ShareServer, Wanted};
+use super::share_server::ShareServer;
 use crate::event::{
     CommandId, Event, Failure, GROUND, Level, LinkEvent, Moment, Notice, NoticeCode, Reception,
 };
@@ -21,7 +21,7 @@ use crate::io::link::{Link, LinkInput};
 use crate::io::share::FromClient;
 use crate::radio::{Radio, random_owner};
 use crate::request::Request;
-use crate::share::{Answers, Heard, Welcome};
+use crate::share::{Answers, Heard, ToStation, Welcome};
 use crate::station::Station;
 use crate::statistics::Statistics;
 
@@ -151,7 +151,8 @@ impl Driver {
     /// Waits for an input or the next deadline, then handles it. Cancel-safe.
     pub async fn step(&mut self) {
         self.detect_suspension();
-        let server = self.share.as_ref().and_then(ShareServer::poll_timeout);
+        let server = self.share.as_ref();
+        let server = server.and_then(|server| server.broker.poll_timeout());
         let live = self.live.as_ref().and_then(Live::poll_timeout);
         let shelved = self.answers.next_expiry();
         let deadline = [self.station.poll_timeout(), server, live, shelved]
@@ -190,7 +191,7 @@ impl Driver {
         }
         let heard = self.heard();
         if let Some(server) = &mut self.share {
-            server.handle_timeout(now, heard);
+            server.broker.handle_timeout(now, heard);
         }
         self.serve_share();
         if let Some(live) = &mut self.live {
@@ -233,7 +234,7 @@ impl Driver {
         let by = Some(asked.by.clone());
         let id = self.start(now, asked.ask.request.clone(), by);
         if let Some(server) = &mut self.share {
-            server.handle_started(now, id, &asked, heard);
+            server.broker.handle_started(now, id, &asked, heard);
         }
     }
 
@@ -266,24 +267,28 @@ impl Driver {
     fn serve_share(&mut self) {
         while let Some(wanted) = self.share.as_mut().and_then(ShareServer::poll) {
             match wanted {
-                Wanted::GiveUp(id, why) => self.station.handle_give_up(self.now(), id, why),
-                Wanted::Drive {
+                ToStation::GiveUp(id, why) => self.station.handle_give_up(self.now(), id, why),
+                ToStation::Drive {
                     velocity_in_s: 0,
                     rotation_in_s: 0,
                 } => self.station.handle_drive_end(self.now()),
-                Wanted::Drive {
+                ToStation::Drive {
                     velocity_in_s,
                     rotation_in_s,
                 } => {
                     let now = self.now();
                     self.station.handle_drive(now, velocity_in_s, rotation_in_s);
                 }
-                Wanted::Answered(answered) => {
+                ToStation::Answered(answered) => {
                     let alarm = &answered.alarm;
                     self.station.handle_answer(alarm, answered.answer);
                     self.events.push_back(Event::AlarmAnswer(answered));
                 }
-                Wanted::Tell(notice) => self.events.push_back(Event::Notice(notice)),
+                ToStation::Warning(text) => self.events.push_back(Event::Notice(Notice::new(
+                    NoticeCode::ShareClient,
+                    Level::Warning,
+                    format!("shared link: {text}"),
+                ))),
             }
         }
     }
@@ -363,7 +368,7 @@ impl Driver {
             LinkInput::Said(line) => {
                 let now = self.now();
                 if let Some(server) = &mut self.share {
-                    server.pass_on(&line);
+                    server.broker.pass_on(&line);
                     self.serve_share();
                 }
                 self.station.handle_shared_line(now, &line);

@@ -2,35 +2,15 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use crate::event::{
-    AlarmAnswer, CommandId, Event, Failure, Level, LinkEvent, Moment, Notice, NoticeCode, Truth,
-};
+use crate::event::{Event, LinkEvent, Moment};
 use crate::io::share::{FromClient, Share};
-use crate::share::{Answers, Asked, Broker, Heard, Output, StationLine};
+use crate::share::{Answers, Asked, Broker, Heard, Output, ToClient, ToStation};
 
 /// The clients of a shared link.
 #[derive(Debug)]
 pub(super) struct ShareServer {
     share: Share,
-    broker: Broker,
-}
-
-/// A request of the share server to the station.
-#[derive(Debug)]
-pub(super) enum Wanted {
-    /// End a command for a reason.
-    GiveUp(CommandId, Failure),
-    /// Drive by hand for half a second; zeros stop the robot.
-    Drive {
-        /// Forward speed, in/s.
-        velocity_in_s: i8,
-        /// Speed of the left wheel minus that of the right wheel, in/s.
-        rotation_in_s: i8,
-    },
-    /// Take an operator's answer to an alarm.
-    Answered(AlarmAnswer),
-    /// Log this notice.
-    Tell(Notice),
+    pub(super) broker: Broker,
 }
 
 impl ShareServer {
@@ -74,31 +54,6 @@ impl ShareServer {
         None
     }
 
-    /// Sets whether the station, or the one before it, runs the operator's command for alarms.
-    pub(super) const fn set_runs_alarm_hook(&mut self, runs: bool) {
-        self.broker.set_runs_alarm_hook(runs);
-    }
-
-    /// Takes the answer of the station's operator to an alarm.
-    pub(super) fn handle_answer(&mut self, answered: &AlarmAnswer) {
-        self.broker.handle_answer(None, answered);
-    }
-
-    /// Takes the world of a simulated robot, for the clients' maps.
-    pub(super) fn handle_truth(&mut self, truth: Truth) {
-        self.broker.handle_truth(truth);
-    }
-
-    pub(super) fn handle_started(
-        &mut self,
-        now: Moment,
-        id: CommandId,
-        asked: &Asked,
-        heard: Heard,
-    ) {
-        self.broker.handle_started(now, id, asked, heard);
-    }
-
     /// Passes an event to the clients that it concerns.
     pub(super) fn handle_event(&mut self, event: &Event, heard: Heard) {
         match event {
@@ -112,46 +67,19 @@ impl ShareServer {
         }
     }
 
-    /// Passes to the clients what the station before this one tells.
-    pub(super) fn pass_on(&mut self, line: &StationLine) {
-        self.broker.pass_on(line);
-    }
-
-    pub(super) fn handle_timeout(&mut self, now: Moment, heard: Heard) {
-        self.broker.handle_timeout(now, heard);
-    }
-
-    pub(super) fn poll_timeout(&self) -> Option<Moment> {
-        self.broker.poll_timeout()
-    }
-
     /// Carries out requests to the sockets; returns a request to the station.
-    pub(super) fn poll(&mut self) -> Option<Wanted> {
+    pub(super) fn poll(&mut self) -> Option<ToStation> {
         loop {
-            match self.broker.poll_output()? {
-                Output::Converse { client, raw } => self.share.converse(client, raw),
-                Output::Line(client, line) => self.share.send_line(client, &line),
-                Output::Close(client) => self.share.close(client),
-                Output::Busy(client, is_busy) => self.share.set_busy(client, is_busy),
-                Output::Stopping(client) => self.share.start_stop(client),
-                Output::GiveUp(id, why) => return Some(Wanted::GiveUp(id, why)),
-                Output::Drive {
-                    velocity_in_s,
-                    rotation_in_s,
-                } => {
-                    return Some(Wanted::Drive {
-                        velocity_in_s,
-                        rotation_in_s,
-                    });
-                }
-                Output::Answered(answered) => return Some(Wanted::Answered(answered)),
-                Output::Warning(text) => {
-                    return Some(Wanted::Tell(Notice::new(
-                        NoticeCode::ShareClient,
-                        Level::Warning,
-                        format!("shared link: {text}"),
-                    )));
-                }
+            let (client, output) = match self.broker.poll_output()? {
+                Output::Client(client, output) => (client, output),
+                Output::Station(output) => return Some(output),
+            };
+            match output {
+                ToClient::Converse { raw } => self.share.converse(client, raw),
+                ToClient::Line(line) => self.share.send_line(client, &line),
+                ToClient::Close => self.share.close(client),
+                ToClient::Busy(is_busy) => self.share.set_busy(client, is_busy),
+                ToClient::Stopping => self.share.start_stop(client),
             }
         }
     }

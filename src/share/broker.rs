@@ -34,21 +34,33 @@ pub struct ClientId(pub u64);
 /// An output for the sockets or the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
-    /// Send only lines to this client from now on; raw bytes as lines, if the client wants them.
+    /// For the socket of this client.
+    Client(ClientId, ToClient),
+    /// For the station.
+    Station(ToStation),
+}
+
+/// A request to a client's socket.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ToClient {
+    /// Send only lines from now on; raw bytes as lines, if the client wants them.
     Converse {
-        /// Number of the client.
-        client: ClientId,
         /// Whether the client also gets the raw bytes.
         raw: bool,
     },
-    /// Send this line to this client.
-    Line(ClientId, Vec<u8>),
-    /// Close this client after its unsent lines.
-    Close(ClientId),
-    /// Set whether this client waits for a command and therefore keeps its place.
-    Busy(ClientId, bool),
-    /// This client waits for a STOP.
-    Stopping(ClientId),
+    /// Send this line.
+    Line(Vec<u8>),
+    /// Close the socket after its unsent lines.
+    Close,
+    /// Set whether the client waits for a command and therefore keeps its place.
+    Busy(bool),
+    /// The client waits for a STOP.
+    Stopping,
+}
+
+/// A request to the station.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ToStation {
     /// End a command for a reason.
     GiveUp(CommandId, Failure),
     /// Drive by hand for half a second; zeros stop the robot.
@@ -168,7 +180,7 @@ impl Broker {
     /// Removes a client that was closed because it did not read its raw bytes.
     pub fn handle_too_slow(&mut self, client: ClientId, unread_bytes: usize) {
         if let Some(gone) = self.clients.remove(&client) {
-            self.outputs.push_back(Output::Warning(format!(
+            self.tell_station(ToStation::Warning(format!(
                 "{} stopped reading and was cut off, {} unread",
                 gone.peer,
                 counted(unread_bytes as u64, "byte")
@@ -179,7 +191,7 @@ impl Broker {
     /// Removes an idle client that was closed to admit another.
     pub fn handle_gave_way(&mut self, client: ClientId) {
         if let Some(gone) = self.clients.remove(&client) {
-            self.outputs.push_back(Output::Warning(format!(
+            self.tell_station(ToStation::Warning(format!(
                 "{} was cut off to make room for another program",
                 gone.peer
             )));
@@ -209,7 +221,7 @@ impl Broker {
                 if let Some(pid) = pid.filter(|_| !known.peer.starts_with("pid ")) {
                     known.peer = format!("pid {pid} from {}", known.peer);
                 }
-                self.outputs.push_back(Output::Converse { client, raw });
+                self.tell_client(client, ToClient::Converse { raw });
                 let mut welcome = Welcome::new(self.link.clone(), self.can_send);
                 welcome.runs_alarm_hook = self.runs_alarm_hook;
                 welcome.answers = answers.all(now);
@@ -236,8 +248,7 @@ impl Broker {
                 let meant = |command: &Command| command.client == client && command.tag == tag;
                 // The command may have ended meanwhile.
                 if let Some((&id, _)) = commands.find(|(_, command)| meant(command)) {
-                    let cancel = Output::GiveUp(id, Failure::Cancelled);
-                    self.outputs.push_back(cancel);
+                    self.tell_station(ToStation::GiveUp(id, Failure::Cancelled));
                 }
                 return None;
             }
@@ -245,7 +256,7 @@ impl Broker {
                 velocity_in_s,
                 rotation_in_s,
             }) => {
-                self.outputs.push_back(Output::Drive {
+                self.tell_station(ToStation::Drive {
                     velocity_in_s,
                     rotation_in_s,
                 });
@@ -258,13 +269,14 @@ impl Broker {
                 let by = known.peer.clone();
                 let answered = AlarmAnswer { alarm, answer, by };
                 self.handle_answer(Some(client), &answered);
-                self.outputs.push_back(Output::Answered(answered));
+                self.tell_station(ToStation::Answered(answered));
                 return None;
             }
             // STOP is exempt from the limits.
             Ok(ClientLine::Ask(ask)) if ask.request == Request::Stop => {
-                self.outputs.push_back(Output::Stopping(client));
-                return Some(known.asked(client, ask));
+                let asked = known.asked(client, ask);
+                self.tell_client(client, ToClient::Stopping);
+                return Some(asked);
             }
             Ok(ClientLine::Ask(_)) if known.asks == ASKS_MAX => {
                 ("busy", format!("{ASKS_MAX} commands are already waiting"))
@@ -277,23 +289,24 @@ impl Broker {
             }
             Ok(ClientLine::Ask(ask)) => {
                 known.asks += 1;
-                if known.asks == 1 {
-                    self.outputs.push_back(Output::Busy(client, true));
+                let is_first = known.asks == 1;
+                let asked = known.asked(client, ask);
+                if is_first {
+                    self.tell_client(client, ToClient::Busy(true));
                 }
-                return Some(known.asked(client, ask));
+                return Some(asked);
             }
             Err(problem) => problem,
         };
         let peer = known.peer.clone();
         self.reply(client, &StationLine::error(code, problem));
-        self.outputs.push_back(Output::Close(client));
+        self.tell_client(client, ToClient::Close);
         self.clients.remove(&client);
         let why = match code {
             NOT_UNDERSTOOD => "it sent an invalid line",
             _ => "it was refused",
         };
-        self.outputs
-            .push_back(Output::Warning(format!("{peer} was closed: {why}")));
+        self.tell_station(ToStation::Warning(format!("{peer} was closed: {why}")));
         None
     }
 
@@ -416,8 +429,7 @@ impl Broker {
         for id in over {
             // All others hear of its end from the station.
             self.reply_status(id, &CommandStatus::Failed(Failure::TimedOut), heard);
-            let over = Output::GiveUp(id, Failure::TimedOut);
-            self.outputs.push_back(over);
+            self.tell_station(ToStation::GiveUp(id, Failure::TimedOut));
         }
     }
 
@@ -432,9 +444,17 @@ impl Broker {
         self.outputs.pop_front()
     }
 
+    fn tell_client(&mut self, client: ClientId, output: ToClient) {
+        self.outputs.push_back(Output::Client(client, output));
+    }
+
+    fn tell_station(&mut self, output: ToStation) {
+        self.outputs.push_back(Output::Station(output));
+    }
+
     fn reply(&mut self, client: ClientId, line: &StationLine) {
         if self.clients.contains_key(&client) {
-            self.outputs.push_back(Output::Line(client, line.to_line()));
+            self.tell_client(client, ToClient::Line(line.to_line()));
         }
     }
 
@@ -445,7 +465,7 @@ impl Broker {
         {
             client.asks -= 1;
             if client.asks == 0 {
-                self.outputs.push_back(Output::Busy(command.client, false));
+                self.tell_client(command.client, ToClient::Busy(false));
             }
         }
     }

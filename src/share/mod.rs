@@ -14,7 +14,7 @@ mod status;
 
 pub use address::{Address, Exposed};
 pub use answers::Answers;
-pub use broker::{Asked, Broker, CLIENTS_MAX, ClientId, OPERATOR, Output};
+pub use broker::{Asked, Broker, CLIENTS_MAX, ClientId, OPERATOR, Output, ToClient, ToStation};
 pub use calls::{CallError, CallId, CallOutput, Calls, busy, is_stop, stop_queued};
 pub use codec::{
     ANNOUNCEMENT, Ask, ClientLine, CodecError, Heard, RawBytes, StationLine, Welcome, is_announced,

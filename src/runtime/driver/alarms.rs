@@ -60,7 +60,7 @@ impl Driver {
                 by: OPERATOR.to_owned(),
             };
             if let Some(server) = &mut self.share {
-                server.handle_answer(&answered);
+                server.broker.handle_answer(None, &answered);
                 self.serve_share();
             }
             self.station.handle_answer(&event.code, answer);
@@ -72,7 +72,8 @@ impl Driver {
     /// Tells clients that come from now on whether this station, or the one before it, runs the hook.
     pub(super) fn tell_clients_of_hook(&mut self) {
         if let Some(server) = &mut self.share {
-            server.set_runs_alarm_hook(self.alarm_hook.is_some() || self.station_runs_hook);
+            let runs = self.alarm_hook.is_some() || self.station_runs_hook;
+            server.broker.set_runs_alarm_hook(runs);
         }
     }
 

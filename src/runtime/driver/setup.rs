@@ -24,7 +24,7 @@ impl Driver {
     #[must_use]
     pub fn simulating(mut self, truth: Option<Truth>) -> Self {
         if let (Some(truth), Some(server)) = (&truth, &mut self.share) {
-            server.handle_truth(truth.clone());
+            server.broker.handle_truth(truth.clone());
         }
         self.events.extend(truth.map(Event::Truth));
         self

@@ -43,24 +43,27 @@ impl Table {
     fn outputs(&mut self) -> Vec<String> {
         std::iter::from_fn(|| self.broker.poll_output())
             .map(|output| match output {
-                Output::Line(ClientId(n), line) => {
-                    format!("{n} < {}", String::from_utf8_lossy(&line).trim_end())
-                }
-                Output::Converse {
-                    client: ClientId(n),
-                    raw,
-                } => format!("{n} converses, raw {raw}"),
-                Output::Close(ClientId(n)) => format!("{n} closed"),
-                Output::Busy(ClientId(n), true) => format!("{n} is busy"),
-                Output::Busy(ClientId(n), false) => format!("{n} is idle"),
-                Output::Stopping(ClientId(n)) => format!("{n} waits for a stop"),
-                Output::GiveUp(CommandId(n), why) => format!("command {n} given up: {why}"),
-                Output::Drive {
-                    velocity_in_s,
-                    rotation_in_s,
-                } => format!("drive {velocity_in_s} {rotation_in_s}"),
-                Output::Answered(answered) => format!("{answered:?}"),
-                Output::Warning(text) => text,
+                Output::Client(ClientId(n), output) => match output {
+                    ToClient::Line(line) => {
+                        format!("{n} < {}", String::from_utf8_lossy(&line).trim_end())
+                    }
+                    ToClient::Converse { raw } => format!("{n} converses, raw {raw}"),
+                    ToClient::Close => format!("{n} closed"),
+                    ToClient::Busy(true) => format!("{n} is busy"),
+                    ToClient::Busy(false) => format!("{n} is idle"),
+                    ToClient::Stopping => format!("{n} waits for a stop"),
+                },
+                Output::Station(output) => match output {
+                    ToStation::GiveUp(CommandId(n), why) => {
+                        format!("command {n} given up: {why}")
+                    }
+                    ToStation::Drive {
+                        velocity_in_s,
+                        rotation_in_s,
+                    } => format!("drive {velocity_in_s} {rotation_in_s}"),
+                    ToStation::Answered(answered) => format!("{answered:?}"),
+                    ToStation::Warning(text) => text,
+                },
             })
             .collect()
     }
