@@ -3,6 +3,7 @@
 //! The station makes the estimate ([`/station`](crate::topics::Topic::Station)); `/pose_corrected`, `/tf_map` and `/map` are derived from it.
 
 use prost::Message as _;
+use serde::Serialize;
 
 use crate::station_event::EVENT_BYTES_MAX;
 
@@ -17,7 +18,7 @@ const CELLS_A_RUN_MAX: usize = 128;
 const FLOOR_BYTES_MAX: usize = EVENT_BYTES_MAX - 64;
 
 /// The ground's estimate of the robot's pose: inches, and degrees clockwise from +Y.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
+#[derive(Clone, Copy, PartialEq, prost::Message, Serialize)]
 pub struct EstimateMessage {
     /// X of the robot's own pose, inches.
     #[prost(double, tag = 1)]
@@ -34,7 +35,7 @@ pub struct EstimateMessage {
 }
 
 /// A pose with its 95 % intervals, in the frame in which the robot's pose was last set.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
+#[derive(Clone, Copy, PartialEq, prost::Message, Serialize)]
 pub struct CorrectedMessage {
     /// X, inches.
     #[prost(double, tag = 1)]

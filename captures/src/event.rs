@@ -206,15 +206,19 @@ coded! {
 }
 
 /// A figure in the reason for a suggestion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq, prost::Message, Serialize)]
 pub struct Figure {
     /// Stable code: `position`, `heading`, `wheels`, `dock-takes`, `battery-lasts`, `held-for` or `never-visited`.
+    #[prost(string, tag = 1)]
     pub code: String,
     /// The difference between the robot's value and the estimated one, or the figure itself if it has no interval.
+    #[prost(double, tag = 2)]
     pub value: f64,
     /// Half of the 95 % interval of the estimated value.
+    #[prost(double, optional, tag = 3)]
     pub half: Option<f64>,
     /// Unit of both.
+    #[prost(string, tag = 4)]
     pub unit: String,
 }
 
@@ -251,20 +255,12 @@ impl SuggestionEvent {
     /// The event as JSON for other programs.
     #[must_use]
     pub fn to_json(&self) -> Value {
-        let figures = self.figures.iter().map(|figure| {
-            json!({
-                "code": figure.code,
-                "value": figure.value,
-                "half": figure.half,
-                "unit": figure.unit,
-            })
-        });
         json!({
             "event": "suggestion",
             "code": self.code.code(),
             "status": self.status.code(),
             "commands": self.commands,
-            "figures": figures.collect::<Vec<_>>(),
+            "figures": self.figures,
         })
     }
 }

@@ -68,24 +68,7 @@ pub struct SuggestionMessage {
     pub commands: Vec<String>,
     /// The reason in figures.
     #[prost(message, repeated, tag = 4)]
-    pub figures: Vec<FigureMessage>,
-}
-
-/// A [`Figure`].
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct FigureMessage {
-    /// Stable code.
-    #[prost(string, tag = 1)]
-    pub code: String,
-    /// The difference between the robot's value and the estimated one, or the figure itself if it has no `half`.
-    #[prost(double, tag = 2)]
-    pub value: f64,
-    /// Half of the 95 % interval of the estimated value.
-    #[prost(double, optional, tag = 3)]
-    pub half: Option<f64>,
-    /// Unit of both.
-    #[prost(string, tag = 4)]
-    pub unit: String,
+    pub figures: Vec<Figure>,
 }
 
 /// An [`AlarmEvent`].
@@ -224,34 +207,22 @@ impl SuggestionMessage {
     /// The event; `None` for a code or a status of a newer version.
     #[must_use]
     pub fn event(&self) -> Option<SuggestionEvent> {
-        let figures = self.figures.iter().map(|figure| Figure {
-            code: figure.code.clone(),
-            value: figure.value,
-            half: figure.half,
-            unit: figure.unit.clone(),
-        });
         Some(SuggestionEvent {
             code: SuggestionCode::from_code(&self.code)?,
             status: SuggestionStatus::from_code(&self.status)?,
             commands: self.commands.clone(),
-            figures: figures.collect(),
+            figures: self.figures.clone(),
         })
     }
 }
 
 impl From<&SuggestionEvent> for StationEvent {
     fn from(event: &SuggestionEvent) -> Self {
-        let figures = event.figures.iter().map(|figure| FigureMessage {
-            code: figure.code.clone(),
-            value: figure.value,
-            half: figure.half,
-            unit: figure.unit.clone(),
-        });
         StationEventKind::Suggestion(SuggestionMessage {
             code: event.code.code().to_owned(),
             status: event.status.code().to_owned(),
             commands: event.commands.clone(),
-            figures: figures.collect(),
+            figures: event.figures.clone(),
         })
         .into()
     }

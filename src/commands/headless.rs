@@ -352,24 +352,9 @@ fn own_json(line: &OwnLine) -> Value {
 }
 
 fn estimate_json(estimate: &EstimateMessage) -> Value {
-    let corrected = estimate.corrected.map(|it| {
-        json!({
-            "x_in": it.x_in,
-            "y_in": it.y_in,
-            "theta_deg": it.theta_deg,
-            "theta_half_deg": it.theta_half_deg,
-            "long_in": it.long_in,
-            "short_in": it.short_in,
-            "bearing_deg": it.bearing_deg,
-        })
-    });
-    json!({
-        "event": "estimate",
-        "odometer_x_in": estimate.odometer_x_in,
-        "odometer_y_in": estimate.odometer_y_in,
-        "odometer_theta_deg": estimate.odometer_theta_deg,
-        "corrected": corrected,
-    })
+    let mut value = json!(estimate);
+    value["event"] = json!("estimate");
+    value
 }
 
 fn command_json(id: CommandId, status: &CommandStatus) -> Value {
