@@ -85,7 +85,11 @@ fn a_handmade_recording_has_the_figures_computed_by_hand() {
 
     let info = Info::read(&mut Capture::open(&path).unwrap());
     assert_eq!(
-        (info.lines.t, info.loss.lines_lost, info.damaged.kinds()),
+        (
+            info.lines.of("T"),
+            info.loss.lines_lost,
+            info.damaged.kinds()
+        ),
         (29, 0, [1, 0, 0])
     );
     let resync = Resync {

@@ -3,7 +3,8 @@
 mod survey;
 mod text;
 
-use serde::Serialize;
+use groundwave_protocol::decoder::Received;
+use serde::{Serialize, Serializer};
 
 use super::Capture;
 use super::own_lines::OwnSummary;
@@ -11,6 +12,7 @@ use super::runs::label::Label;
 use super::source::Form;
 use crate::diagnosis::Finding;
 use crate::marks::{MarkWithText, with_texts};
+use crate::messages::{LINE_TYPES, line_type};
 use crate::outages::Outage;
 use crate::statistics::{Damaged, Loss, OtherRobot, Resync};
 use survey::Survey;
@@ -103,64 +105,42 @@ pub struct Info {
     pub problem: Option<String>,
 }
 
-/// Numbers of intact lines by type.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "UPPERCASE")]
-pub struct LineCounts {
-    /// Number of lines A, state.
-    pub a: u64,
-    /// Number of lines B, status.
-    pub b: u64,
-    /// Number of lines C, counters.
-    pub c: u64,
-    /// Number of lines T, text.
-    pub t: u64,
-    /// Number of lines K, acknowledgement.
-    pub k: u64,
-    /// Number of lines P, parameter.
-    #[serde(skip_serializing_if = "is_none")]
-    pub p: u64,
-    /// Number of lines S, song.
-    #[serde(skip_serializing_if = "is_none")]
-    pub s: u64,
-    /// Number of lines I, abilities.
-    #[serde(skip_serializing_if = "is_none")]
-    pub i: u64,
-    /// Number of lines F, the robot's own fields.
-    #[serde(skip_serializing_if = "is_none")]
-    pub f: u64,
-    /// Number of lines V, values of the robot's own fields.
-    #[serde(skip_serializing_if = "is_none")]
-    pub v: u64,
-}
+/// Number of line types, the first of [`LINE_TYPES`], that JSON always has; it leaves out others without lines.
+const COMMON_TYPES: usize = 5;
+
+/// Numbers of intact lines by type, in the order of [`LINE_TYPES`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LineCounts([u64; LINE_TYPES.len()]);
 
 impl LineCounts {
+    /// Counts a line.
+    fn add(&mut self, received: &Received) {
+        if let Some(place) = line_type(received) {
+            self.0[place] += 1;
+        }
+    }
+
+    /// Number of intact lines of the type with this letter.
+    #[must_use]
+    pub fn of(&self, letter: &str) -> u64 {
+        let mut counts = LINE_TYPES.iter().zip(self.0);
+        let found = counts.find(|(of, _)| **of == letter);
+        found.map_or(0, |(_, count)| count)
+    }
+
     /// Number of intact lines of every type.
     #[must_use]
-    pub const fn total(&self) -> u64 {
-        let Self {
-            a,
-            b,
-            c,
-            t,
-            k,
-            p,
-            s,
-            i,
-            f,
-            v,
-        } = *self;
-        a + b + c + t + k + p + s + i + f + v
+    pub fn total(&self) -> u64 {
+        self.0.iter().sum()
     }
 }
 
-/// Whether a count is zero, so that JSON leaves out a rare line type.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde calls it with a reference"
-)]
-const fn is_none(count: &u64) -> bool {
-    *count == 0
+impl Serialize for LineCounts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let counts = LINE_TYPES.iter().zip(self.0).enumerate();
+        let shown = counts.filter(|(place, (_, count))| *place < COMMON_TYPES || *count > 0);
+        serializer.collect_map(shown.map(|(_, count)| count))
+    }
 }
 
 /// Totals sent during the recording.

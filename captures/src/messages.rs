@@ -11,6 +11,7 @@ use groundwave_protocol::decoder::Received;
 pub use super::estimate::{CorrectedMessage, EstimateMessage, FloorKind, FloorMessage};
 pub use super::station_event::{StationEvent, StationEventKind};
 pub use super::uplink_event::UplinkEvent;
+pub(crate) use fill::line_type;
 
 /// Bytes of a stream as they were read or sent.
 #[derive(Clone, PartialEq, Eq, prost::Message)]
@@ -156,7 +157,7 @@ macro_rules! telemetry {
     (@words $words:ident) => { $words };
 }
 
-const LINE_TYPES: &[&str] = &["A", "B", "C", "T", "K", "P", "S", "I", "F", "V"];
+pub(crate) const LINE_TYPES: &[&str] = &["A", "B", "C", "T", "K", "P", "S", "I", "F", "V"];
 const OUTCOMES: &[&str] = &[
     "done",
     "not_fitted",

@@ -117,36 +117,28 @@ impl Survey {
         self.gaps.take_line(at, received, counters);
         self.noise.take_line(counters);
         self.odometer.take(at, received);
-        match received {
-            Received::Ack(_) => self.lines.k += 1,
-            Received::Line(line, _) => self.take_line(line),
+        self.lines.add(received);
+        if let Received::Line(line, _) = received {
+            self.take_line(line);
         }
     }
 
     fn take_line(&mut self, line: &Line) {
         match &line.body {
             Body::State(state) => {
-                self.lines.a += 1;
                 self.bumps.take_state(state);
             }
             Body::Status(status) => {
-                self.lines.b += 1;
                 let (first, _) = self.battery_dv.unwrap_or((status.battery_dv, 0));
                 self.battery_dv = Some((first, status.battery_dv));
             }
-            Body::Counters(counters) => {
-                self.lines.c += 1;
-                self.take_counters(counters);
-            }
-            Body::Text(_) => self.lines.t += 1,
-            Body::Parameter(_) => self.lines.p += 1,
-            Body::Song(_) => self.lines.s += 1,
-            Body::Abilities(robot) => {
-                self.lines.i += 1;
-                self.own_bytes_per_s = Some(robot.rate_bytes_per_s);
-            }
-            Body::Field(_) => self.lines.f += 1,
-            Body::Values(_) => self.lines.v += 1,
+            Body::Counters(counters) => self.take_counters(counters),
+            Body::Abilities(robot) => self.own_bytes_per_s = Some(robot.rate_bytes_per_s),
+            Body::Text(_)
+            | Body::Parameter(_)
+            | Body::Song(_)
+            | Body::Field(_)
+            | Body::Values(_) => {}
         }
     }
 

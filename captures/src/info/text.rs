@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::{Info, LineCounts};
+use super::Info;
 use crate::diagnosis;
 use crate::event::Moment;
 use crate::outages::Outage;
@@ -57,18 +57,6 @@ impl Info {
 
     /// Writes the bytes, and Groundwave's lines unless all lines are the robot's own.
     fn write_received(&self, output: &mut impl Write) -> io::Result<()> {
-        let LineCounts {
-            a,
-            b,
-            c,
-            t,
-            k,
-            p,
-            s,
-            i,
-            f,
-            v,
-        } = self.lines;
         let all = self.lines.total();
         let is_own = all == 0 && self.own.is_some();
         write!(output, "bytes      {} received", self.bytes)?;
@@ -91,11 +79,13 @@ impl Info {
         if is_own {
             return Ok(());
         }
-        let mut rare = match (p, s) {
+        let [a, b, c, t, k] = ["A", "B", "C", "T", "K"].map(|letter| self.lines.of(letter));
+        let mut rare = match (self.lines.of("P"), self.lines.of("S")) {
             (0, 0) => String::new(),
             (p, s) => format!(", P {p}, S {s}"),
         };
-        for (letter, count) in [('I', i), ('F', f), ('V', v)] {
+        for letter in ["I", "F", "V"] {
+            let count = self.lines.of(letter);
             if count > 0 {
                 let _ = write!(rare, ", {letter} {count}");
             }

@@ -11,14 +11,19 @@ use groundwave_protocol::telemetry::{
 
 use super::{LINE_TYPES, Telemetry};
 
-/// Fills the fields that a line contains.
-pub(super) fn fill(received: &Received, to: &mut Telemetry) {
+/// Place of a line's type in [`LINE_TYPES`].
+pub(crate) fn line_type(received: &Received) -> Option<usize> {
     let letter = match received {
         Received::Ack(_) => AckLine::LETTERS[0],
         Received::Line(line, _) => line.body.line_type().letter(),
     };
     let is_it = |word: &&str| word.as_bytes() == [letter];
-    to.line_type = LINE_TYPES.iter().position(is_it).map(|i| i as i32);
+    LINE_TYPES.iter().position(is_it)
+}
+
+/// Fills the fields that a line contains.
+pub(super) fn fill(received: &Received, to: &mut Telemetry) {
+    to.line_type = line_type(received).map(|place| place as i32);
     to.sequence = Some(received.sequence().into());
     fill_ack(to, *received.ack());
     if let Received::Line(line, _) = received {
