@@ -130,7 +130,7 @@ pub struct Ask {
     pub timeout: Duration,
 }
 
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ClientJson {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -159,83 +159,62 @@ struct ClientJson {
     answer: Option<Answer>,
 }
 
+impl ClientJson {
+    /// Takes the fields of the command with this number.
+    fn take_ask(&mut self, tag: u32) -> Result<Ask, CodecError> {
+        let request = RequestJson {
+            r#do: self.r#do.take(),
+            own: self.own.take(),
+            route: self.route.take(),
+        };
+        let timeout_ms = self.timeout_ms.take();
+        Ok(Ask {
+            tag,
+            request: request.read()?,
+            timeout: read_timeout(timeout_ms)?,
+        })
+    }
+}
+
 impl ClientLine {
     /// Parses a line, with or without its line feed. Accepts any bytes.
     ///
     /// # Errors
     /// If the line is invalid.
     pub fn parse(line: &[u8]) -> Result<Self, CodecError> {
-        let json: ClientJson =
+        let mut json: ClientJson =
             serde_json::from_slice(line).map_err(|error| CodecError::Json(error.to_string()))?;
-        match json {
-            ClientJson {
-                groundwave: Some(version),
-                pid,
-                raw,
-                id: None,
-                r#do: None,
-                own: None,
-                route: None,
-                timeout_ms: None,
-                cancel: None,
-                drive: None,
-                alarm: None,
-                answer: None,
-            } => {
-                if version == VERSION {
-                    let raw = raw.unwrap_or_default();
-                    Ok(Self::Hello { pid, raw })
-                } else {
-                    Err(CodecError::Version(version))
-                }
+        let line = if let Some(version) = json.groundwave.take() {
+            let (pid, raw) = (json.pid.take(), json.raw.take().unwrap_or_default());
+            if version == VERSION {
+                Ok(Self::Hello { pid, raw })
+            } else {
+                Err(CodecError::Version(version))
             }
-            ClientJson {
-                groundwave: None,
-                pid: None,
-                raw: None,
-                id: Some(tag),
-                r#do,
-                own,
-                route,
-                timeout_ms,
-                cancel: None,
-                drive: None,
-                alarm: None,
-                answer: None,
-            } => Ok(Self::Ask(Ask {
-                tag,
-                request: RequestJson { r#do, own, route }.read()?,
-                timeout: read_timeout(timeout_ms)?,
-            })),
-            ClientJson {
-                groundwave: None,
-                pid: None,
-                raw: None,
-                id: None,
-                r#do: None,
-                own: None,
-                route: None,
-                timeout_ms: None,
-                cancel,
-                drive,
-                alarm,
-                answer,
-            } => match (cancel, drive, alarm, answer) {
-                (Some(tag), None, None, None) => Ok(Self::Cancel(tag)),
-                (None, Some((velocity_in_s, rotation_in_s)), None, None) => Ok(Self::Drive {
-                    velocity_in_s,
-                    rotation_in_s,
-                }),
-                (None, None, Some(alarm), Some(answer)) => {
-                    let time = answer.shelved_for();
-                    if time.is_some_and(|time| time.is_zero() || time > SHELF_MAX) {
-                        return Err(CodecError::Shelf);
-                    }
-                    Ok(Self::Answer { alarm, answer })
-                }
-                _ => Err(CodecError::Shape),
-            },
-            _ => Err(CodecError::Shape),
+        } else if let Some(tag) = json.id.take() {
+            json.take_ask(tag).map(Self::Ask)
+        } else if let Some(tag) = json.cancel.take() {
+            Ok(Self::Cancel(tag))
+        } else if let Some((velocity_in_s, rotation_in_s)) = json.drive.take() {
+            Ok(Self::Drive {
+                velocity_in_s,
+                rotation_in_s,
+            })
+        } else if let (Some(alarm), Some(answer)) = (json.alarm.take(), json.answer.take()) {
+            let time = answer.shelved_for();
+            if time.is_some_and(|time| time.is_zero() || time > SHELF_MAX) {
+                Err(CodecError::Shelf)
+            } else {
+                Ok(Self::Answer { alarm, answer })
+            }
+        } else {
+            Err(CodecError::Shape)
+        };
+        // A line has no fields of another kind of line.
+        if json == ClientJson::default() {
+            line
+        } else {
+            Err(CodecError::Shape)
         }
     }
 
