@@ -21,7 +21,7 @@ use crate::io::signals::{Signal, Signals, stop_myself};
 use crate::io::terminal::{self, Screen};
 use crate::model::{MapLines, Shown, Ui};
 use crate::parameter_file::ParameterFile;
-use crate::playback::MARK_REACH;
+use crate::playback::{Control, MARK_REACH};
 use crate::route;
 use crate::view;
 
@@ -265,31 +265,23 @@ impl Running {
 
     fn act(&mut self, effect: Effect) -> io::Result<bool> {
         match effect {
-            Effect::Send(_)
-            | Effect::SendUnasked(_)
-            | Effect::Drive { .. }
-            | Effect::DriveEnd
-            | Effect::CancelCommands => {
-                self.send(effect);
+            Effect::Send(request) => self.at_station(|driver| {
+                driver.request(request);
+            }),
+            Effect::SendUnasked(request) => {
+                self.at_station(|driver| driver.request_unasked(request));
             }
-            Effect::AnswerAlarm(_) | Effect::Suggestion(_) => {
-                self.report(effect);
+            Effect::Drive {
+                velocity_in_s,
+                rotation_in_s,
+            } => self.at_station(|driver| driver.drive(velocity_in_s, rotation_in_s)),
+            Effect::DriveEnd => self.at_station(Driver::drive_end),
+            Effect::CancelCommands => self.at_station(Driver::cancel),
+            Effect::AnswerAlarm(alarm) => self.at_station(|driver| driver.answer_alarm(alarm)),
+            Effect::Suggestion(suggestion) => {
+                self.at_station(|driver| driver.tell(Event::Suggestion(suggestion)));
             }
-            Effect::Playback(control) => {
-                let events = self.source.handle(control);
-                if let Some((capture, at)) = self.removed_mark(&events) {
-                    self.forget_notes(capture, at);
-                }
-                self.refresh();
-                let mut leave = false;
-                for event in events {
-                    if let (Event::Mark(_), Some(keeper)) = (&event, &self.keeper) {
-                        keeper.event_sink()(Instant::now(), &event);
-                    }
-                    leave |= self.tell(event)?;
-                }
-                return Ok(leave);
-            }
+            Effect::Playback(control) => return self.play(control),
             Effect::ToggleRecording => match &self.keeper {
                 Some(keeper) => keeper.toggle(),
                 None => {
@@ -360,24 +352,27 @@ impl Running {
         Ok(false)
     }
 
-    /// Sends a command; a replay has no robot.
-    fn send(&mut self, effect: Effect) {
-        let Some(driver) = self.source.driver() else {
-            return;
-        };
-        match effect {
-            Effect::Send(request) => {
-                driver.request(request);
-            }
-            Effect::SendUnasked(request) => driver.request_unasked(request),
-            Effect::Drive {
-                velocity_in_s,
-                rotation_in_s,
-            } => driver.drive(velocity_in_s, rotation_in_s),
-            Effect::DriveEnd => driver.drive_end(),
-            Effect::CancelCommands => driver.cancel(),
-            _ => {}
+    /// Carries out the operator's wish at the station. A replay has no robot and its own events.
+    fn at_station(&mut self, act: impl FnOnce(&mut Driver)) {
+        if let Some(driver) = self.source.driver() {
+            act(driver);
         }
+    }
+
+    fn play(&mut self, control: Control) -> io::Result<bool> {
+        let events = self.source.handle(control);
+        if let Some((capture, at)) = self.removed_mark(&events) {
+            self.forget_notes(capture, at);
+        }
+        self.refresh();
+        let mut leave = false;
+        for event in events {
+            if let (Event::Mark(_), Some(keeper)) = (&event, &self.keeper) {
+                keeper.event_sink()(Instant::now(), &event);
+            }
+            leave |= self.tell(event)?;
+        }
+        Ok(leave)
     }
 
     /// Handles the passing of time.
@@ -393,12 +388,14 @@ impl Running {
         self.ui.show_moment(self.source.playback());
     }
 
-    /// Runs `work` on a thread, because STOP must not wait for a slow disk.
-    fn work_on_files(&self, work: impl FnOnce() -> Event + Send + 'static) {
+    /// Runs `work` on a thread, because STOP must not wait for a slow disk; its event comes back, if it has one.
+    fn work_on_files<E: Into<Option<Event>>>(&self, work: impl FnOnce() -> E + Send + 'static) {
         let readers = self.readers.clone();
         thread::spawn(move || {
-            // The dashboard may have ended.
-            let _ = readers.blocking_send(work());
+            if let Some(event) = work().into() {
+                // The dashboard may have ended.
+                let _ = readers.blocking_send(event);
+            }
         });
     }
 
@@ -428,8 +425,7 @@ impl Running {
             }
             _ => "",
         };
-        let readers = self.readers.clone();
-        thread::spawn(move || {
+        self.work_on_files(move || {
             let path = Path::new(&capture);
             let removed = Label::of(path).and_then(|mut label| {
                 let removed = label.remove_notes(at.as_secs_f64(), MARK_REACH.as_secs_f64());
@@ -439,7 +435,7 @@ impl Running {
                 Ok(removed)
             });
             let (level, text) = match removed {
-                Ok(notes) if notes.is_empty() => return,
+                Ok(notes) if notes.is_empty() => return None,
                 Ok(notes) => {
                     let texts: Vec<String> = notes.into_iter().map(|note| note.text).collect();
                     let texts = texts.join("; ");
@@ -448,20 +444,8 @@ impl Running {
                 Err(error) => (Level::Warning, error.to_string()),
             };
             let notice = Notice::new(NoticeCode::Label, level, text);
-            // The dashboard may have ended.
-            let _ = readers.blocking_send(Event::Notice(notice));
+            Some(Event::Notice(notice))
         });
-    }
-
-    /// Reports an answer to an alarm or a suggestion. A replay has its own events.
-    fn report(&mut self, effect: Effect) {
-        match (effect, self.source.driver()) {
-            (Effect::AnswerAlarm(alarm), Some(driver)) => driver.answer_alarm(alarm),
-            (Effect::Suggestion(suggestion), Some(driver)) => {
-                driver.tell(Event::Suggestion(suggestion));
-            }
-            _ => {}
-        }
     }
 
     /// Labels a capture, with an entry in its log at the shown moment.
@@ -478,17 +462,13 @@ impl Running {
             }
             (Source::Live(_), None) => None,
         };
-        let readers = self.readers.clone();
-        thread::spawn(move || {
+        self.work_on_files(move || {
             let path = Path::new(&capture);
             let kept = Label::of(path).and_then(|mut label| {
                 label.take(at.map(seconds), &remark);
                 label.keep(path)
             });
-            let result =
-                kept.map_or_else(|error| notice(Level::Warning, error.to_string()), |()| said);
-            // The dashboard may have ended; the label is kept.
-            let _ = readers.blocking_send(result);
+            kept.map_or_else(|error| notice(Level::Warning, error.to_string()), |()| said)
         });
     }
 
