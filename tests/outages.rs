@@ -16,7 +16,7 @@ use groundwave::event::{Event, Level, LinkEvent, Mark, Notice, NoticeCode};
 use groundwave::recorded::to_recorded;
 use groundwave::station::Station;
 use groundwave_protocol::arq::Config;
-use groundwave_protocol::telemetry::{Ack, Body, CountersLine, FirmwareVersion, Line, StateLine};
+use groundwave_protocol::telemetry::{Ack, Body, CountersLine, Line, StateLine};
 use prost::Message as _;
 use serde_json::Value;
 
@@ -138,13 +138,7 @@ impl Robot {
                 robot_id: 4,
                 uptime_s: (at_s - self.booted_s) as u32,
                 boots: self.boots,
-                version: FirmwareVersion::default(),
-                ticks_won: [0; 9],
-                frames_heard: 0,
-                frames_rejected: 0,
-                ticks_late: 0,
-                bumps: 0,
-                failsafe: None,
+                ..CountersLine::default()
             })
         } else {
             Body::State(StateLine {

@@ -18,8 +18,8 @@ use groundwave::recorded::to_recorded;
 use groundwave::request::Request;
 use groundwave_protocol::decoder::{Decoder, Received};
 use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, Detail, FirmwareVersion, Line, Note, ParameterLine, ParameterName,
-    Printable, SongLine, TextLine,
+    Ack, Body, CountersLine, Detail, Line, Note, ParameterLine, ParameterName, Printable, SongLine,
+    TextLine,
 };
 use groundwave_protocol::{LINE_BYTES, Waypoint};
 use proptest::prelude::*;
@@ -191,13 +191,7 @@ fn messages_are_as_derived_encoders_write_them() {
             robot_id: 7,
             uptime_s: 1,
             boots: 8,
-            version: FirmwareVersion::default(),
-            ticks_won: [0; 9],
-            frames_heard: 0,
-            frames_rejected: 0,
-            ticks_late: 0,
-            bumps: 0,
-            failsafe: None,
+            ..CountersLine::default()
         }),
         // The outage is reported half a second later, since nothing explained it until then.
         Body::Text(TextLine::new("")),

@@ -53,7 +53,7 @@ impl Bumps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use groundwave_protocol::telemetry::{FirmwareVersion, HOLDERS};
+    use groundwave_protocol::telemetry::FirmwareVersion;
 
     #[test]
     fn a_boot_restarts_the_count_even_if_boots_are_not_counted() {
@@ -64,12 +64,8 @@ mod tests {
                 uptime_s,
                 boots,
                 version: FirmwareVersion { major: 1, minor: 0 },
-                ticks_won: [0; HOLDERS],
-                frames_heard: 0,
-                frames_rejected: 0,
-                ticks_late: 0,
                 bumps: count,
-                failsafe: None,
+                ..CountersLine::default()
             });
         }
         assert_eq!(bumps.total(), 5);

@@ -95,9 +95,7 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use groundwave_protocol::telemetry::{
-        Ack, AckLine, CountersLine, FirmwareVersion, Line, TextLine,
-    };
+    use groundwave_protocol::telemetry::{Ack, AckLine, CountersLine, Line, TextLine};
 
     const START_NS: u64 = 1_741_944_413 * S_NS;
 
@@ -121,13 +119,7 @@ mod tests {
                 robot_id: 7,
                 uptime_s,
                 boots,
-                version: FirmwareVersion::default(),
-                ticks_won: [0; 9],
-                frames_heard: 0,
-                frames_rejected: 0,
-                ticks_late: 0,
-                bumps: 0,
-                failsafe: None,
+                ..CountersLine::default()
             }),
         )
     }

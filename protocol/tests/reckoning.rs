@@ -2,7 +2,7 @@
 
 use groundwave_protocol::decoder::{Counters, Decoder, Lost, Received};
 use groundwave_protocol::telemetry::{
-    Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, Line, StateLine, TextLine,
+    Ack, AckLine, Body, CountersLine, Detail, Line, StateLine, TextLine,
 };
 use proptest::prelude::*;
 
@@ -61,13 +61,8 @@ impl Robot {
                 robot_id: self.id,
                 uptime_s: (self.clock / 240) as u32,
                 boots: self.boot.into(),
-                version: FirmwareVersion::default(),
-                ticks_won: [0; 9],
                 frames_heard: self.heard,
-                frames_rejected: 0,
-                ticks_late: 0,
-                bumps: 0,
-                failsafe: None,
+                ..CountersLine::default()
             }),
             6 => Body::Text(TextLine::new("here")),
             _ => Body::State(StateLine::BLANK),

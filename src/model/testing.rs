@@ -231,11 +231,8 @@ pub(crate) fn counters(uptime_s: u32, ticks_won: [u16; HOLDERS]) -> CountersLine
         boots: 4,
         version: FirmwareVersion { major: 1, minor: 0 },
         ticks_won,
-        frames_heard: 0,
-        frames_rejected: 0,
-        ticks_late: 0,
         bumps: 2,
-        failsafe: None,
+        ..CountersLine::default()
     }
 }
 

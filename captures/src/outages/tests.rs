@@ -1,9 +1,7 @@
 //! Outages in constructed sessions.
 
 use groundwave_protocol::decoder::Decoder;
-use groundwave_protocol::telemetry::{
-    Ack, Body, CountersLine, FirmwareVersion, Line, StateLine, TextLine,
-};
+use groundwave_protocol::telemetry::{Ack, Body, CountersLine, Line, StateLine, TextLine};
 
 use super::*;
 use crate::chunk::{counters_until, set_time};
@@ -31,13 +29,7 @@ impl Robot {
                 robot_id: 7,
                 uptime_s: ((at_ms - self.since_ms) / 1000) as u32,
                 boots: self.boots,
-                version: FirmwareVersion::default(),
-                ticks_won: [0; 9],
-                frames_heard: 0,
-                frames_rejected: 0,
-                ticks_late: 0,
-                bumps: 0,
-                failsafe: None,
+                ..CountersLine::default()
             }),
             6 => Body::Text(TextLine::new("here")),
             _ => Body::State(StateLine::BLANK),

@@ -135,7 +135,7 @@ pub(super) mod tests {
     use super::*;
 
     use groundwave_protocol::status_codes::Drive;
-    use groundwave_protocol::telemetry::{Ack, CountersLine, FirmwareVersion, Line, StateLine};
+    use groundwave_protocol::telemetry::{Ack, CountersLine, Line, StateLine};
 
     /// A line A of a robot at a place.
     fn state(sequence: u8, (x_in, y_in): Place) -> Line {
@@ -226,14 +226,7 @@ pub(super) mod tests {
             body: Body::Counters(CountersLine {
                 robot_id: 7,
                 uptime_s,
-                boots: 0,
-                version: FirmwareVersion::default(),
-                ticks_won: [0; 9],
-                frames_heard: 0,
-                frames_rejected: 0,
-                ticks_late: 0,
-                bumps: 0,
-                failsafe: None,
+                ..CountersLine::default()
             }),
             ack: Ack::default(),
         };

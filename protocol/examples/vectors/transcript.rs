@@ -14,8 +14,8 @@ use groundwave_protocol::parameter;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{Arm, Bump, Cliff, Infrared, Layer, LayerMask, Link, Mode};
 use groundwave_protocol::telemetry::{
-    AbilitiesLine, Ack, AckLine, Body, CountersLine, Detail, FirmwareVersion, Line, ListPlace,
-    Outcome, StateLine, StatusLine, TextLine,
+    AbilitiesLine, Ack, AckLine, Body, CountersLine, Detail, Line, ListPlace, Outcome, StateLine,
+    StatusLine, TextLine,
 };
 use serde_json::{Value, json};
 
@@ -346,15 +346,11 @@ impl Robot {
         let heard = self.receiver.counters();
         CountersLine {
             robot_id: ROBOT_ID,
-            uptime_s: 0,
             boots: BOOTS,
-            version: FirmwareVersion { major: 0, minor: 0 },
-            ticks_won: [0; 9],
             frames_heard: heard.frames - self.rejected,
             frames_rejected: heard.rejected() + self.rejected,
-            ticks_late: 0,
-            bumps: 0,
             failsafe: self.failsafe,
+            ..CountersLine::default()
         }
     }
 

@@ -22,7 +22,7 @@ use nom::sequence::separated_pair;
 pub const HOLDERS: usize = 9;
 
 /// Line C.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CountersLine {
     /// Id of the robot, 1 to 99.
     pub robot_id: u8,

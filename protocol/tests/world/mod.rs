@@ -8,9 +8,7 @@ use groundwave_protocol::decoder::Decoder;
 use groundwave_protocol::failsafe::Failsafe;
 use groundwave_protocol::receiver::Receiver;
 use groundwave_protocol::status_codes::{Link, Mode};
-use groundwave_protocol::telemetry::{
-    AckLine, Body, CountersLine, FirmwareVersion, Line, Outcome, StateLine,
-};
+use groundwave_protocol::telemetry::{AckLine, Body, CountersLine, Line, Outcome, StateLine};
 
 pub const US_PER_BYTE: u64 = 1_000_000 / 240;
 pub const ROBOT_ID: u8 = 7;
@@ -232,15 +230,8 @@ impl Robot {
 pub fn counters() -> CountersLine {
     CountersLine {
         robot_id: ROBOT_ID,
-        uptime_s: 0,
         boots: 1,
-        version: FirmwareVersion::default(),
-        ticks_won: [0; 9],
-        frames_heard: 0,
-        frames_rejected: 0,
-        ticks_late: 0,
-        bumps: 0,
-        failsafe: None,
+        ..CountersLine::default()
     }
 }
 
