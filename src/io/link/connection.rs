@@ -131,27 +131,34 @@ impl Connection {
             LinkSpec::Tcp(address) => {
                 let failed = |error| OpenError::Tcp(address.clone(), error);
                 let stream = open_tcp(address, timeout).map_err(failed)?;
-                let first = first_bytes(&stream).map_err(failed)?;
+                let limit_reads = |timeout| stream.set_read_timeout(timeout);
+                let first = first_bytes(&stream, limit_reads).map_err(failed)?;
+                let writing: Writing = Box::new(stream.try_clone().map_err(failed)?);
                 if is_announced(&first) == Some(true) {
-                    let token = find_token(&stream);
-                    let halves = halves(stream, token).map_err(failed)?;
+                    let halves = Halves {
+                        token: find_token(&stream),
+                        reading: Box::new(stream),
+                        writing,
+                    };
                     return Self::of_station(Address::Tcp(address.clone()), halves, deadline);
                 }
-                let Halves {
-                    reading, writing, ..
-                } = halves(stream, None).map_err(failed)?;
                 Ok(Self {
                     writing: Some(writing),
-                    ..Self::receive_only(Box::new(Cursor::new(first).chain(reading)))
+                    ..Self::receive_only(Box::new(Cursor::new(first).chain(stream)))
                 })
             }
             #[cfg(unix)]
             LinkSpec::Unix(path) => {
                 let failed = |error| OpenError::Unix(path.display().to_string(), error);
                 let stream = crate::io::unix_socket::connect(path, timeout).map_err(failed)?;
-                let first = first_bytes(&stream).map_err(failed)?;
+                let limit_reads = |timeout| stream.set_read_timeout(timeout);
+                let first = first_bytes(&stream, limit_reads).map_err(failed)?;
                 if is_announced(&first) == Some(true) {
-                    let halves = halves(stream, None).map_err(failed)?;
+                    let halves = Halves {
+                        writing: Box::new(stream.try_clone().map_err(failed)?),
+                        reading: Box::new(stream),
+                        token: None,
+                    };
                     return Self::of_station(Address::Unix(path.clone()), halves, deadline);
                 }
                 Ok(Self::receive_only(Box::new(
@@ -195,66 +202,25 @@ impl Connection {
     }
 }
 
-/// A TCP or Unix socket.
-trait Socket: Read + Write + Send + Sized + 'static {
-    fn limit_reads(&self, timeout: Duration) -> io::Result<()>;
-    fn second(&self) -> io::Result<Self>;
-    fn read_some(&self, buffer: &mut [u8]) -> io::Result<usize>;
-}
-
-impl Socket for TcpStream {
-    fn limit_reads(&self, timeout: Duration) -> io::Result<()> {
-        self.set_read_timeout(Some(timeout))
-    }
-
-    fn second(&self) -> io::Result<Self> {
-        self.try_clone()
-    }
-
-    fn read_some(&self, buffer: &mut [u8]) -> io::Result<usize> {
-        (&*self).read(buffer)
-    }
-}
-
-#[cfg(unix)]
-impl Socket for std::os::unix::net::UnixStream {
-    fn limit_reads(&self, timeout: Duration) -> io::Result<()> {
-        self.set_read_timeout(Some(timeout))
-    }
-
-    fn second(&self) -> io::Result<Self> {
-        self.try_clone()
-    }
-
-    fn read_some(&self, buffer: &mut [u8]) -> io::Result<usize> {
-        (&*self).read(buffer)
-    }
-}
-
 /// The first bytes of a socket: enough to recognize a shared link if they arrive in time.
-fn first_bytes(stream: &impl Socket) -> io::Result<Vec<u8>> {
+fn first_bytes(
+    mut stream: impl Read,
+    limit_reads: impl Fn(Option<Duration>) -> io::Result<()>,
+) -> io::Result<Vec<u8>> {
     let deadline = Instant::now() + ANNOUNCEMENT_TIMEOUT;
-    stream.limit_reads(ANNOUNCEMENT_TIMEOUT)?;
+    limit_reads(Some(ANNOUNCEMENT_TIMEOUT))?;
     let mut first = Vec::new();
     let mut buffer = [0; 256];
     while is_announced(&first).is_none() && Instant::now() < deadline {
-        match stream.read_some(&mut buffer) {
+        match stream.read(&mut buffer) {
             Ok(count @ 1..) => first.extend_from_slice(&buffer[..count]),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             // The reader gets the end or the error again.
             Ok(0) | Err(_) => break,
         }
     }
-    stream.limit_reads(PATIENCE)?;
+    limit_reads(Some(PATIENCE))?;
     Ok(first)
-}
-
-fn halves(stream: impl Socket, token: Option<String>) -> io::Result<Halves> {
-    Ok(Halves {
-        writing: Box::new(stream.second()?),
-        reading: Box::new(stream),
-        token,
-    })
 }
 
 /// Reopens a lost link.
