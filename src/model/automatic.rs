@@ -1,5 +1,5 @@
-//! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock and out of a place, and
-//! planned routes again while the robot drives them.
+//! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock and out of a place,
+//! planned routes again while the robot drives them, and scans where it begins and where home is believed to be.
 //!
 //! The operator outranks it. After driving by hand, STOP and a mode it is silent for a minute. STOP, another route, a new pose
 //! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
@@ -8,10 +8,11 @@
 use groundwave_captures::words::counted;
 use groundwave_mapping::NoRoute;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::status_codes::Mode;
+use groundwave_protocol::status_codes::{Layer, LayerState, Mode};
+use groundwave_protocol::telemetry::Reading;
 
 use super::config::Advise;
-use super::ground::{Statement, Suggestion, is_driven_by_hand};
+use super::ground::{HOME_IN, Statement, Suggestion, is_driven_by_hand};
 use super::{Facts, Ui};
 use crate::event::{
     CommandId, CommandStatus, Effect, Event, GROUND, Level, Moment, SuggestionCode,
@@ -33,6 +34,14 @@ const DETOUR_LIMIT: Moment = Moment::from_mins(5);
 
 /// Distance from a destination that counts as arrived, inches.
 const ARRIVED_IN: f64 = 12.0;
+
+/// Scans at the end of a drive home, at most, and the long semi-axis of the 95 % ellipse from which one is worth it, inches.
+const LOOKS_MAX: u8 = 3;
+const UNCERTAIN_IN: f64 = 20.0;
+
+/// Time after the order of a scan in which it begins, and that in which it ends: outages delay both.
+const LOOK_BEGINS: Moment = Moment::from_secs(5);
+const LOOK_ENDS: Moment = Moment::from_secs(40);
 
 /// A planned draft.
 #[derive(Clone, Debug)]
@@ -57,6 +66,30 @@ struct Drive {
     is_detour: bool,
     /// Reason why the latest plan failed.
     refusal: Option<NoRoute>,
+    /// Number of scans at its end, and when the latest was ordered.
+    looks: u8,
+    looked_at: Option<Moment>,
+}
+
+impl Drive {
+    /// Whether the robot may still be in a scan.
+    fn is_looking(&self, now: Moment, facts: &Facts) -> bool {
+        let turns = facts
+            .robot
+            .state
+            .is_some_and(|state| state.value.layers.get(Layer::Rotation) == LayerState::Holds);
+        self.looked_at
+            .is_some_and(|at| now < at + LOOK_BEGINS || turns && now < at + LOOK_ENDS)
+    }
+
+    /// Whether a scan may show that home is elsewhere.
+    fn may_look(&self, facts: &Facts, long_in: f64) -> bool {
+        self.target_in == HOME_IN
+            && long_in > UNCERTAIN_IN
+            && self.looks < LOOKS_MAX
+            && facts.ground.knows_home()
+            && facts.robot.turns_on_request()
+    }
 }
 
 /// The present destination, and the time until which nothing is sent.
@@ -67,6 +100,8 @@ pub(super) struct Automatic {
     drive: Option<Drive>,
     /// Whether the robot stands at the end of a route of the station, and no operator has stopped it.
     has_arrived: bool,
+    /// The beginning of the estimate's frame in which home was scanned.
+    scanned: Option<Moment>,
 }
 
 impl Automatic {
@@ -116,6 +151,8 @@ impl Automatic {
             until: now + if it.is_detour { DETOUR_LIMIT } else { LIMIT },
             is_detour: it.is_detour,
             refusal: None,
+            looks: 0,
+            looked_at: None,
         });
     }
 
@@ -178,6 +215,10 @@ impl Ui {
                 if !is_barred {
                     return match self.automatic.drive.take() {
                         Some(drive) => self.drive_on(now, facts, drive),
+                        None if self.is_home_unseen(facts) => {
+                            self.automatic.scanned = facts.ground.since();
+                            unasked([Request::Scan])
+                        }
                         None => self.accept_unasked(now, facts),
                     };
                 }
@@ -185,6 +226,15 @@ impl Ui {
             _ => {}
         }
         Vec::new()
+    }
+
+    /// Whether a robot that prowls may show how home looks, which it has not yet.
+    fn is_home_unseen(&self, facts: &Facts) -> bool {
+        facts.robot.mode() == Some(Mode::Prowl)
+            && facts.robot.measures(Reading::Sonars)
+            && facts.ground.may_see_home()
+            && self.automatic.scanned != facts.ground.since()
+            && facts.robot.turns_on_request()
     }
 
     /// Plans a route again each minute, and at its end until the robot has arrived.
@@ -200,10 +250,21 @@ impl Ui {
             self.note(Level::Warning, format!("plan {to}: given up"));
             return Vec::new();
         };
-        let is_at_end = active.is_driven() && facts.robot.mode() == Some(Mode::Stop);
+        if drive.is_looking(now, facts) {
+            self.automatic.drive = Some(drive);
+            return Vec::new();
+        }
+        // Between two scans it stands in mode reactive.
+        let has_looked = drive.looks > 0 && facts.robot.mode() == Some(Mode::Reactive);
+        let is_at_end =
+            active.is_driven() && (has_looked || facts.robot.mode() == Some(Mode::Stop));
         let drives = !active.is_driven() && facts.robot.mode() == Some(Mode::Prowl);
         // A robot that prowled before it was sent away prowls on.
-        let onward = (drive.is_detour && is_at_end).then(|| prowl.clone());
+        let onward = match is_at_end {
+            true if drive.is_detour => Some(prowl.clone()),
+            true if has_looked => Some(Request::Stop),
+            _ => None,
+        };
         if now >= drive.until {
             self.note(Level::Warning, format!("plan {to}: given up"));
             let clear = (drive.is_detour && drives).then(|| Request::Route(Vec::new()));
@@ -217,6 +278,16 @@ impl Ui {
             && let Some(Statement::Pose(pose)) = facts.ground.statement
             && (pose.x_in - drive.target_in.0).hypot(pose.y_in - drive.target_in.1) < ARRIVED_IN
         {
+            if drive.may_look(facts, pose.ellipse.long_in) {
+                self.note(Level::Info, format!("plan {to}: looks around"));
+                self.automatic.drive = Some(Drive {
+                    looks: drive.looks + 1,
+                    looked_at: Some(now),
+                    ..drive
+                });
+                // A stopped robot does not scan.
+                return unasked([Request::Mode(Mode::Reactive), Request::Scan]);
+            }
             self.automatic.has_arrived = !drive.is_detour;
             let within_in = pose.ellipse.long_in;
             let within = format!("arrived, within {within_in:.0} in");

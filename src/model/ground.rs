@@ -200,6 +200,16 @@ impl Ground {
             .flatten()
     }
 
+    /// Whether a scan now would show how home looks.
+    pub(super) fn may_see_home(&self) -> bool {
+        self.compass.may_see_home()
+    }
+
+    /// Whether a scan near home would show where it is.
+    pub(super) const fn knows_home(&self) -> bool {
+        self.compass.knows_home()
+    }
+
     /// Since when the estimate's frame is the same: the robot's pose was set, or it was restarted.
     pub(crate) const fn since(&self) -> Option<Moment> {
         self.compass.since()

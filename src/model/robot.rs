@@ -206,6 +206,12 @@ impl Robot {
         self.status.map(|status| status.value.allowed)
     }
 
+    /// Whether the robot is known to allow its turns and scans.
+    pub(crate) fn turns_on_request(&self) -> bool {
+        self.allowed()
+            .is_some_and(|allowed| allowed.contains(Layer::Rotation))
+    }
+
     /// Settings that explain a refusal.
     pub(crate) fn standing(&self) -> Standing {
         Standing::new(self.state.map(|state| state.value.mode), self.allowed())

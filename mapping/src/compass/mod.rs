@@ -5,9 +5,11 @@ mod align;
 mod directions;
 mod dock;
 mod drift;
+mod landmarks;
 mod lift;
 mod lines;
 mod matching;
+mod panorama;
 mod reckoning;
 mod resets;
 mod route;
@@ -32,16 +34,18 @@ pub(crate) use align::{align, thinned};
 use directions::{Belief, Change};
 use dock::Dock;
 use drift::{Drift, Motion};
+use landmarks::Home;
 use lift::Lift;
 use lines::{is_touching, position_in, pushed_deg, turn_deg};
 pub(crate) use matching::Foot;
+use panorama::Scan;
 pub use reckoning::Ellipse;
 use reckoning::Reckoning;
 use resets::Resets;
 pub use route::{NoRoute, PlannedRoute};
 pub(crate) use seen::{Frame, Seen};
 pub use statement::{CorrectedPose, Interval, Wheels};
-use tracker::{Leg, Tracker};
+use tracker::{Fix, Leg, Tracker};
 use walls::{DIRECTIONS, Stretch};
 
 /// Movement after which echoes are new.
@@ -72,9 +76,6 @@ const NOMINAL_WHEEL_IN: f64 = 5.0;
 
 /// Deviation of the walls' direction in the odometer's frame from which the map begins, degrees.
 const KNOWN_DEG: f64 = 6.0;
-
-/// Multiple of the 95 % ellipse outside of which a docked robot was misplaced.
-const FAR: f64 = 1.5;
 
 /// Factor on the deviation of the wheels' difference: slips at contacts have a side, too.
 const ALIKE: f64 = 1.7;
@@ -113,6 +114,8 @@ pub struct Compass {
     dock: Dock,
     lift: Lift,
     is_lifted: bool,
+    scan: Scan,
+    home: Option<Home>,
     /// Position until the direction of the house is known, and where it began.
     reckoning: Reckoning,
     origin_in: (f64, f64),
@@ -270,6 +273,7 @@ impl Compass {
         match self.last {
             Some((_, last)) if is_stated => {
                 let turn_deg = turn_deg(f64::from(last.theta_deg), f64::from(state.theta_deg));
+                self.scan = Scan::default();
                 self.drift.turn(turn_deg);
                 if let Some(tracker) = &mut self.tracker {
                     tracker.turn(turn_deg);
@@ -284,6 +288,8 @@ impl Compass {
         self.drift.restart();
         self.last = None;
         self.is_lifted = false;
+        self.scan = Scan::default();
+        self.home = None;
         self.begin();
     }
 
@@ -371,62 +377,18 @@ impl Compass {
         if self.stretch.is_complete() {
             self.measure(f64::from(state.theta_deg));
         }
+        if let Some(panorama) = self.scan.take(state, turn_deg) {
+            self.take_panorama(panorama, f64::from(state.theta_deg));
+        }
         self.is_lifted |= self.lift.take(state);
         if self.dock.take(state) {
             self.dock_at_home(f64::from(state.theta_deg));
         }
     }
 
-    /// Takes the robot's place on its dock: it is at home, and its heading is known again if it has been there before.
-    fn dock_at_home(&mut self, theta_deg: f64) {
-        if self.is_lifted {
-            self.begin_at_dock(theta_deg);
-            return;
-        }
-        let Some(tracker) = &self.tracker else {
-            return;
-        };
-        let (error, is_lost) = self.drift.heading(self.motion);
-        let heading_deg = theta_deg + error.value;
-        let Some(quarters) = self.dock.quarters(heading_deg, error.deviation, is_lost) else {
-            return;
-        };
-        let house = self.drift.house(tracker.reference_deg);
-        let dock_in = tracker.in_house((0.0, 0.0), house);
-        self.drift.find(quarters);
-        let is_far = self
-            .pose()
-            .is_none_or(|pose| pose.ellipse.multiple((pose.x_in, pose.y_in)) > FAR);
-        self.end_stretch(theta_deg, Some(dock_in));
-        if quarters != 0 || is_far {
-            // What was seen is misplaced.
-            self.tracker = None;
-            self.reckoning = Reckoning::near((0.0, 0.0), dock::VARIANCE);
-            self.begin_map();
-        }
-    }
-
-    /// Begins again on the dock, if its heading is known.
-    fn begin_at_dock(&mut self, theta_deg: f64) {
-        let Some(heading_deg) = self.dock.heading_deg() else {
-            return;
-        };
-        self.drift.restart();
-        self.drift.turn(theta_deg - heading_deg);
-        self.drift.pass(Motion {
-            variance: dock::KNOWN_DEG * dock::KNOWN_DEG / 2.0,
-            ..Motion::default()
-        });
-        self.is_lifted = false;
-        self.tracker = None;
-        self.trail = Trail::default();
-        self.reckoning = Reckoning::near((0.0, 0.0), dock::VARIANCE);
-        self.begin();
-    }
-
-    /// Ends the stretch without its walls; with the dock in the house's frame if the robot stands there.
-    fn end_stretch(&mut self, theta_deg: f64, dock_in: Option<(f64, f64)>) {
-        self.end_leg(theta_deg, None, dock_in);
+    /// Ends the stretch without its walls; with the robot's place if it is known.
+    fn end_stretch(&mut self, theta_deg: f64, fix: Option<Fix>) {
+        self.end_leg(theta_deg, None, fix);
         self.drift.pass(self.motion);
         let theta_rad = self.pose.theta_rad;
         self.begin();
@@ -523,22 +485,17 @@ impl Compass {
             contact_s: self.contact_s,
             stretch: stretch.unwrap_or_default(),
             trail: Trail::default(),
-            dock_in: None,
+            fix: None,
         }
     }
 
-    fn end_leg(
-        &mut self,
-        theta_deg: f64,
-        likelihood: Option<&Belief>,
-        dock_in: Option<(f64, f64)>,
-    ) {
+    fn end_leg(&mut self, theta_deg: f64, likelihood: Option<&Belief>, fix: Option<Fix>) {
         if self.tracker.is_none() {
             return;
         }
         let mut leg = self.leg(theta_deg, likelihood);
         leg.trail = std::mem::take(&mut self.trail);
-        leg.dock_in = dock_in;
+        leg.fix = fix;
         if let Some(tracker) = &mut self.tracker {
             tracker.take(leg);
         }

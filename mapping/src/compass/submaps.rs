@@ -63,6 +63,9 @@ struct Patch {
     offset_in: (f64, f64),
 }
 
+/// Squared Mahalanobis distance from which the position was less certain than it seemed.
+const SURPRISE: f64 = 6.0;
+
 /// Position in the house and the map around it.
 #[derive(Clone)]
 pub(super) struct Submaps {
@@ -250,6 +253,18 @@ impl Submaps {
 
     /// Takes the robot's position as measured with a variance on each axis, and corrects all places.
     pub(super) fn fix(&mut self, measured: (f64, f64), variance: f64) {
+        let here = self.position_in();
+        let off = (measured.0 - here.0, measured.1 - here.1);
+        let p = self.covariance();
+        let seen = inverse([[p[0][0] + variance, p[0][1]], [p[1][0], p[1][1] + variance]]);
+        let squared = seen.map_or(0.0, |it| {
+            off.0 * off.0 * it[0][0] + 2.0 * off.0 * off.1 * it[0][1] + off.1 * off.1 * it[1][1]
+        });
+        if squared > SURPRISE {
+            let square = off.0 * off.0 + off.1 * off.1;
+            self.covariance.add(0, 0, square);
+            self.covariance.add(1, 1, square);
+        }
         let across: Vec<[f64; 2]> = (0..self.mean.len())
             .map(|at| [0, 1].map(|axis| self.covariance.at(at, axis)))
             .collect();
@@ -268,8 +283,6 @@ impl Submaps {
             })
         };
         let gain = times(prior, of_sum);
-        let here = self.position_in();
-        let off = (measured.0 - here.0, measured.1 - here.1);
         let found = Match {
             shift_in: (
                 gain[0][0] * off.0 + gain[0][1] * off.1,

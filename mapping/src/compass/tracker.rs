@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::directions::{self, Belief, Change};
-use super::dock;
 use super::drift::Estimate;
 use super::matching::Matrix;
 use super::reckoning::{self, Ellipse};
@@ -45,8 +44,15 @@ pub(super) struct Leg {
     pub(super) stretch: Stretch,
     /// What was seen, in the frame of the stretch.
     pub(super) trail: Trail,
-    /// The dock in the house's frame, if the robot stands there at the end.
-    pub(super) dock_in: Option<(f64, f64)>,
+    /// Its place at the end, if that is known.
+    pub(super) fix: Option<Fix>,
+}
+
+/// A known place in the house's frame, inches, and its variance on each axis, square inches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fix {
+    pub(super) at_in: (f64, f64),
+    pub(super) variance: f64,
 }
 
 impl Leg {
@@ -84,8 +90,8 @@ impl Leg {
             self.path_in,
             self.contact_s,
         );
-        if let Some(dock_in) = self.dock_in {
-            submaps.fix(dock_in, dock::VARIANCE);
+        if let Some(fix) = self.fix {
+            submaps.fix(fix.at_in, fix.variance);
         }
     }
 }

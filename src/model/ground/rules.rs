@@ -2,7 +2,7 @@
 
 use groundwave_mapping::{Compass, CorrectedPose};
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::status_codes::{Layer, Mode};
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::{ParameterName, StateLine};
 
 use super::Suggestion;
@@ -111,14 +111,11 @@ pub(super) fn set_pose(state: &StateLine, pose: &CorrectedPose) -> Option<Sugges
 
 /// A scan, if the robot can scan in its mode.
 pub(super) fn scan(robot: &Robot) -> Option<Suggestion> {
-    let turns = robot
-        .allowed()
-        .is_some_and(|allowed| allowed.contains(Layer::Rotation));
     let stays = matches!(
         robot.mode()?,
         Mode::Stop | Mode::User | Mode::Passive | Mode::Calibrate
     );
-    (turns && !stays).then(|| Suggestion {
+    (robot.turns_on_request() && !stays).then(|| Suggestion {
         code: SuggestionCode::HeadingUnknown,
         requests: vec![Request::Scan],
         target_in: None,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use groundwave_protocol::telemetry::Body;
 
 use super::ground::{off, offered, stand};
-use super::routes::between_walls;
+use super::routes::{between_walls, drive_between_walls};
 use super::*;
 use crate::event::{GROUND, SuggestionCode};
 use crate::model::Advise;
@@ -13,6 +13,9 @@ use crate::model::ground::{Statement, Suggestion};
 
 /// A name, and what happens.
 type Case = (&'static str, fn(&mut Scene));
+
+/// Scans at the end of a drive home.
+const LOOKS_MAX: u8 = 3;
 
 /// The digest of the route in the robot.
 const DIGEST: u32 = 7;
@@ -95,9 +98,9 @@ fn only_auto_sets_a_suggested_pose_by_itself() {
     }
 }
 
-/// Wheels that differ and a scan are left to the operator.
+/// Wheels that differ and a scan because of a lost heading are left to the operator.
 #[test]
-fn auto_sends_no_parameter_and_no_scan() {
+fn auto_sends_no_suggested_parameter_and_no_suggested_scan() {
     let mut scene = advised(off(Some(5000)), Advise::Auto);
     assert_eq!(unasked(&mut scene, 60), []);
     assert!(offered(&scene).is_some(), "wheels");
@@ -246,6 +249,69 @@ fn a_destination_that_was_reached_is_left() {
         "{sent:?}"
     );
     assert!(logged(&scene, "plan home: arrived, within "));
+}
+
+/// Lines of a scan in the middle of a square room whose walls have echoes at a range.
+fn scan(scene: &mut Scene, range_in: Option<u16>) {
+    let begin_deg = scene.state.theta_deg;
+    scene.state.layers.set(Layer::Rotation, LayerState::Holds);
+    scene.state.rotation_in_s = 8;
+    (scene.state.velocity_in_s, scene.state.bump) = (0, Bump::None);
+    (scene.state.wheel_left_in_s, scene.state.wheel_right_in_s) = (4, -4);
+    for step in 0..30 {
+        scene.state.theta_deg = (begin_deg + step * 13) % 360;
+        let off_deg = f64::from((scene.state.theta_deg + 45) % 90) - 45.0;
+        let range_in = range_in.filter(|_| off_deg.abs() < 30.0);
+        (scene.state.sonar_left_in, scene.state.sonar_right_in) = (range_in, range_in);
+        assert_eq!(unasked_at_a_line(scene), []);
+    }
+    scene.state.theta_deg = begin_deg;
+    scene.state.layers.set(Layer::Rotation, LayerState::Quiet);
+    scene.state.rotation_in_s = 0;
+}
+
+/// A robot at the end of a drive home, whose home was scanned where it began.
+fn at_believed_home() -> Scene {
+    let mut scene = scene();
+    scene.state.mode = Mode::Prowl;
+    scene.status.fitted = LayerMask::ALL;
+    scene.status.allowed = LayerMask::ALL;
+    scene.hear_status();
+    let mut scene = advised(scene, Advise::Auto);
+    assert_eq!(unasked(&mut scene, 1), [Request::Scan]);
+    scan(&mut scene, Some(155));
+    assert_eq!(unasked(&mut scene, 1), []);
+    assert!(scene.model.facts.ground.knows_home());
+
+    drive_between_walls(&mut scene);
+    scene.type_text(":plan home");
+    scene.press(&[KeyCode::Enter]);
+    let [Effect::Send(route)] = &scene.type_text("S")[..] else {
+        panic!("a route");
+    };
+    let digest = Some(DIGEST);
+    scene.command(1, route.clone(), CommandStatus::Confirmed { digest });
+    drive_to(&mut scene, 0);
+    scene.drive(4, -1.0, 0);
+    scene.state.y_tenths_in = 0;
+    end(&mut scene);
+    scene
+}
+
+/// Home is scanned again where it is believed to be, until a scan shows it.
+#[test]
+fn home_is_looked_for_where_it_is_believed() {
+    for (range_in, looks) in [(Some(155), 1), (None, LOOKS_MAX)] {
+        let mut scene = at_believed_home();
+        for _ in 0..looks {
+            let look = [Request::Mode(Mode::Reactive), Request::Scan];
+            assert_eq!(unasked(&mut scene, 1), look, "{range_in:?}");
+            scene.state.mode = Mode::Reactive;
+            scan(&mut scene, range_in);
+        }
+        assert_eq!(unasked(&mut scene, 1), [Request::Stop], "{range_in:?}");
+        assert!(logged(&scene, "plan home: arrived, within "));
+    }
 }
 
 /// Each of these ends the drive to a destination, or keeps the station from planning.

@@ -322,6 +322,12 @@ fn declined_draft_stays() {
 /// A robot that has driven to and fro between two walls until the ground knows them, with its heading 10 degrees off.
 pub(super) fn between_walls() -> Scene {
     let mut scene = scene();
+    drive_between_walls(&mut scene);
+    scene
+}
+
+/// Drives between walls until their direction is known.
+pub(super) fn drive_between_walls(scene: &mut Scene) {
     for turn in 0..8 {
         let heads_north = turn % 2 == 0;
         scene.state.theta_deg = if heads_north { 0 } else { 180 };
@@ -338,7 +344,6 @@ pub(super) fn between_walls() -> Scene {
             scene.hear();
         }
     }
-    scene
 }
 
 #[test]
