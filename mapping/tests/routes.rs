@@ -98,7 +98,7 @@ impl Run {
             let ack = self.simulation.robot().ack();
             self.key = Some(Key::session(1, ack.boot, ack.session, 7));
         }
-        self.sequence = self.sequence % 63 + 1;
+        self.sequence = (self.sequence + 1) % 64;
         let sequence = self.sequence;
         self.send(&Message::Command(Command { sequence, order }));
         assert_eq!(self.simulation.robot().ack().outcome, Outcome::Done);
@@ -146,6 +146,15 @@ impl Run {
             }
         }
         false
+    }
+
+    /// Scans on the spot, and stops.
+    fn scan(&mut self) {
+        self.order(Order::Mode(Mode::Prowl));
+        self.order(Order::Scan);
+        self.until(10_000, |_| false);
+        self.order(Order::Mode(Mode::Stop));
+        self.until(2000, |_| false);
     }
 
     fn home_in(&self) -> f64 {
@@ -297,6 +306,30 @@ fn lifted_robot_has_no_pose_until_it_is_set() {
         run.until(5000, |_| false);
         assert!(run.off_in() < 3.0, "{seed}: {}", run.off_in());
     }
+}
+
+/// The echoes of two scans show how far apart they were made, whatever the robot has believed in between.
+#[test]
+fn scan_near_home_shows_where_home_is() {
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    for seed in 40_020..40_028 {
+        let mut run = Run::start(seed, 0.0);
+        run.until(700, |_| false);
+        run.scan();
+        assert!(run.compass.knows_home(), "{seed}");
+        run.order(Order::Mode(Mode::Prowl));
+        run.until(PROWL_MS, |_| false);
+        if run.drive_routes() {
+            before.push(run.off_in());
+            run.scan();
+            after.push(run.off_in());
+        }
+    }
+    println!("{before:.0?}, {after:.0?}");
+    let near = |offs: &[f64]| offs.iter().filter(|off_in| **off_in < 12.0).count();
+    assert!(after.len() >= 4, "{after:?}");
+    assert!(near(&after) * 4 >= after.len() * 3, "{after:?}");
+    assert!(near(&after) > near(&before), "{before:?}, {after:?}");
 }
 
 /// A robot that drove on unheard before its first walls may be anywhere.
