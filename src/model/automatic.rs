@@ -13,6 +13,7 @@ use groundwave_protocol::telemetry::Reading;
 
 use super::config::Advise;
 use super::ground::{HOME_IN, Statement, Suggestion, is_driven_by_hand};
+use super::ledger::ActiveList;
 use super::{Facts, Ui};
 use crate::event::{
     CommandId, CommandStatus, Effect, Event, GROUND, Level, Moment, SuggestionCode,
@@ -35,8 +36,10 @@ const DETOUR_LIMIT: Moment = Moment::from_mins(5);
 /// Distance from a destination that counts as arrived, inches.
 const ARRIVED_IN: f64 = 12.0;
 
-/// Scans at the end of a drive home, at most, and the long semi-axis of the 95 % ellipse from which one is worth it, inches.
+/// Scans near the end of a drive home, at most; the distance from it at which they begin; and the long semi-axis of the 95 % ellipse from
+/// which one is worth it, inches.
 const LOOKS_MAX: u8 = 3;
+const LOOK_IN: f64 = 36.0;
 const UNCERTAIN_IN: f64 = 20.0;
 
 /// Time after the order of a scan in which it begins, and that in which it ends: outages delay both.
@@ -66,7 +69,7 @@ struct Drive {
     is_detour: bool,
     /// Reason why the latest plan failed.
     refusal: Option<NoRoute>,
-    /// Number of scans at its end, and when the latest was ordered.
+    /// Number of scans near its end, and when the latest was ordered.
     looks: u8,
     looked_at: Option<Moment>,
 }
@@ -82,10 +85,12 @@ impl Drive {
             .is_some_and(|at| now < at + LOOK_BEGINS || turns && now < at + LOOK_ENDS)
     }
 
-    /// Whether a scan may show that home is elsewhere.
-    fn may_look(&self, facts: &Facts, long_in: f64) -> bool {
-        self.target_in == HOME_IN
-            && long_in > UNCERTAIN_IN
+    /// Whether a scan may show that home is not quite there.
+    fn may_look(&self, facts: &Facts) -> bool {
+        let is_near = matches!(facts.ground.statement, Some(Statement::Pose(pose))
+            if pose.ellipse.long_in > UNCERTAIN_IN && pose.x_in.hypot(pose.y_in) < LOOK_IN);
+        is_near
+            && self.target_in == HOME_IN
             && self.looks < LOOKS_MAX
             && facts.ground.knows_home()
             && facts.robot.turns_on_request()
@@ -235,6 +240,7 @@ impl Ui {
             && facts.ground.may_see_home()
             && self.automatic.scanned != facts.ground.since()
             && facts.robot.turns_on_request()
+            && facts.ledger.active().is_none_or(ActiveList::is_driven)
     }
 
     /// Plans a route again each minute, and at its end until the robot has arrived.
@@ -254,21 +260,24 @@ impl Ui {
             self.automatic.drive = Some(drive);
             return Vec::new();
         }
-        // Between two scans it stands in mode reactive.
-        let has_looked = drive.looks > 0 && facts.robot.mode() == Some(Mode::Reactive);
-        let is_at_end =
-            active.is_driven() && (has_looked || facts.robot.mode() == Some(Mode::Stop));
+        let is_at_end = active.is_driven() && facts.robot.mode() == Some(Mode::Stop);
         let drives = !active.is_driven() && facts.robot.mode() == Some(Mode::Prowl);
         // A robot that prowled before it was sent away prowls on.
-        let onward = match is_at_end {
-            true if drive.is_detour => Some(prowl.clone()),
-            true if has_looked => Some(Request::Stop),
-            _ => None,
-        };
+        let onward = (drive.is_detour && is_at_end).then(|| prowl.clone());
         if now >= drive.until {
             self.note(Level::Warning, format!("plan {to}: given up"));
             let clear = (drive.is_detour && drives).then(|| Request::Route(Vec::new()));
             return unasked(clear.into_iter().chain(onward));
+        }
+        if drives && drive.may_look(facts) {
+            self.note(Level::Info, format!("plan {to}: looks around"));
+            self.automatic.drive = Some(Drive {
+                looks: drive.looks + 1,
+                looked_at: Some(now),
+                ..drive
+            });
+            // It goes on along its route afterwards.
+            return unasked([Request::Scan]);
         }
         if !is_at_end && (!drives || now < drive.planned_at + AGAIN) {
             self.automatic.drive = Some(drive);
@@ -278,16 +287,6 @@ impl Ui {
             && let Some(Statement::Pose(pose)) = facts.ground.statement
             && (pose.x_in - drive.target_in.0).hypot(pose.y_in - drive.target_in.1) < ARRIVED_IN
         {
-            if drive.may_look(facts, pose.ellipse.long_in) {
-                self.note(Level::Info, format!("plan {to}: looks around"));
-                self.automatic.drive = Some(Drive {
-                    looks: drive.looks + 1,
-                    looked_at: Some(now),
-                    ..drive
-                });
-                // A stopped robot does not scan.
-                return unasked([Request::Mode(Mode::Reactive), Request::Scan]);
-            }
             self.automatic.has_arrived = !drive.is_detour;
             let within_in = pose.ellipse.long_in;
             let within = format!("arrived, within {within_in:.0} in");

@@ -122,7 +122,9 @@ impl Station {
     }
 
     pub(super) fn report_fields_left_out(&mut self) {
-        let text = format!("more than {FIELDS_MAX} fields: the values of the others are not kept");
+        let text = format!(
+            "values are left out: there are more than {FIELDS_MAX} fields, or a name is too long"
+        );
         self.notice(NoticeCode::FieldsLeftOut, Level::Warning, &text);
     }
 

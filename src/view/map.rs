@@ -115,7 +115,7 @@ impl Screen<'_> {
                 ),
                 Statement::Lifted => (
                     vec![
-                        format!("{old}ground: lifted, so its pose is unknown; :set-pose"),
+                        format!("{old}ground: lifted; put it down, then :set-pose"),
                         format!("{old}ground: lifted, pose unknown"),
                     ],
                     self.theme.warning,

@@ -51,9 +51,14 @@ impl OwnColumns {
         for name in &self.fields {
             header.push(b',');
             // No two columns have the same name.
-            let is_taken = name == "at_s" || EventRecord::FIELDS.contains(&name.as_str());
-            let prefix = if is_taken { "own_" } else { "" };
-            write_csv_text(&mut header, &format!("{prefix}{name}"))?;
+            let mut name = name.clone();
+            if name == "at_s" || EventRecord::FIELDS.contains(&name.as_str()) {
+                name.insert_str(0, "own_");
+                while self.fields.contains(&name) {
+                    name.insert_str(0, "own_");
+                }
+            }
+            write_csv_text(&mut header, &name)?;
         }
         for name in &self.events {
             write!(header, ",{name}")?;

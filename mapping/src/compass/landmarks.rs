@@ -8,8 +8,9 @@ use super::{Compass, dock};
 use crate::pose::turned;
 use crate::trail::Trail;
 
-/// Deviation of the place of a scan that is searched, and variance of the place that is found, on each axis, inches and square inches.
-const SEARCHED_IN: f64 = 30.0;
+/// Least and greatest deviation of the place of a scan that is searched, inches, and variance of the place that is found from home's, square
+/// inches, on each axis.
+const SEARCHED_IN: (f64, f64) = (10.0, 30.0);
 const FOUND: f64 = 9.0;
 
 /// Long semi-axis of the 95 % ellipse up to which a scan before the map is one of home, inches.
@@ -18,11 +19,13 @@ const AT_HOME_IN: f64 = 24.0;
 /// Multiple of the 95 % ellipse outside of which a docked robot was misplaced.
 const FAR: f64 = 1.5;
 
-/// The scan at home, before the map: where it ended in the world, and the error of the heading there, degrees.
+/// The scan at home, before the map: where it ended in the world, its variance on each axis, square inches, and the error of the heading
+/// there, degrees.
 #[derive(Clone, Debug)]
 pub(super) struct Home {
     panorama: Panorama,
     at_in: (f64, f64),
+    variance: f64,
     error_deg: f64,
 }
 
@@ -47,10 +50,14 @@ impl Compass {
     pub(super) fn take_panorama(&mut self, panorama: Panorama, theta_deg: f64) {
         let (error, _) = self.drift.heading(self.motion);
         let Some(tracker) = &self.tracker else {
-            if self.reckoning.ellipse().long_in <= AT_HOME_IN {
+            if !self.is_lifted
+                && self.home.is_none()
+                && self.reckoning.ellipse().long_in <= AT_HOME_IN
+            {
                 self.home = Some(Home {
                     panorama,
                     at_in: (self.reckoning.x_in, self.reckoning.y_in),
+                    variance: self.reckoning.variance(),
                     error_deg: error.value,
                 });
             }
@@ -74,7 +81,7 @@ impl Compass {
             &home.panorama.features(at_home),
             here,
             turned(from_home, house_rad),
-            SEARCHED_IN,
+            pose.ellipse.long_in.clamp(SEARCHED_IN.0, SEARCHED_IN.1),
         );
         let Some(found) = found else {
             return;
@@ -83,7 +90,7 @@ impl Compass {
         let at_in = (home.at_in.0 + x_in, home.at_in.1 + y_in);
         let fix = Fix {
             at_in: tracker.in_house(at_in, house),
-            variance: FOUND,
+            variance: FOUND + home.variance,
         };
         self.end_stretch(theta_deg, Some(fix));
     }

@@ -22,9 +22,10 @@ impl Lift {
             self.floor_at = Some(pose);
         }
         let stands = state.velocity_in_s == 0 && state.rotation_in_s == 0;
-        // The guard stands still when no sensor sees floor. It has no say over a stopped robot, which may have stopped at an edge.
-        let has_none = state.layers.holder().is_none()
-            && (state.mode != Mode::Stop || self.floor_at == Some(pose));
+        // The guard stands still when no sensor sees floor. In two modes a robot also rests without it, and may have come to rest at an edge.
+        let may_rest = matches!(state.mode, Mode::Stop | Mode::Reactive);
+        let has_none =
+            state.layers.holder().is_none() && (!may_rest || self.floor_at == Some(pose));
         self.lines = if state.cliff == Cliff::Several && stands && has_none {
             self.lines.saturating_add(1)
         } else {

@@ -91,7 +91,7 @@ struct Gauge {
 ///
 /// It takes the robot's lines in the order in which they were received. The position is reckoned until the direction of the
 /// house is known, and from then on matched with a map that the compass builds itself. A pose set by others is taken as true. A pose that
-/// is the stated one was taken from it, so its uncertainty stays. After the robot was lifted, its pose is unknown until it is set, or the robot is on its dock.
+/// is the stated one was taken from it, so its uncertainty stays. After the robot was lifted, its pose is unknown until it is set, or the robot has found the dock that it knows.
 #[derive(Clone, Debug, Default)]
 pub struct Compass {
     last: Option<(Duration, StateLine)>,
@@ -287,7 +287,7 @@ impl Compass {
     fn restart(&mut self) {
         self.drift.restart();
         self.last = None;
-        self.is_lifted = false;
+        (self.lift, self.is_lifted) = (Lift::default(), false);
         self.scan = Scan::default();
         self.home = None;
         self.begin();

@@ -17,8 +17,8 @@ use crate::sensors::sonar;
 const ECHO_MIN_IN: f64 = 4.0;
 const ECHO_MAX_IN: f64 = 200.0;
 
-/// Turn from which a turn on the spot is a scan, degrees: with bit errors its first lines may be lost.
-const TURNED_DEG: f64 = 300.0;
+/// Turn on the spot that is a scan, degrees, from and to: with bit errors its first lines may be lost.
+const TURNED_DEG: std::ops::Range<f64> = 300.0..720.0;
 
 /// Least echoes of a scan, and most of several at one place.
 const ECHOES_LEAST: usize = 12;
@@ -122,7 +122,8 @@ impl Scan {
             let wheels_in_s = (state.wheel_left_in_s, state.wheel_right_in_s);
             let pinged_at = sonar::pinged_at(pose, wheels_in_s);
             for (side, range_in) in sonar::ranges(state) {
-                if (ECHO_MIN_IN..=ECHO_MAX_IN).contains(&range_in) {
+                if self.echoes.len() < ECHOES_MAX && (ECHO_MIN_IN..=ECHO_MAX_IN).contains(&range_in)
+                {
                     let (eye, axis_rad) = sonar::eye(pinged_at, side);
                     self.echoes.push(Echo {
                         eye,
@@ -135,7 +136,7 @@ impl Scan {
         }
         let turned_deg = std::mem::take(&mut self.turned_deg);
         let mut echoes = std::mem::take(&mut self.echoes);
-        if turned_deg < TURNED_DEG {
+        if !TURNED_DEG.contains(&turned_deg) {
             return None;
         }
         if let Some((before, _)) = self.before.take()
@@ -391,17 +392,40 @@ impl Features {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use groundwave_protocol::status_codes::Layer;
     use proptest::prelude::*;
 
-    /// A scan from a place in a room of 160 by 120 in without furniture: echoes of the walls that the sonar faces.
-    fn scan((x_in, y_in): (f64, f64), begin_deg: f64) -> Panorama {
+    const ROOM_IN: (f64, f64) = (160.0, 120.0);
+
+    /// However long a robot turns, a scan has a limit, and a turn of several rounds is none.
+    #[test]
+    fn scan_has_a_limit() {
+        let mut scan = Scan::default();
+        let mut state = StateLine {
+            rotation_in_s: 8,
+            sonar_left_in: Some(50),
+            ..StateLine::BLANK
+        };
+        state.layers.set(Layer::Rotation, LayerState::Holds);
+        for rounds in [1, 100] {
+            for _ in 0..rounds * 360 {
+                assert!(scan.take(&state, 1.0).is_none());
+            }
+            assert!(scan.echoes.len() <= ECHOES_MAX);
+            let panorama = scan.take(&StateLine::BLANK, 0.0);
+            assert_eq!(panorama.is_some(), rounds == 1);
+        }
+    }
+
+    /// A scan from a place in a room without furniture: echoes of the walls that the sonar faces.
+    fn scan((wide_in, long_in): (f64, f64), (x_in, y_in): (f64, f64), begin_deg: f64) -> Panorama {
         let echoes = (0..54).filter_map(|step| {
             let axis_rad = (begin_deg + f64::from(step) * 360.0 / 54.0).to_radians();
             let (sin, cos) = libm::sincos(axis_rad);
             let eye = (5.0 * sin, 5.0 * cos);
             let walls = [
-                120.0 - y_in - eye.1,
-                160.0 - x_in - eye.0,
+                long_in - y_in - eye.1,
+                wide_in - x_in - eye.0,
                 y_in + eye.1,
                 x_in + eye.0,
             ];
@@ -428,22 +452,22 @@ mod tests {
         fn displacement_is_that_of_the_places(
             x_in in -20.0..20.0_f64, y_in in -20.0..20.0_f64, begin_deg in 0.0..360.0_f64, error_deg in -3.0..3.0_f64,
         ) {
-            let home = scan((70.0, 55.0), 0.0).features(0.0);
-            let away = scan((70.0 + x_in, 55.0 + y_in), begin_deg);
+            let home = scan(ROOM_IN, (70.0, 55.0), 0.0).features(0.0);
+            let away = scan(ROOM_IN, (70.0 + x_in, 55.0 + y_in), begin_deg);
             let near = Estimate { value: error_deg, deviation: 3.0 };
             let direction_deg = away.direction_deg(near);
             prop_assert!(direction_deg.abs() < 3.5, "{direction_deg}");
-            if let Some(found) = away.displacement(&home, direction_deg, (0.0, 0.0), 15.0) {
-                let off_in = libm::hypot(found.0 - x_in, found.1 - y_in);
-                prop_assert!(off_in < 5.0, "{found:?}");
-            }
+            let found = away.displacement(&home, direction_deg, (0.0, 0.0), 15.0);
+            let off_in = found.map(|it| libm::hypot(it.0 - x_in, it.1 - y_in));
+            prop_assert!(off_in.is_some_and(|off_in| off_in < 5.0), "{found:?}");
         }
 
-        /// A scan of other walls has no displacement.
+        /// A scan in a room of another shape has no displacement.
         #[test]
-        fn nothing_is_found_without_echoes_in_common(begin_deg in 0.0..360.0_f64) {
-            let away = scan((70.0, 55.0), begin_deg);
-            prop_assert!(away.displacement(&Features::default(), 0.0, (0.0, 0.0), 15.0).is_none());
+        fn nothing_is_found_in_another_room(begin_deg in 0.0..360.0_f64) {
+            let home = scan(ROOM_IN, (70.0, 55.0), 0.0).features(0.0);
+            let away = scan((330.0, 260.0), (150.0, 120.0), begin_deg);
+            prop_assert_eq!(away.displacement(&home, 0.0, (0.0, 0.0), 15.0), None);
         }
     }
 }

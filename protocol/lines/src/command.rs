@@ -62,7 +62,10 @@ impl OwnCommand {
     /// Beginning of the reply, whatever the arguments; empty if it begins with one.
     #[must_use]
     pub fn reply_start(&self) -> &str {
-        self.reply.split('{').next().unwrap_or_default().trim()
+        match self.reply.split_once('{') {
+            Some((start, _)) => start.trim_start(),
+            None => self.reply.trim(),
+        }
     }
 
     /// Names of the arguments.
@@ -143,6 +146,13 @@ mod tests {
         OwnCommand {
             send: send.to_owned(),
             reply: reply.to_owned(),
+        }
+    }
+
+    #[test]
+    fn reply_begins_with_what_comes_before_its_arguments() {
+        for (reply, start) in [(" OK S\r", "OK S"), ("B {x}", "B "), ("{x} OK", "")] {
+            assert_eq!(command("S", reply).reply_start(), start);
         }
     }
 

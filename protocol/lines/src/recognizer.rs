@@ -237,11 +237,7 @@ impl Recognizer {
         let Some(content) = self.checksum.strip(text) else {
             return self.damaged();
         };
-        if self
-            .replies
-            .iter()
-            .any(|reply| content.starts_with(reply.as_str()))
-        {
+        if self.replies.iter().any(|reply| begins_with(content, reply)) {
             return self.take_text(content);
         }
         let Some(found) = self.cells(content) else {
@@ -365,6 +361,13 @@ impl Recognizer {
             .insert(cell.name.clone().into_owned(), Arc::clone(&field));
         Some(field)
     }
+}
+
+/// Whether a line begins with these words: not with the beginning of a longer one.
+fn begins_with(line: &str, words: &str) -> bool {
+    line.strip_prefix(words).is_some_and(|rest| {
+        !(words.ends_with(char::is_alphanumeric) && rest.starts_with(char::is_alphanumeric))
+    })
 }
 
 enum Found<'a> {

@@ -14,7 +14,7 @@ use crate::model::ground::{Statement, Suggestion};
 /// A name, and what happens.
 type Case = (&'static str, fn(&mut Scene));
 
-/// Scans at the end of a drive home.
+/// Scans near the end of a drive home.
 const LOOKS_MAX: u8 = 3;
 
 /// The digest of the route in the robot.
@@ -270,8 +270,8 @@ fn scan(scene: &mut Scene, range_in: Option<u16>) {
     scene.state.rotation_in_s = 0;
 }
 
-/// A robot at the end of a drive home, whose home was scanned where it began.
-fn at_believed_home() -> Scene {
+/// A robot that drives home and is near it, and whose home was scanned where it began.
+fn near_home() -> Scene {
     let mut scene = scene();
     scene.state.mode = Mode::Prowl;
     scene.status.fitted = LayerMask::ALL;
@@ -284,6 +284,8 @@ fn at_believed_home() -> Scene {
     assert!(scene.model.facts.ground.knows_home());
 
     drive_between_walls(&mut scene);
+    scene.state.y_tenths_in = 500;
+    scene.hear();
     scene.type_text(":plan home");
     scene.press(&[KeyCode::Enter]);
     let [Effect::Send(route)] = &scene.type_text("S")[..] else {
@@ -292,26 +294,31 @@ fn at_believed_home() -> Scene {
     let digest = Some(DIGEST);
     scene.command(1, route.clone(), CommandStatus::Confirmed { digest });
     drive_to(&mut scene, 0);
-    scene.drive(4, -1.0, 0);
+    assert_eq!(unasked(&mut scene, 1), [], "it is too far away");
     scene.state.y_tenths_in = 0;
-    end(&mut scene);
     scene
 }
 
-/// Home is scanned again where it is believed to be, until a scan shows it.
+/// Near home, scans look for it until one shows it; the robot stays on its route.
 #[test]
 fn home_is_looked_for_where_it_is_believed() {
     for (range_in, looks) in [(Some(155), 1), (None, LOOKS_MAX)] {
-        let mut scene = at_believed_home();
+        let mut scene = near_home();
         for _ in 0..looks {
-            let look = [Request::Mode(Mode::Reactive), Request::Scan];
-            assert_eq!(unasked(&mut scene, 1), look, "{range_in:?}");
-            scene.state.mode = Mode::Reactive;
+            assert_eq!(unasked(&mut scene, 1), [Request::Scan], "{range_in:?}");
             scan(&mut scene, range_in);
         }
-        assert_eq!(unasked(&mut scene, 1), [Request::Stop], "{range_in:?}");
-        assert!(logged(&scene, "plan home: arrived, within "));
+        assert_eq!(unasked(&mut scene, 1), [], "{range_in:?}");
+        assert!(logged(&scene, "plan home: looks around"));
     }
+}
+
+/// After STOP, home is not looked for.
+#[test]
+fn no_scan_is_sent_against_the_operator() {
+    let mut scene = near_home();
+    scene.command(2, Request::Stop, CommandStatus::Confirmed { digest: None });
+    assert_eq!(unasked(&mut scene, 100), []);
 }
 
 /// Each of these ends the drive to a destination, or keeps the station from planning.

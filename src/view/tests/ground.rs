@@ -72,7 +72,7 @@ fn a_lifted_robot_is_said_to_be_lifted() {
     scene.model.facts.ground.statement = Some(Statement::Lifted);
     scene.model.facts.watch_ground(scene.now);
     let wide = screen(&scene, 120, 40);
-    row(&wide, "ground: lifted, so its pose is unknown; :set-pose");
+    row(&wide, "ground: lifted; put it down, then :set-pose");
     assert!(!wide.contains("Ctrl-Y"), "{wide}");
     row(&screen(&scene, 80, 24), "ground: lifted, pose unknown");
 }
