@@ -91,6 +91,7 @@ impl Compass {
         let fix = Fix {
             at_in: tracker.in_house(at_in, house),
             variance: FOUND + home.variance,
+            trusts_map: true,
         };
         self.end_stretch(theta_deg, Some(fix));
     }
@@ -118,6 +119,7 @@ impl Compass {
         let fix = Fix {
             at_in: dock_in,
             variance: dock::VARIANCE,
+            trusts_map: false,
         };
         self.end_stretch(theta_deg, Some(fix));
         if quarters != 0 || is_far {

@@ -251,8 +251,9 @@ impl Submaps {
         }
     }
 
-    /// Takes the robot's position as measured with a variance on each axis, and corrects all places.
-    pub(super) fn fix(&mut self, measured: (f64, f64), variance: f64) {
+    /// Takes the robot's position as measured with a variance on each axis, and corrects all places; with trust in the map, a surprise
+    /// moves the robot alone.
+    pub(super) fn fix(&mut self, measured: (f64, f64), variance: f64, trusts_map: bool) {
         let here = self.position_in();
         let off = (measured.0 - here.0, measured.1 - here.1);
         let p = self.covariance();
@@ -260,7 +261,7 @@ impl Submaps {
         let squared = seen.map_or(0.0, |it| {
             off.0 * off.0 * it[0][0] + 2.0 * off.0 * off.1 * it[0][1] + off.1 * off.1 * it[1][1]
         });
-        if squared > SURPRISE {
+        if trusts_map && squared > SURPRISE {
             let square = off.0 * off.0 + off.1 * off.1;
             self.covariance.add(0, 0, square);
             self.covariance.add(1, 1, square);
@@ -493,7 +494,7 @@ mod tests {
             submaps.add(room((40.0, 40.0)));
             let (first, second, p) = (submaps.origin(0), submaps.origin(1), submaps.covariance());
             let here = submaps.position_in();
-            submaps.fix((here.0 + x_in, here.1 + y_in), variance);
+            submaps.fix((here.0 + x_in, here.1 + y_in), variance, false);
             let after = submaps.covariance();
             prop_assert!(after[0][0] < p[0][0] && after[1][1] < variance, "{after:?}");
             let moved = submaps.origin(1);

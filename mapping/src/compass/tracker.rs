@@ -53,6 +53,8 @@ pub(super) struct Leg {
 pub(super) struct Fix {
     pub(super) at_in: (f64, f64),
     pub(super) variance: f64,
+    /// Whether the map around is right, so that the robot may be less certain of its place than it seemed.
+    pub(super) trusts_map: bool,
 }
 
 impl Leg {
@@ -91,7 +93,7 @@ impl Leg {
             self.contact_s,
         );
         if let Some(fix) = self.fix {
-            submaps.fix(fix.at_in, fix.variance);
+            submaps.fix(fix.at_in, fix.variance, fix.trusts_map);
         }
     }
 }
