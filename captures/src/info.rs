@@ -108,7 +108,7 @@ pub struct Info {
 /// Number of line types, the first of [`LINE_TYPES`], that JSON always has; it leaves out others without lines.
 const COMMON_TYPES: usize = 5;
 
-/// Numbers of intact lines by type, in the order of [`LINE_TYPES`].
+/// Numbers of intact lines by type, in the order of `LINE_TYPES`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LineCounts([u64; LINE_TYPES.len()]);
 
