@@ -105,7 +105,7 @@ pub struct Dashboard {
 pub struct Robot {
     /// The name of a `[link.NAME]`, or a link as on the command line.
     pub link: Option<String>,
-    /// Baud rate of the link, if it is not that of its `[link.NAME]` or of `[link]`.
+    /// Overrides the baud rate in `[link.NAME]` or `[link]`.
     pub baud: Option<u32>,
     /// Overrides the setting in `[dashboard]`.
     pub theme: Option<Theme>,

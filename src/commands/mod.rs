@@ -131,7 +131,7 @@ pub fn refuse(error: &clap::Error) -> ExitCode {
     u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
 }
 
-/// Names the verbs that have an option which the given one has not.
+/// Names the verbs that have an option, for a verb that has not.
 fn say_verbs_with(option: &str) {
     let name = option.trim_start_matches("--");
     let cli = Cli::command();

@@ -10,11 +10,14 @@ use super::lines::{position_in, turn_deg};
 /// inches from the origin.
 pub(super) const VARIANCE: f64 = 64.0;
 
+/// Variance of a docked robot's heading around the dock's, square degrees: it comes at an angle of up to 20 degrees.
+pub(super) const HEADING: f64 = 112.5;
+
 /// Lines A on the dock after which the robot is there: contacts bounce, and the robot stands.
 const LINES: u8 = 3;
 
-/// Deviation of the estimated heading up to which it is the dock's, degrees: robots come at an angle of up to 20 degrees.
-pub(super) const KNOWN_DEG: f64 = 15.0;
+/// Deviation of the estimated heading up to which it is the dock's, degrees.
+const KNOWN_DEG: f64 = 15.0;
 
 /// Distance from the origin within which a robot that begins on a dock is at home, inches.
 const AT_HOME_IN: f64 = 12.0;

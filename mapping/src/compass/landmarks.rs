@@ -13,10 +13,12 @@ use crate::trail::Trail;
 const SEARCHED_IN: (f64, f64) = (10.0, 30.0);
 const FOUND: f64 = 9.0;
 
-/// Long semi-axis of the 95 % ellipse up to which a scan before the map is one of home, inches.
+/// Long semi-axis of the 95 % ellipse up to which a scan before the map is one of home, inches, and up to which one is worth an order: it
+/// grows until the scan ends.
 const AT_HOME_IN: f64 = 24.0;
+const BEFORE_SCAN_IN: f64 = 12.0;
 
-/// Multiple of the 95 % ellipse outside of which a docked robot was misplaced.
+/// Multiple of the 95 % ellipse; a docked robot beyond it was misplaced.
 const FAR: f64 = 1.5;
 
 /// The scan at home, before the map: where it ended in the world, its variance on each axis, square inches, and the error of the heading
@@ -43,7 +45,7 @@ impl Compass {
             && self.tracker.is_none()
             && self.home.is_none()
             && !self.is_lifted
-            && self.reckoning.ellipse().long_in <= AT_HOME_IN / 2.0
+            && self.reckoning.ellipse().long_in <= BEFORE_SCAN_IN
     }
 
     /// Takes a scan that has ended: at home, or where the robot may see what it saw there.
@@ -138,7 +140,7 @@ impl Compass {
         self.drift.restart();
         self.drift.turn(theta_deg - heading_deg);
         self.drift.pass(Motion {
-            variance: dock::KNOWN_DEG * dock::KNOWN_DEG / 2.0,
+            variance: dock::HEADING,
             ..Motion::default()
         });
         self.is_lifted = false;
@@ -146,5 +148,60 @@ impl Compass {
         self.trail = Trail::default();
         self.reckoning = Reckoning::near((0.0, 0.0), dock::VARIANCE);
         self.begin();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use groundwave_protocol::status_codes::{Cliff, Mode, Power};
+    use groundwave_protocol::telemetry::{Ack, Body, Line, StateLine};
+
+    use super::*;
+
+    /// A robot that was lifted knows its pose again on the dock from which it came, whatever its odometer says.
+    #[test]
+    fn lifted_robot_is_found_on_its_dock() {
+        let docked = StateLine {
+            power: Power::Charging,
+            mode: Mode::Forage,
+            cliff: Cliff::None,
+            ..StateLine::BLANK
+        };
+        let lifted = StateLine {
+            cliff: Cliff::Several,
+            y_tenths_in: 600,
+            ..StateLine::BLANK
+        };
+        let docked_again = StateLine {
+            y_tenths_in: 900,
+            theta_deg: 130,
+            ..docked
+        };
+        let mut compass = Compass::default();
+        let mut at = Duration::ZERO;
+        let mut hear = |compass: &mut Compass, state: StateLine| {
+            for _ in 0..6 {
+                at += Duration::from_millis(350);
+                let line = Line {
+                    sequence: 0,
+                    body: Body::State(state),
+                    ack: Ack::default(),
+                };
+                compass.handle_line(at, &line);
+            }
+        };
+        hear(&mut compass, docked);
+        hear(&mut compass, lifted);
+        assert!(compass.is_lifted() && compass.pose().is_none());
+        hear(&mut compass, docked_again);
+        let pose = compass.pose().expect("a pose");
+        assert!(libm::hypot(pose.x_in, pose.y_in) < 1.0, "{pose:?}");
+        let off_deg = libm::remainder(pose.theta_deg.value, 360.0);
+        assert!(
+            off_deg.abs() < 1.0 && pose.theta_deg.half > 10.0,
+            "{pose:?}"
+        );
     }
 }

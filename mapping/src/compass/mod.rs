@@ -91,7 +91,8 @@ struct Gauge {
 ///
 /// It takes the robot's lines in the order in which they were received. The position is reckoned until the direction of the
 /// house is known, and from then on matched with a map that the compass builds itself. A pose set by others is taken as true. A pose that
-/// is the stated one was taken from it, so its uncertainty stays. After the robot was lifted, its pose is unknown until it is set, or the robot has found the dock that it knows.
+/// is the stated one was taken from it, so its uncertainty stays. After the robot was lifted, its pose is unknown until it is set, or the
+/// robot has found the dock on which it was before.
 #[derive(Clone, Debug, Default)]
 pub struct Compass {
     last: Option<(Duration, StateLine)>,
@@ -113,7 +114,9 @@ pub struct Compass {
     drift: Drift,
     dock: Dock,
     lift: Lift,
+    /// Whether the robot was lifted since its pose was known.
     is_lifted: bool,
+    /// The scan under way, and the one that shows home.
     scan: Scan,
     home: Option<Home>,
     /// Position until the direction of the house is known, and where it began.

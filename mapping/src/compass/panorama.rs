@@ -20,7 +20,7 @@ const ECHO_MAX_IN: f64 = 200.0;
 /// Turn on the spot that is a scan, degrees, from and to: with bit errors its first lines may be lost.
 const TURNED_DEG: std::ops::Range<f64> = 300.0..720.0;
 
-/// Least echoes of a scan, and most of several at one place.
+/// Fewest echoes of a scan, and most of several at one place.
 const ECHOES_LEAST: usize = 12;
 const ECHOES_MAX: usize = 120;
 
@@ -153,7 +153,7 @@ impl Scan {
 }
 
 /// The echoes of scans at one place, from the robot's position after them and with the odometer's headings.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Panorama {
     echoes: Vec<Echo>,
 }
@@ -325,7 +325,7 @@ struct Seen {
 }
 
 /// What a panorama shows in the house's frame.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Features {
     seen: Vec<Seen>,
 }

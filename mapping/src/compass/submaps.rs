@@ -251,17 +251,21 @@ impl Submaps {
         }
     }
 
+    /// Squared Mahalanobis distance of a position that is measured with a variance on each axis, off by as much from the robot's.
+    fn surprise(&self, off: (f64, f64), variance: f64) -> f64 {
+        let p = self.covariance();
+        let seen = inverse([[p[0][0] + variance, p[0][1]], [p[1][0], p[1][1] + variance]]);
+        seen.map_or(0.0, |it| {
+            off.0 * off.0 * it[0][0] + 2.0 * off.0 * off.1 * it[0][1] + off.1 * off.1 * it[1][1]
+        })
+    }
+
     /// Takes the robot's position as measured with a variance on each axis, and corrects all places; with trust in the map, a surprise
     /// moves the robot alone.
     pub(super) fn fix(&mut self, measured: (f64, f64), variance: f64, trusts_map: bool) {
         let here = self.position_in();
         let off = (measured.0 - here.0, measured.1 - here.1);
-        let p = self.covariance();
-        let seen = inverse([[p[0][0] + variance, p[0][1]], [p[1][0], p[1][1] + variance]]);
-        let squared = seen.map_or(0.0, |it| {
-            off.0 * off.0 * it[0][0] + 2.0 * off.0 * off.1 * it[0][1] + off.1 * off.1 * it[1][1]
-        });
-        if trusts_map && squared > SURPRISE {
+        if trusts_map && self.surprise(off, variance) > SURPRISE {
             let square = off.0 * off.0 + off.1 * off.1;
             self.covariance.add(0, 0, square);
             self.covariance.add(1, 1, square);

@@ -14,9 +14,6 @@ use crate::model::ground::{Statement, Suggestion};
 /// A name, and what happens.
 type Case = (&'static str, fn(&mut Scene));
 
-/// Scans near the end of a drive home.
-const LOOKS_MAX: u8 = 3;
-
 /// The digest of the route in the robot.
 const DIGEST: u32 = 7;
 
@@ -175,6 +172,12 @@ fn an_arrow_key_makes_auto_silent() {
 fn homeward() -> Scene {
     let mut scene = advised(between_walls(), Advise::Auto);
     scene.state.mode = Mode::Prowl;
+    send_home(&mut scene);
+    scene
+}
+
+/// Plans a route home and sends it.
+fn send_home(scene: &mut Scene) {
     scene.type_text(":plan home");
     scene.press(&[KeyCode::Enter]);
     let [Effect::Send(route)] = &scene.type_text("S")[..] else {
@@ -182,8 +185,7 @@ fn homeward() -> Scene {
     };
     let digest = Some(DIGEST);
     scene.command(1, route.clone(), CommandStatus::Confirmed { digest });
-    drive_to(&mut scene, 0);
-    scene
+    drive_to(scene, 0);
 }
 
 /// Reports that a number of waypoints was reached.
@@ -286,14 +288,7 @@ fn near_home() -> Scene {
     drive_between_walls(&mut scene);
     scene.state.y_tenths_in = 500;
     scene.hear();
-    scene.type_text(":plan home");
-    scene.press(&[KeyCode::Enter]);
-    let [Effect::Send(route)] = &scene.type_text("S")[..] else {
-        panic!("a route");
-    };
-    let digest = Some(DIGEST);
-    scene.command(1, route.clone(), CommandStatus::Confirmed { digest });
-    drive_to(&mut scene, 0);
+    send_home(&mut scene);
     assert_eq!(unasked(&mut scene, 1), [], "it is too far away");
     scene.state.y_tenths_in = 0;
     scene
@@ -302,7 +297,7 @@ fn near_home() -> Scene {
 /// Near home, scans look for it until one shows it; the robot stays on its route.
 #[test]
 fn home_is_looked_for_where_it_is_believed() {
-    for (range_in, looks) in [(Some(155), 1), (None, LOOKS_MAX)] {
+    for (range_in, looks) in [(Some(155), 1), (None, 3)] {
         let mut scene = near_home();
         for _ in 0..looks {
             assert_eq!(unasked(&mut scene, 1), [Request::Scan], "{range_in:?}");
