@@ -74,7 +74,7 @@ pub fn decode(
     let mut diagnosis = None;
     let result = records.read_all(capture, &mut diagnosis);
     let own_lines = if are_robots(capture.form(), records.own_lines, records.own_texts) {
-        records.own_lines
+        records.own_lines + records.own_texts
     } else {
         0
     };
@@ -94,7 +94,7 @@ pub fn decode(
 pub struct Decoded {
     /// Number of bytes received.
     pub bytes: u64,
-    /// Number of intact lines, and lines of the robot's own with values.
+    /// Number of intact lines, and lines of the robot's own.
     pub lines: u64,
     /// Mistakes in the robot's lines.
     pub mistakes: Vec<Finding>,

@@ -52,7 +52,10 @@ const TEXTS_PER_LINE_MAX: u64 = 9;
 
 /// Whether a capture's own lines are a robot's, by the numbers of lines with values and of text. Prose looks like a value now and then, and the origin of raw text is not known.
 pub(crate) fn are_robots(form: Form, lines: u64, texts: u64) -> bool {
-    lines > 0 && (form == Form::Mcap || texts <= lines * TEXTS_PER_LINE_MAX)
+    match form {
+        Form::Mcap => lines + texts > 0,
+        Form::Raw => lines > 0 && texts <= lines * TEXTS_PER_LINE_MAX,
+    }
 }
 
 /// Fields that a robot describes in lines F; lines V contain their values.

@@ -5,14 +5,15 @@
 //! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
 //! is unfinished, and no route while the robot's position is not known.
 
+mod planned_drive;
+
 use groundwave_captures::words::counted;
-use groundwave_mapping::NoRoute;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::status_codes::{Layer, LayerState, Mode};
+use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Reading;
 
 use super::config::Advise;
-use super::ground::{HOME_IN, Statement, Suggestion, is_driven_by_hand};
+use super::ground::{Suggestion, is_driven_by_hand};
 use super::ledger::ActiveList;
 use super::{Facts, Ui};
 use crate::event::{
@@ -20,31 +21,19 @@ use crate::event::{
     SuggestionStatus,
 };
 use crate::request::Request;
+use planned_drive::{ARRIVED_IN, PlannedDrive, is_under_way};
 
 /// Time without commands after driving by hand, STOP and a mode.
 const SILENT: Moment = Moment::from_mins(1);
 
 /// Time after which a route is planned again.
-const AGAIN: Moment = Moment::from_mins(1);
+const AGAIN: Moment = Moment::from_secs(20);
 
 /// Time after which a destination is given up.
 const LIMIT: Moment = Moment::from_mins(20);
 
 /// The same for one that only the station has chosen.
 const DETOUR_LIMIT: Moment = Moment::from_mins(5);
-
-/// Distance from a destination that counts as arrived, inches.
-const ARRIVED_IN: f64 = 12.0;
-
-/// Scans near the end of a drive home, at most; the distance from it at which they begin; and the long semi-axis of the 95 % ellipse from
-/// which one is worth it, inches.
-const LOOKS_MAX: u8 = 3;
-const LOOK_IN: f64 = 36.0;
-const UNCERTAIN_IN: f64 = 20.0;
-
-/// Time after the order of a scan in which it begins, and that in which it ends: outages delay both.
-const LOOK_BEGINS: Moment = Moment::from_secs(5);
-const LOOK_ENDS: Moment = Moment::from_secs(40);
 
 /// A planned draft.
 #[derive(Clone, Debug)]
@@ -57,52 +46,12 @@ struct Planned {
     is_detour: bool,
 }
 
-/// The destination of a planned route that was sent.
-#[derive(Clone, Debug)]
-struct Drive {
-    to: String,
-    target_in: (f64, f64),
-    /// The command that sent it.
-    id: CommandId,
-    planned_at: Moment,
-    until: Moment,
-    is_detour: bool,
-    /// Reason why the latest plan failed.
-    refusal: Option<NoRoute>,
-    /// Number of scans near its end, and when the latest was ordered.
-    looks: u8,
-    looked_at: Option<Moment>,
-}
-
-impl Drive {
-    /// Whether the robot may still be in a scan.
-    fn is_looking(&self, now: Moment, facts: &Facts) -> bool {
-        let turns = facts
-            .robot
-            .state
-            .is_some_and(|state| state.value.layers.get(Layer::Rotation) == LayerState::Holds);
-        self.looked_at
-            .is_some_and(|at| now < at + LOOK_BEGINS || turns && now < at + LOOK_ENDS)
-    }
-
-    /// Whether a scan may show that home is not quite there.
-    fn may_look(&self, facts: &Facts) -> bool {
-        let is_near = matches!(facts.ground.statement, Some(Statement::Pose(pose))
-            if pose.ellipse.long_in > UNCERTAIN_IN && pose.x_in.hypot(pose.y_in) < LOOK_IN);
-        is_near
-            && self.target_in == HOME_IN
-            && self.looks < LOOKS_MAX
-            && facts.ground.knows_home()
-            && facts.robot.turns_on_request()
-    }
-}
-
 /// The present destination, and the time until which nothing is sent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Automatic {
     silent_until: Moment,
     planned: Option<Planned>,
-    drive: Option<Drive>,
+    drive: Option<PlannedDrive>,
     /// Whether the robot stands at the end of a route of the station, and no operator has stopped it.
     has_arrived: bool,
     /// The beginning of the estimate's frame in which home was scanned.
@@ -148,16 +97,9 @@ impl Automatic {
     /// Takes a route that is being sent: if it was planned or suggested, a drive begins. Any other one ends it.
     fn take_route(&mut self, now: Moment, id: CommandId, waypoints: &[Waypoint]) {
         let planned = self.planned.take_if(|it| it.waypoints == waypoints);
-        self.drive = planned.map(|it| Drive {
-            to: it.to,
-            target_in: it.target_in,
-            id,
-            planned_at: now,
-            until: now + if it.is_detour { DETOUR_LIMIT } else { LIMIT },
-            is_detour: it.is_detour,
-            refusal: None,
-            looks: 0,
-            looked_at: None,
+        self.drive = planned.map(|it| {
+            let until = now + if it.is_detour { DETOUR_LIMIT } else { LIMIT };
+            PlannedDrive::new(it.to, it.target_in, it.is_detour, id, now, until)
         });
     }
 
@@ -243,14 +185,13 @@ impl Ui {
             && facts.ledger.active().is_none_or(ActiveList::is_driven)
     }
 
-    /// Plans a route again each minute, and at its end until the robot has arrived.
-    fn drive_on(&mut self, now: Moment, facts: &Facts, drive: Drive) -> Vec<Effect> {
+    /// Goes on with a drive: scans, plans its route again, and ends it.
+    fn drive_on(&mut self, now: Moment, facts: &Facts, mut drive: PlannedDrive) -> Vec<Effect> {
         let to = drive.to.clone();
         if facts.robot.mode() == Some(Mode::Forage) {
             // It drives to its dock by itself.
             return Vec::new();
         }
-        let prowl = Request::Mode(Mode::Prowl);
         // Without a list, the robot has restarted.
         let Some(active) = facts.ledger.active() else {
             self.note(Level::Warning, format!("plan {to}: given up"));
@@ -260,22 +201,19 @@ impl Ui {
             self.automatic.drive = Some(drive);
             return Vec::new();
         }
-        let is_at_end = active.is_driven() && facts.robot.mode() == Some(Mode::Stop);
+        let is_at_end = drive.is_at_end(active, &facts.robot);
         let drives = !active.is_driven() && facts.robot.mode() == Some(Mode::Prowl);
-        // A robot that prowled before it was sent away prowls on.
-        let onward = (drive.is_detour && is_at_end).then(|| prowl.clone());
         if now >= drive.until {
             self.note(Level::Warning, format!("plan {to}: given up"));
             let clear = (drive.is_detour && drives).then(|| Request::Route(Vec::new()));
+            let onward = onward(&drive, is_at_end);
             return unasked(clear.into_iter().chain(onward));
         }
-        if drives && drive.may_look(facts) {
+        let place_in = drive.place_to_look_in(facts);
+        if drives && let Some(here) = place_in.filter(|here| drive.is_elsewhere(*here)) {
             self.note(Level::Info, format!("plan {to}: looks around"));
-            self.automatic.drive = Some(Drive {
-                looks: drive.looks + 1,
-                looked_at: Some(now),
-                ..drive
-            });
+            drive.look(now, here);
+            self.automatic.drive = Some(drive);
             // It goes on along its route afterwards.
             return unasked([Request::Scan]);
         }
@@ -283,36 +221,55 @@ impl Ui {
             self.automatic.drive = Some(drive);
             return Vec::new();
         }
-        if is_at_end
-            && let Some(Statement::Pose(pose)) = facts.ground.statement
-            && (pose.x_in - drive.target_in.0).hypot(pose.y_in - drive.target_in.1) < ARRIVED_IN
-        {
+        drive.planned_at = now;
+        let within_in = drive.arrived_within_in(facts).filter(|_| is_at_end);
+        if let Some(within_in) = within_in {
+            if place_in.is_some()
+                && let Some(route) = drive.route_aside(facts)
+            {
+                self.note(Level::Info, format!("plan {to}: looks from aside"));
+                self.automatic.drive = Some(drive);
+                return unasked([Request::Route(route), Request::Mode(Mode::Prowl)]);
+            }
             self.automatic.has_arrived = !drive.is_detour;
-            let within_in = pose.ellipse.long_in;
             let within = format!("arrived, within {within_in:.0} in");
             self.note(Level::Info, format!("plan {to}: {within}"));
-            return unasked(onward);
+            return unasked(onward(&drive, is_at_end));
         }
+        self.plan_again(facts, drive, active, is_at_end)
+    }
+
+    /// Plans the route of a drive again; where it has ended, the robot goes on.
+    fn plan_again(
+        &mut self,
+        facts: &Facts,
+        mut drive: PlannedDrive,
+        active: &ActiveList,
+        is_at_end: bool,
+    ) -> Vec<Effect> {
+        let to = drive.to.clone();
+        let onward = onward(&drive, is_at_end);
         let most = facts.robot.list_capacity();
-        let route = facts.ground.route(drive.target_in, most);
-        let mut drive = Drive {
-            planned_at: now,
-            ..drive
-        };
-        let (level, text, requests) = match route {
+        let (level, text, requests) = match facts.ground.route(drive.target_in, most) {
             Ok(route)
                 if route.waypoints.is_empty() || is_at_end && route.length_in < ARRIVED_IN =>
             {
                 let text = format!("plan {to}: ended {:.0} in short", route.short_in);
                 (Level::Warning, text, unasked(onward))
             }
+            Ok(route) if !is_at_end && is_under_way(&route.waypoints, active, &facts.robot) => {
+                drive.refusal = None;
+                self.automatic.drive = Some(drive);
+                return Vec::new();
+            }
             Ok(route) => {
                 let count = counted(route.waypoints.len() as u64, "waypoint");
                 let text = format!("plan {to}: planned again, {count}");
                 drive.refusal = None;
+                drive.replaced_end = active.waypoints.last().copied().filter(|_| !is_at_end);
                 self.automatic.drive = Some(drive);
                 let route = Request::Route(route.waypoints);
-                let prowl = is_at_end.then_some(prowl);
+                let prowl = is_at_end.then_some(Request::Mode(Mode::Prowl));
                 (Level::Info, text, unasked([route].into_iter().chain(prowl)))
             }
             Err(reason) => {
@@ -351,6 +308,11 @@ impl Ui {
             .chain(unasked(suggestion.requests.iter().cloned()))
             .collect()
     }
+}
+
+/// A robot that prowled before the station sent it away prowls on at the end.
+fn onward(drive: &PlannedDrive, is_at_end: bool) -> Option<Request> {
+    (drive.is_detour && is_at_end).then_some(Request::Mode(Mode::Prowl))
 }
 
 fn unasked(requests: impl IntoIterator<Item = Request>) -> Vec<Effect> {

@@ -55,10 +55,15 @@ impl Info {
         self.other.write_rows(output)
     }
 
+    /// Whether all lines are the robot's own.
+    fn is_own(&self) -> bool {
+        self.lines.total() == 0 && self.own.is_some()
+    }
+
     /// Writes the bytes, and Groundwave's lines unless all lines are the robot's own.
     fn write_received(&self, output: &mut impl Write) -> io::Result<()> {
         let all = self.lines.total();
-        let is_own = all == 0 && self.own.is_some();
+        let is_own = self.is_own();
         write!(output, "bytes      {} received", self.bytes)?;
         if is_own {
             writeln!(output)?;
@@ -208,8 +213,14 @@ impl Info {
                 robot.id, robot.firmware_version, self.restarts
             )?;
         }
-        writeln!(output, "distance   {:.1} in", self.distance_in)?;
-        writeln!(output, "bumps      {}", self.bumps)?;
+        // A robot with lines of its own has no bumpers, and need not say where it is.
+        let is_own = self.is_own();
+        if !is_own || self.distance_in > 0.0 {
+            writeln!(output, "distance   {:.1} in", self.distance_in)?;
+        }
+        if !is_own {
+            writeln!(output, "bumps      {}", self.bumps)?;
+        }
         if let (Some(first), Some(last)) = (self.battery_first_v, self.battery_last_v) {
             writeln!(
                 output,

@@ -17,14 +17,15 @@ use std::time::Duration;
 use groundwave_protocol::decoder::Counters;
 use serde::Serialize;
 
+use super::session::Session;
 use super::source::Form;
 use super::text::TextReader;
-use super::topics::{RAW_RX, Topic};
+use super::topics::RAW_RX;
 use crate::diagnosis::{Diagnosis, Finding, Line};
 use crate::gaps::Gaps;
 use crate::messages::StationEvent;
 use crate::outages::{Outage, OutageList};
-use crate::own_lines::OwnSummary;
+use crate::own_lines::{OwnSummary, recognizer};
 use crate::statistics::{Damaged, Loss, OtherRobot};
 use crate::words::counted;
 pub use raw_file::RawCopy;
@@ -52,7 +53,7 @@ pub struct Verdict {
     /// Another robot on the channel.
     #[serde(flatten)]
     pub other: OtherRobot,
-    /// Lines of the robot's own in raw text; `None` if there is none.
+    /// Lines of the robot's own; `None` if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub own: Option<OwnSummary>,
     /// Mistakes in the robot's lines. Mistakes in rejected lines count as faults.
@@ -143,16 +144,8 @@ impl Verdict {
         }
     }
 
-    /// Writes the result as text.
-    ///
-    /// # Errors
-    /// If writing the output fails.
-    pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        write!(output, "bytes      {}", self.bytes)?;
-        match self.missing_bytes {
-            0 => writeln!(output)?,
-            missing => writeln!(output, ", and {missing} missing")?,
-        }
+    /// Writes Groundwave's lines.
+    fn write_lines(&self, output: &mut impl Write) -> io::Result<()> {
         write!(
             output,
             "lines      {} intact, {} damaged, {} lost by the radio",
@@ -175,7 +168,22 @@ impl Verdict {
         if self.damaged.lines() > 0 {
             self.damaged.write_row(output)?;
         }
-        self.other.write_rows(output)?;
+        self.other.write_rows(output)
+    }
+
+    /// Writes the result as text.
+    ///
+    /// # Errors
+    /// If writing the output fails.
+    pub fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
+        write!(output, "bytes      {}", self.bytes)?;
+        match self.missing_bytes {
+            0 => writeln!(output)?,
+            missing => writeln!(output, ", and {missing} missing")?,
+        }
+        if self.lines > 0 || self.own.is_none() {
+            self.write_lines(output)?;
+        }
         if let Some(own) = &self.own {
             own.write_row(output)?;
         }
@@ -254,6 +262,14 @@ struct Lines {
 }
 
 impl Lines {
+    /// Takes the session's table, which says how the robot's own lines are read.
+    fn take_session(&mut self, table: &BTreeMap<String, String>) {
+        self.has_estimated_times = !Session::has_times(table);
+        if self.diagnosis.counters().bytes == 0 {
+            self.diagnosis = Diagnosis::new(recognizer(Some(table)));
+        }
+    }
+
     /// Takes a place where bytes are missing.
     fn skip(&mut self) {
         self.diagnosis.skip();
@@ -325,11 +341,8 @@ impl Lines {
         verdict.loss = Loss::of(&counters);
         verdict.damaged = Damaged::of(&counters);
         verdict.other = OtherRobot::of(&counters);
-        // In a recording, they are on topics of their own.
-        let is_raw = verdict.form == Form::Raw;
-        verdict.own = Some(self.own).filter(|own| is_raw && !own.is_empty());
-        let has_values = verdict.messages.contains_key(Topic::Values.name());
-        if verdict.lines == 0 && (verdict.own.is_some() || has_values) {
+        verdict.own = Some(self.own).filter(|own| !own.is_empty());
+        if verdict.lines == 0 && verdict.own.is_some() {
             // The first line of another kind of robot may not have been recognized as the robot's own.
             verdict.damaged = Damaged::default();
             return;

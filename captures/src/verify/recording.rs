@@ -175,7 +175,7 @@ impl Check {
             }
             Some(Record::Metadata(table)) if table.name == Session::TABLE => {
                 self.derived.take_session(&table.metadata);
-                self.lines.has_estimated_times = !Session::has_times(&table.metadata);
+                self.lines.take_session(&table.metadata);
                 // The previous part contains earlier lines.
                 if table.metadata.get("part").is_some_and(|n| n != "1") {
                     self.derived.forget_beginning();

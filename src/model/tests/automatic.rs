@@ -210,22 +210,51 @@ fn end(scene: &mut Scene) {
     drive_to(scene, count);
 }
 
+/// The route is planned again while the robot drives it; the new one is sent if it leads elsewhere.
 #[test]
-fn a_route_is_planned_again_each_minute() {
+fn a_route_that_leads_elsewhere_is_replaced() {
     let mut scene = homeward();
-    assert_eq!(unasked(&mut scene, 58), []);
-    for minute in 0..3 {
-        let sent = unasked(&mut scene, 60);
-        let [Request::Route(waypoints)] = &sent[..] else {
-            panic!("minute {minute}: {sent:?}");
-        };
-        let last = waypoints.last().expect("a waypoint");
-        assert!(
-            last.x_in.abs() < 12 && last.y_in.abs() < 12,
-            "{waypoints:?}"
-        );
-    }
+    assert_eq!(unasked(&mut scene, 100), [], "it is the same route");
+    let mut scene = sent_home_by(&[(60, 40)], false);
+    replace_route(&mut scene);
     assert!(logged(&scene, "plan home: planned again, "));
+    drive_to(&mut scene, 0);
+    assert_eq!(unasked(&mut scene, 100), [], "it is the same route");
+}
+
+/// Waits until the station sends another route.
+fn replace_route(scene: &mut Scene) {
+    assert_eq!(unasked(scene, 19), []);
+    let sent = unasked(scene, 2);
+    let [Request::Route(waypoints)] = &sent[..] else {
+        panic!("{sent:?}");
+    };
+    let end = waypoints.last().expect("a waypoint");
+    assert!(end.x_in.abs() < 12 && end.y_in.abs() < 12, "{end:?}");
+}
+
+/// The robot arrives at the end of a list while the next one is on its way, and stops there.
+#[test]
+fn a_robot_that_stopped_at_the_end_of_a_replaced_list_drives_on() {
+    for (off_in, drives_on) in [(3, true), (30, false)] {
+        let mut scene = sent_home_by(&[(60, 40)], false);
+        replace_route(&mut scene);
+        drive_to(&mut scene, 0);
+        scene.state.mode = Mode::Stop;
+        (scene.state.x_tenths_in, scene.state.y_tenths_in) = ((60 + off_in) * 10, 400);
+        let sent = unasked(&mut scene, 60);
+        if drives_on {
+            assert!(
+                matches!(
+                    &sent[..],
+                    [Request::Route(_), Request::Mode(Mode::Prowl), ..]
+                ),
+                "{sent:?}"
+            );
+        } else {
+            assert_eq!(sent, []);
+        }
+    }
 }
 
 #[test]
@@ -294,18 +323,39 @@ fn near_home() -> Scene {
     scene
 }
 
-/// Near home, scans look for it until one shows it; the robot stays on its route.
+/// Near home, scans at several places look for it until one shows it; the robot stays on its route.
 #[test]
 fn home_is_looked_for_where_it_is_believed() {
-    for (range_in, looks) in [(Some(155), 1), (None, 3)] {
+    for (range_in, looks) in [(Some(155), 1), (None, 2)] {
         let mut scene = near_home();
         for _ in 0..looks {
             assert_eq!(unasked(&mut scene, 1), [Request::Scan], "{range_in:?}");
             scan(&mut scene, range_in);
+            assert_eq!(unasked(&mut scene, 1), [], "{range_in:?}");
+            scene.state.y_tenths_in += 150;
         }
-        assert_eq!(unasked(&mut scene, 1), [], "{range_in:?}");
         assert!(logged(&scene, "plan home: looks around"));
     }
+}
+
+/// Where no scan on the way has shown home, the robot looks from places aside before it has arrived.
+#[test]
+fn home_is_looked_for_from_aside() {
+    let mut scene = near_home();
+    assert_eq!(unasked(&mut scene, 1), [Request::Scan]);
+    scan(&mut scene, None);
+    end(&mut scene);
+    let sent = unasked(&mut scene, 1);
+    let [Request::Route(aside), Request::Mode(Mode::Prowl)] = &sent[..] else {
+        panic!("{sent:?}");
+    };
+    let end = aside.last().expect("a waypoint");
+    assert!(
+        f64::from(end.x_in).hypot(f64::from(end.y_in)) > 15.0,
+        "{end:?}"
+    );
+    assert!(logged(&scene, "plan home: looks from aside"));
+    assert!(!logged(&scene, "plan home: arrived"));
 }
 
 /// After STOP, home is not looked for.
@@ -412,24 +462,34 @@ fn a_lost_heading_is_said_and_nothing_is_sent() {
 #[test]
 fn a_destination_is_given_up_after_twenty_minutes() {
     let mut scene = homeward();
-    assert_eq!(unasked(&mut scene, 19 * 60).len(), 18);
-    let last = unasked(&mut scene, 5 * 60);
-    assert!(last.len() <= 1, "{last:?}");
+    assert_eq!(unasked(&mut scene, 19 * 60), []);
+    assert!(!logged(&scene, "plan home: given up"));
+    assert_eq!(unasked(&mut scene, 5 * 60), []);
     assert!(logged(&scene, "plan home: given up"));
 }
 
 /// A robot that prowled, and that the station has sent to a place of its own choice.
 fn detour() -> Scene {
+    sent_home_by(&[(0, 0)], true)
+}
+
+/// A robot that the station has sent home by a route.
+fn sent_home_by(points: &[(i16, i16)], is_detour: bool) -> Scene {
     let mut scene = advised(between_walls(), Advise::Auto);
     scene.state.mode = Mode::Prowl;
-    let waypoints = route(&[(0, 0)]);
+    let waypoints = route(points);
     let suggestion = Suggestion {
-        code: SuggestionCode::Held,
+        code: if is_detour {
+            SuggestionCode::Held
+        } else {
+            SuggestionCode::DockNow
+        },
         requests: vec![Request::Route(waypoints.clone())],
         target_in: Some((0.0, 0.0)),
         figures: Vec::new(),
     };
-    scene.model.ui.automatic.take_suggested(&suggestion, true);
+    let automatic = &mut scene.model.ui.automatic;
+    automatic.take_suggested(&suggestion, is_detour);
     scene.event(Event::Asked {
         id: CommandId(100),
         request: Request::Route(waypoints),
