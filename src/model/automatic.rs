@@ -5,6 +5,7 @@
 //! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
 //! is unfinished, and no route while the robot's position is not known.
 
+mod look;
 mod planned_drive;
 
 use groundwave_captures::words::counted;
@@ -21,7 +22,8 @@ use crate::event::{
     SuggestionStatus,
 };
 use crate::request::Request;
-use planned_drive::{ARRIVED_IN, PlannedDrive, is_under_way};
+use look::Look;
+use planned_drive::{ARRIVED_IN, PlannedDrive, Point, is_under_way};
 
 /// Time without commands after driving by hand, STOP and a mode.
 const SILENT: Moment = Moment::from_mins(1);
@@ -56,6 +58,7 @@ pub(super) struct Automatic {
     has_arrived: bool,
     /// The beginning of the estimate's frame in which home was scanned.
     scanned: Option<Moment>,
+    look: Look,
 }
 
 impl Automatic {
@@ -166,7 +169,13 @@ impl Ui {
                             self.automatic.scanned = facts.ground.since();
                             unasked([Request::Scan])
                         }
-                        None => self.accept_unasked(now, facts),
+                        None => match self.place_to_look_in(now, facts) {
+                            Some(here) => {
+                                self.automatic.look.take(now, here);
+                                unasked([Request::Scan])
+                            }
+                            None => self.accept_unasked(now, facts),
+                        },
                     };
                 }
             }
@@ -177,12 +186,19 @@ impl Ui {
 
     /// Whether a robot that prowls may show how home looks, which it has not yet.
     fn is_home_unseen(&self, facts: &Facts) -> bool {
-        facts.robot.mode() == Some(Mode::Prowl)
+        prowls_freely(facts)
             && facts.robot.measures(Reading::Sonars)
             && facts.ground.may_see_home()
             && self.automatic.scanned != facts.ground.since()
             && facts.robot.turns_on_request()
-            && facts.ledger.active().is_none_or(ActiveList::is_driven)
+    }
+
+    /// Where a robot that prowls is to scan now.
+    fn place_to_look_in(&self, now: Moment, facts: &Facts) -> Option<Point> {
+        let look = &self.automatic.look;
+        look::place_in(facts).filter(|here| {
+            prowls_freely(facts) && !look.is_under_way(now, facts) && look.is_due(now, *here, facts)
+        })
     }
 
     /// Goes on with a drive: scans, plans its route again, and ends it.
@@ -197,7 +213,7 @@ impl Ui {
             self.note(Level::Warning, format!("plan {to}: given up"));
             return Vec::new();
         };
-        if drive.is_looking(now, facts) {
+        if self.automatic.look.is_under_way(now, facts) {
             self.automatic.drive = Some(drive);
             return Vec::new();
         }
@@ -209,10 +225,18 @@ impl Ui {
             let onward = onward(&drive, is_at_end);
             return unasked(clear.into_iter().chain(onward));
         }
-        let place_in = drive.place_to_look_in(facts);
-        if drives && let Some(here) = place_in.filter(|here| drive.is_elsewhere(*here)) {
+        let look = self.automatic.look;
+        let here = look::place_in(facts);
+        let near_in = here.filter(|here| drive.may_look(*here));
+        if drives
+            && let Some(here) = here
+            && (near_in.is_some() && look.is_elsewhere(here) || look.is_due(now, here, facts))
+        {
             self.note(Level::Info, format!("plan {to}: looks around"));
-            drive.look(now, here);
+            if near_in.is_some() {
+                drive.look();
+            }
+            self.automatic.look.take(now, here);
             self.automatic.drive = Some(drive);
             // It goes on along its route afterwards.
             return unasked([Request::Scan]);
@@ -224,7 +248,7 @@ impl Ui {
         drive.planned_at = now;
         let within_in = drive.arrived_within_in(facts).filter(|_| is_at_end);
         if let Some(within_in) = within_in {
-            if place_in.is_some()
+            if near_in.is_some()
                 && let Some(route) = drive.route_aside(facts)
             {
                 self.note(Level::Info, format!("plan {to}: looks from aside"));
@@ -308,6 +332,12 @@ impl Ui {
             .chain(unasked(suggestion.requests.iter().cloned()))
             .collect()
     }
+}
+
+/// Whether the robot prowls without a list.
+fn prowls_freely(facts: &Facts) -> bool {
+    facts.robot.mode() == Some(Mode::Prowl)
+        && facts.ledger.active().is_none_or(ActiveList::is_driven)
 }
 
 /// A robot that prowled before the station sent it away prowls on at the end.

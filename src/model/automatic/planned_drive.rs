@@ -2,10 +2,10 @@
 
 use groundwave_mapping::NoRoute;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::status_codes::{Layer, LayerState, Mode};
+use groundwave_protocol::status_codes::Mode;
 
 use super::super::Facts;
-use super::super::ground::{HOME_IN, Statement};
+use super::super::ground::Statement;
 use super::super::ledger::ActiveList;
 use super::super::robot::Robot;
 use crate::event::{CommandId, Moment};
@@ -16,19 +16,12 @@ pub(super) const ARRIVED_IN: f64 = 12.0;
 /// Distance from the route under way in which a new one is the same, inches.
 const SAME_IN: f64 = 6.0;
 
-/// Scans near the end of a drive home, at most; the distance from it at which they begin, that from the latest one, and the long semi-axis
-/// of the 95 % ellipse from which one is worth it, inches.
+/// Scans near the destination, at most, and the distance from it at which they begin, inches.
 const LOOKS_MAX: u8 = 5;
 const LOOK_IN: f64 = 42.0;
-const APART_IN: f64 = 12.0;
-const UNCERTAIN_IN: f64 = 20.0;
 
-/// Places for more of them where those on the way were in vain, inches from home.
+/// Places for more of them where those on the way were in vain, inches from the destination.
 const ASIDE_IN: [Point; 4] = [(30.0, 0.0), (-30.0, 0.0), (0.0, 30.0), (0.0, -30.0)];
-
-/// Time after the order of a scan in which it begins, and that in which it ends: outages delay both.
-const LOOK_BEGINS: Moment = Moment::from_secs(5);
-const LOOK_ENDS: Moment = Moment::from_secs(40);
 
 /// A point, inches.
 pub(super) type Point = (f64, f64);
@@ -49,9 +42,8 @@ pub(super) struct PlannedDrive {
     pub(super) refusal: Option<NoRoute>,
     /// The end of the list that the latest one replaced while the robot was driving it.
     pub(super) replaced_end: Option<Waypoint>,
-    /// Number of scans near its end, and when and where the latest was ordered.
+    /// Number of scans near the destination.
     looks: u8,
-    looked_at: Option<(Moment, Point)>,
     /// Number of places aside that were tried.
     asides: usize,
 }
@@ -75,7 +67,6 @@ impl PlannedDrive {
             refusal: None,
             replaced_end: None,
             looks: 0,
-            looked_at: None,
             asides: 0,
         }
     }
@@ -98,49 +89,24 @@ impl PlannedDrive {
         (off_in < ARRIVED_IN).then_some(pose.ellipse.long_in)
     }
 
-    /// Whether the robot may still be in a scan.
-    pub(super) fn is_looking(&self, now: Moment, facts: &Facts) -> bool {
-        let turns = facts
-            .robot
-            .state
-            .is_some_and(|state| state.value.layers.get(Layer::Rotation) == LayerState::Holds);
-        self.looked_at
-            .is_some_and(|(at, _)| now < at + LOOK_BEGINS || turns && now < at + LOOK_ENDS)
+    /// Whether a scan from a place may show that the destination is not quite there.
+    pub(super) fn may_look(&self, here: Point) -> bool {
+        self.looks < LOOKS_MAX && distance_in(here, self.target_in) < LOOK_IN
     }
 
-    /// The place where a scan may show that home is not quite there.
-    pub(super) fn place_to_look_in(&self, facts: &Facts) -> Option<Point> {
-        let Some(Statement::Pose(pose)) = facts.ground.statement else {
-            return None;
-        };
-        let here = (pose.x_in, pose.y_in);
-        let is_useful = self.target_in == HOME_IN
-            && self.looks < LOOKS_MAX
-            && pose.ellipse.long_in > UNCERTAIN_IN
-            && distance_in(here, HOME_IN) < LOOK_IN
-            && facts.ground.knows_home()
-            && facts.robot.turns_on_request();
-        is_useful.then_some(here)
-    }
-
-    /// Whether the robot is away from its latest scan, which would look the same.
-    pub(super) fn is_elsewhere(&self, here: Point) -> bool {
-        self.looked_at
-            .is_none_or(|(_, there)| distance_in(here, there) > APART_IN)
-    }
-
-    /// Takes the order of a scan.
-    pub(super) const fn look(&mut self, now: Moment, here: Point) {
+    /// Takes the order of such a scan.
+    pub(super) const fn look(&mut self) {
         self.looks += 1;
-        self.looked_at = Some((now, here));
     }
 
-    /// The route to the next place aside of home.
+    /// The route to the next place aside of the destination.
     pub(super) fn route_aside(&mut self, facts: &Facts) -> Option<Vec<Waypoint>> {
         let most = facts.robot.list_capacity();
         while let Some(aside_in) = ASIDE_IN.get(self.asides) {
             self.asides += 1;
-            if let Ok(route) = facts.ground.route(*aside_in, most)
+            let (x_in, y_in) = self.target_in;
+            let place_in = (x_in + aside_in.0, y_in + aside_in.1);
+            if let Ok(route) = facts.ground.route(place_in, most)
                 && !route.waypoints.is_empty()
                 && route.short_in < ARRIVED_IN
             {
@@ -183,7 +149,7 @@ fn point(waypoint: Waypoint) -> Point {
     (f64::from(waypoint.x_in), f64::from(waypoint.y_in))
 }
 
-fn distance_in(one: Point, other: Point) -> f64 {
+pub(super) fn distance_in(one: Point, other: Point) -> f64 {
     (one.0 - other.0).hypot(one.1 - other.1)
 }
 

@@ -301,8 +301,8 @@ fn scan(scene: &mut Scene, range_in: Option<u16>) {
     scene.state.rotation_in_s = 0;
 }
 
-/// A robot that drives home and is near it, and whose home was scanned where it began.
-fn near_home() -> Scene {
+/// A robot that prowls, and whose home was scanned where it began.
+fn prowling() -> Scene {
     let mut scene = scene();
     scene.state.mode = Mode::Prowl;
     scene.status.fitted = LayerMask::ALL;
@@ -312,15 +312,52 @@ fn near_home() -> Scene {
     assert_eq!(unasked(&mut scene, 1), [Request::Scan]);
     scan(&mut scene, Some(155));
     assert_eq!(unasked(&mut scene, 1), []);
-    assert!(scene.model.facts.ground.knows_home());
-
+    let mut scene = advised(scene, Advise::Suggest);
     drive_between_walls(&mut scene);
-    scene.state.y_tenths_in = 500;
+    let scene = advised(scene, Advise::Auto);
+    let off_in = scene.model.facts.ground.landmark_off_in((0.0, 30.0));
+    assert!(
+        off_in.is_some_and(|off_in| (25.0..35.0).contains(&off_in)),
+        "{off_in:?}"
+    );
+    scene
+}
+
+/// A robot that drives home and is near it.
+fn near_home() -> Scene {
+    let mut scene = prowling();
+    scene.state.y_tenths_in = 1000;
     scene.hear();
     send_home(&mut scene);
     assert_eq!(unasked(&mut scene, 1), [], "it is too far away");
     scene.state.y_tenths_in = 0;
     scene
+}
+
+/// A robot that prowls scans where its place may be known, and again at new places.
+#[test]
+fn a_robot_that_prowls_is_sent_scans() {
+    let mut scene = prowling();
+    for (y_in, asked) in [
+        (0, true),
+        (40, false),
+        (70, true),
+        (70, false),
+        (130, false),
+    ] {
+        scene.state.y_tenths_in = y_in * 10;
+        let sent = unasked(&mut scene, 1);
+        assert_eq!(sent == [Request::Scan], asked, "{y_in}: {sent:?}");
+        if asked {
+            scan(&mut scene, None);
+        }
+    }
+    scene.state.y_tenths_in = 0;
+    scene.command(2, Request::Stop, CommandStatus::Confirmed { digest: None });
+    assert_eq!(unasked(&mut scene, 58), [], "silent");
+    scene.state.mode = Mode::Stop;
+    let sent = unasked(&mut scene, 200);
+    assert!(!sent.contains(&Request::Scan), "{sent:?}");
 }
 
 /// Near home, scans at several places look for it until one shows it; the robot stays on its route.
