@@ -188,7 +188,8 @@ impl Info {
     #[must_use]
     pub fn has_lines(&self) -> bool {
         let own = self.own.as_ref();
-        self.lines.total() > 0 || own.is_some_and(|own| own.is_of_robot(self.form))
+        let is_own = |own: &OwnSummary| own.is_of_robot(self.form) && own.outweighs(&self.damaged);
+        self.lines.total() > 0 || own.is_some_and(is_own)
     }
 
     /// Adds the operator's label of the run.

@@ -9,6 +9,7 @@ use groundwave_protocol::telemetry::{Body, FIELDS_MAX};
 
 use crate::session::Session;
 use crate::source::Form;
+use crate::statistics::Damaged;
 
 /// Values of one line, recorded on `/values`.
 #[derive(Clone, PartialEq, prost::Message)]
@@ -207,6 +208,11 @@ impl OwnSummary {
     /// Whether the lines are a robot's (see [`are_robots`]).
     pub(super) fn is_of_robot(&self, form: Form) -> bool {
         are_robots(form, self.lines, self.texts)
+    }
+
+    /// Whether a capture without an intact line has these lines rather than damaged ones of another kind of robot.
+    pub(super) fn outweighs(&self, damaged: &Damaged) -> bool {
+        self.lines > 0 || self.texts > damaged.lines()
     }
 
     /// Writes the numbers of lines as a row of text.

@@ -1,11 +1,10 @@
 //! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock and out of a place,
-//! planned routes again while the robot drives them, and scans where it begins and where home is believed to be.
+//! planned routes again while the robot drives them, and scans where it begins and near the end of a planned route.
 //!
 //! The operator outranks it. After driving by hand, STOP and a mode it is silent for a minute. STOP, another route, a new pose
 //! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
-//! is unfinished, and no route while the robot's position is not known.
+//! is unfinished or a STOP is not confirmed, and no route while the robot's position is not known.
 
-mod look;
 mod planned_drive;
 
 use groundwave_captures::words::counted;
@@ -22,8 +21,7 @@ use crate::event::{
     SuggestionStatus,
 };
 use crate::request::Request;
-use look::Look;
-use planned_drive::{ARRIVED_IN, PlannedDrive, Point, is_under_way};
+use planned_drive::{ARRIVED_IN, PlannedDrive, is_under_way};
 
 /// Time without commands after driving by hand, STOP and a mode.
 const SILENT: Moment = Moment::from_mins(1);
@@ -58,7 +56,6 @@ pub(super) struct Automatic {
     has_arrived: bool,
     /// The beginning of the estimate's frame in which home was scanned.
     scanned: Option<Moment>,
-    look: Look,
 }
 
 impl Automatic {
@@ -160,6 +157,7 @@ impl Ui {
                 }
                 let is_barred = now < self.automatic.silent_until
                     || facts.ledger.is_busy()
+                    || facts.ledger.unconfirmed_stop().is_some()
                     || !facts.link.can_send
                     || facts.link.is_frozen();
                 if !is_barred {
@@ -169,13 +167,7 @@ impl Ui {
                             self.automatic.scanned = facts.ground.since();
                             unasked([Request::Scan])
                         }
-                        None => match self.place_to_look_in(now, facts) {
-                            Some(here) => {
-                                self.automatic.look.take(now, here);
-                                unasked([Request::Scan])
-                            }
-                            None => self.accept_unasked(now, facts),
-                        },
+                        None => self.accept_unasked(now, facts),
                     };
                 }
             }
@@ -186,19 +178,18 @@ impl Ui {
 
     /// Whether a robot that prowls may show how home looks, which it has not yet.
     fn is_home_unseen(&self, facts: &Facts) -> bool {
-        prowls_freely(facts)
+        // The list may be another station's.
+        let is_driven = facts.robot.status.is_some_and(|status| {
+            let list = status.value.list;
+            list.driven >= list.count
+        });
+        facts.robot.mode() == Some(Mode::Prowl)
+            && is_driven
+            && facts.ledger.active().is_none_or(ActiveList::is_driven)
             && facts.robot.measures(Reading::Sonars)
             && facts.ground.may_see_home()
             && self.automatic.scanned != facts.ground.since()
             && facts.robot.turns_on_request()
-    }
-
-    /// Where a robot that prowls is to scan now.
-    fn place_to_look_in(&self, now: Moment, facts: &Facts) -> Option<Point> {
-        let look = &self.automatic.look;
-        look::place_in(facts).filter(|here| {
-            prowls_freely(facts) && !look.is_under_way(now, facts) && look.is_due(now, *here, facts)
-        })
     }
 
     /// Goes on with a drive: scans, plans its route again, and ends it.
@@ -213,52 +204,49 @@ impl Ui {
             self.note(Level::Warning, format!("plan {to}: given up"));
             return Vec::new();
         };
-        if self.automatic.look.is_under_way(now, facts) {
+        if drive.is_looking(now, facts) {
             self.automatic.drive = Some(drive);
             return Vec::new();
         }
         let is_at_end = drive.is_at_end(active, &facts.robot);
         let drives = !active.is_driven() && facts.robot.mode() == Some(Mode::Prowl);
+        self.automatic.has_arrived = is_at_end && !drive.is_detour;
+        if drives {
+            drive.take_driving(now);
+        }
         if now >= drive.until {
             self.note(Level::Warning, format!("plan {to}: given up"));
-            let clear = (drive.is_detour && drives).then(|| Request::Route(Vec::new()));
-            let onward = onward(&drive, is_at_end);
-            return unasked(clear.into_iter().chain(onward));
-        }
-        let look = self.automatic.look;
-        let here = look::place_in(facts);
-        let near_in = here.filter(|here| drive.may_look(*here));
-        if drives
-            && let Some(here) = here
-            && (near_in.is_some() && look.is_elsewhere(here) || look.is_due(now, here, facts))
-        {
-            self.note(Level::Info, format!("plan {to}: looks around"));
-            if near_in.is_some() {
-                drive.look();
+            if drive.is_detour && drives {
+                return unasked([Request::Route(Vec::new())]);
             }
-            self.automatic.look.take(now, here);
+            return unasked(onward(&drive, active, is_at_end));
+        }
+        let place_in = drive.place_to_look_in(facts);
+        if drives && let Some(here) = place_in.filter(|here| drive.is_elsewhere(*here)) {
+            self.note(Level::Info, format!("plan {to}: looks around"));
+            drive.look(now, here);
             self.automatic.drive = Some(drive);
             // It goes on along its route afterwards.
             return unasked([Request::Scan]);
         }
-        if !is_at_end && (!drives || now < drive.planned_at + AGAIN) {
+        if !is_at_end && (!drives || drive.is_aside || now < drive.planned_at + AGAIN) {
             self.automatic.drive = Some(drive);
             return Vec::new();
         }
         drive.planned_at = now;
+        drive.is_aside = false;
         let within_in = drive.arrived_within_in(facts).filter(|_| is_at_end);
         if let Some(within_in) = within_in {
-            if near_in.is_some()
-                && let Some(route) = drive.route_aside(facts)
+            if place_in.is_some()
+                && let Some(route) = drive.route_aside(now, facts)
             {
                 self.note(Level::Info, format!("plan {to}: looks from aside"));
                 self.automatic.drive = Some(drive);
                 return unasked([Request::Route(route), Request::Mode(Mode::Prowl)]);
             }
-            self.automatic.has_arrived = !drive.is_detour;
             let within = format!("arrived, within {within_in:.0} in");
             self.note(Level::Info, format!("plan {to}: {within}"));
-            return unasked(onward(&drive, is_at_end));
+            return unasked(onward(&drive, active, is_at_end));
         }
         self.plan_again(facts, drive, active, is_at_end)
     }
@@ -272,7 +260,7 @@ impl Ui {
         is_at_end: bool,
     ) -> Vec<Effect> {
         let to = drive.to.clone();
-        let onward = onward(&drive, is_at_end);
+        let onward = onward(&drive, active, is_at_end);
         let most = facts.robot.list_capacity();
         let (level, text, requests) = match facts.ground.route(drive.target_in, most) {
             Ok(route)
@@ -290,7 +278,7 @@ impl Ui {
                 let count = counted(route.waypoints.len() as u64, "waypoint");
                 let text = format!("plan {to}: planned again, {count}");
                 drive.refusal = None;
-                drive.replaced_end = active.waypoints.last().copied().filter(|_| !is_at_end);
+                drive.take_sent((!is_at_end).then_some(active));
                 self.automatic.drive = Some(drive);
                 let route = Request::Route(route.waypoints);
                 let prowl = is_at_end.then_some(Request::Mode(Mode::Prowl));
@@ -334,15 +322,14 @@ impl Ui {
     }
 }
 
-/// Whether the robot prowls without a list.
-fn prowls_freely(facts: &Facts) -> bool {
-    facts.robot.mode() == Some(Mode::Prowl)
-        && facts.ledger.active().is_none_or(ActiveList::is_driven)
-}
-
-/// A robot that prowled before the station sent it away prowls on at the end.
-fn onward(drive: &PlannedDrive, is_at_end: bool) -> Option<Request> {
-    (drive.is_detour && is_at_end).then_some(Request::Mode(Mode::Prowl))
+/// A robot that prowled before the station sent it away prowls on at the end, without what is left of a list.
+fn onward(drive: &PlannedDrive, active: &ActiveList, is_at_end: bool) -> Vec<Request> {
+    if !drive.is_detour || !is_at_end {
+        return Vec::new();
+    }
+    let clear = (!active.is_driven()).then(|| Request::Route(Vec::new()));
+    let prowl = Request::Mode(Mode::Prowl);
+    clear.into_iter().chain([prowl]).collect()
 }
 
 fn unasked(requests: impl IntoIterator<Item = Request>) -> Vec<Effect> {

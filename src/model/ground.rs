@@ -205,9 +205,9 @@ impl Ground {
         self.compass.may_see_home()
     }
 
-    /// Distance of a true point from the nearest place that a scan has shown; `None` if a scan there would not show where it is.
-    pub(super) fn landmark_off_in(&self, at_in: (f64, f64)) -> Option<f64> {
-        self.compass.landmark_off_in(at_in)
+    /// Whether a scan near home would show where it is.
+    pub(super) const fn knows_home(&self) -> bool {
+        self.compass.knows_home()
     }
 
     /// Since when the estimate's frame is the same: the robot's pose was set, or it was restarted.

@@ -198,7 +198,7 @@ impl Survey {
         let is_timed = capture.uplink().is_some() && capture.has_time();
         let airtime_down_pct = share_pct(after_first).filter(|_| is_timed);
         let version = said("software_version").map(|version| format!(" {version}"));
-        let is_own = self.lines.total() == 0 && !self.own.is_empty();
+        let is_own = self.lines.total() == 0 && self.own.outweighs(&Damaged::of(seen));
         Info {
             start: said("start"),
             link: said("link"),

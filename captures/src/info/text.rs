@@ -57,7 +57,8 @@ impl Info {
 
     /// Whether all lines are the robot's own.
     fn is_own(&self) -> bool {
-        self.lines.total() == 0 && self.own.is_some()
+        let own = self.own.as_ref();
+        self.lines.total() == 0 && own.is_some_and(|own| own.outweighs(&self.damaged))
     }
 
     /// Writes the bytes, and Groundwave's lines unless all lines are the robot's own.

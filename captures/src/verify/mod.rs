@@ -181,7 +181,7 @@ impl Verdict {
             0 => writeln!(output)?,
             missing => writeln!(output, ", and {missing} missing")?,
         }
-        if self.lines > 0 || self.own.is_none() {
+        if self.lines + self.damaged.lines() > 0 || self.own.is_none() {
             self.write_lines(output)?;
         }
         if let Some(own) = &self.own {
@@ -342,7 +342,8 @@ impl Lines {
         verdict.damaged = Damaged::of(&counters);
         verdict.other = OtherRobot::of(&counters);
         verdict.own = Some(self.own).filter(|own| !own.is_empty());
-        if verdict.lines == 0 && verdict.own.is_some() {
+        let is_own = |own: &OwnSummary| own.outweighs(&verdict.damaged);
+        if verdict.lines == 0 && verdict.own.as_ref().is_some_and(is_own) {
             // The first line of another kind of robot may not have been recognized as the robot's own.
             verdict.damaged = Damaged::default();
             return;

@@ -29,9 +29,6 @@ const ROUNDING_DEG: f64 = 0.3;
 /// Probability of an error by a quarter turn above which the heading is unknown.
 const LOST: f64 = 0.03;
 
-/// Probability that a known place is found again although a quarter turn was lost.
-const FOUND_ANYWAY: f64 = 0.1;
-
 /// Weight below which a direction of the house is given up.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -114,11 +111,6 @@ impl Drift {
     pub(super) fn find(&mut self, quarters: i32) {
         self.turn(-90.0 * f64::from(quarters));
         self.lost = 0.0;
-    }
-
-    /// Takes a known place that was found again: with the heading off by a quarter turn, it would hardly have been.
-    pub(super) fn confirm(&mut self) {
-        self.lost *= FOUND_ANYWAY;
     }
 
     /// Takes a motion without a measurement.

@@ -1,11 +1,7 @@
-//! Places that the robot knows again: its dock, and where it scanned.
-//!
-//! The scan where it began shows home. The place of a later one is known if it shows how far it is from home, or from another known place.
-
-use std::sync::Arc;
+//! Places that the robot knows again: its dock, and what it saw of home in a scan.
 
 use super::drift::{Estimate, Motion};
-use super::panorama::{Features, Panorama, REACH_IN};
+use super::panorama::Panorama;
 use super::reckoning::Reckoning;
 use super::tracker::Fix;
 use super::{Compass, dock};
@@ -17,10 +13,6 @@ use crate::trail::Trail;
 const SEARCHED_IN: (f64, f64) = (10.0, 30.0);
 const FOUND: f64 = 9.0;
 
-/// Deviation of the walls' direction that a scan has shown, degrees, and the likelihood of others.
-const DIRECTION_DEG: f64 = 2.5;
-const OTHER: f64 = 0.02;
-
 /// Long semi-axis of the 95 % ellipse up to which a scan before the map is one of home, inches, and up to which one is worth an order: it
 /// grows until the scan ends.
 const AT_HOME_IN: f64 = 24.0;
@@ -28,12 +20,6 @@ const BEFORE_SCAN_IN: f64 = 12.0;
 
 /// Multiple of the 95 % ellipse; a docked robot beyond it was misplaced.
 const FAR: f64 = 1.5;
-
-/// Distance from other scans at which one is worth keeping, inches; the most that are kept, and the number of the nearest ones with which a new
-/// one is compared.
-const APART_IN: f64 = 24.0;
-const LANDMARKS_MAX: usize = 24;
-const COMPARED: usize = 3;
 
 /// The scan at home, before the map: where it ended in the world, its variance on each axis, square inches, and the error of the heading
 /// there, degrees.
@@ -43,32 +29,13 @@ pub(super) struct Home {
     at_in: (f64, f64),
     variance: f64,
     error_deg: f64,
-    landmarks: Vec<Arc<Landmark>>,
-}
-
-/// A scan whose place is known.
-#[derive(Clone, Debug)]
-struct Landmark {
-    features: Features,
-    /// Place from that of the scan at home, in the house's frame, inches, and its variance on each axis, square inches.
-    from_home_in: (f64, f64),
-    variance: f64,
 }
 
 impl Compass {
-    /// Distance of a true point (X and Y, inches) from the nearest place where a scan has shown how it looks there, inches; `None` if a scan
-    /// from that point would not show where it is.
+    /// Whether a scan has shown how home looks, so that another one nearby shows where home is.
     #[must_use]
-    pub fn landmark_off_in(&self, (x_in, y_in): (f64, f64)) -> Option<f64> {
-        let (home, tracker) = (self.home.as_ref()?, self.tracker.as_ref()?);
-        let house_rad = self.drift.house(tracker.reference_deg).value.to_radians();
-        let at_in = turned((x_in - home.at_in.0, y_in - home.at_in.1), house_rad);
-        let places_in = home.landmarks.iter().map(|it| it.from_home_in);
-        let places_in = places_in.chain([(0.0, 0.0)]);
-        let least_in = places_in
-            .map(|place_in| distance_in(at_in, place_in))
-            .fold(f64::INFINITY, f64::min);
-        (least_in < REACH_IN).then_some(least_in)
+    pub const fn knows_home(&self) -> bool {
+        self.home.is_some()
     }
 
     /// Whether a scan now would be one of home.
@@ -94,7 +61,6 @@ impl Compass {
                     at_in: (self.reckoning.x_in, self.reckoning.y_in),
                     variance: self.reckoning.variance(),
                     error_deg: error.value,
-                    landmarks: Vec::new(),
                 });
             }
             return;
@@ -108,48 +74,28 @@ impl Compass {
             value: house.value - error_deg,
             deviation,
         };
+        let at_home = home
+            .panorama
+            .direction_deg(of_error(home.error_deg, house.deviation));
         let here = panorama.direction_deg(of_error(error.value, error.deviation));
-        let believed_in = (pose.x_in - home.at_in.0, pose.y_in - home.at_in.1);
-        let believed_in = turned(believed_in, house_rad);
-        let deviation_in = pose.ellipse.long_in.clamp(SEARCHED_IN.0, SEARCHED_IN.1);
-        let found = home
-            .nearest(believed_in, of_error(home.error_deg, house.deviation))
-            .into_iter()
-            .find_map(|landmark| {
-                let from = landmark.from_home_in;
-                let expected_in = (believed_in.0 - from.0, believed_in.1 - from.1);
-                let ((x_in, y_in), turn_deg) =
-                    panorama.displacement(&landmark.features, here, expected_in, deviation_in)?;
-                let variance = landmark.variance + FOUND;
-                Some(((from.0 + x_in, from.1 + y_in), variance, here + turn_deg))
-            });
-        let Some((from_home_in, variance, direction_deg)) = found else {
+        let from_home = (pose.x_in - home.at_in.0, pose.y_in - home.at_in.1);
+        let found = panorama.displacement(
+            &home.panorama.features(at_home),
+            here,
+            turned(from_home, house_rad),
+            pose.ellipse.long_in.clamp(SEARCHED_IN.0, SEARCHED_IN.1),
+        );
+        let Some(found) = found else {
             return;
         };
-        let (x_in, y_in) = turned(from_home_in, -house_rad);
+        let (x_in, y_in) = turned(found, -house_rad);
         let at_in = (home.at_in.0 + x_in, home.at_in.1 + y_in);
         let fix = Fix {
             at_in: tracker.in_house(at_in, house),
-            variance,
+            variance: FOUND + home.variance,
             trusts_map: true,
         };
-        if let Some(home) = &mut self.home {
-            home.keep(Landmark {
-                features: panorama.features(direction_deg),
-                from_home_in,
-                variance,
-            });
-        }
-        let of_wall = |wall_deg: f64| {
-            let off = libm::remainder(wall_deg - direction_deg, 90.0) / DIRECTION_DEG;
-            libm::exp(-off * off / 2.0) + OTHER
-        };
-        let likelihoods = std::array::from_fn(|deg| of_wall(deg as f64));
-        self.end_leg(theta_deg, Some(&likelihoods), Some(fix));
-        self.drift.update(self.motion, of_wall);
-        self.drift.confirm();
-        self.begin();
-        self.pose.theta_rad = theta_deg.to_radians();
+        self.end_stretch(theta_deg, Some(fix));
     }
 
     /// Takes the robot's place on its dock: it is at home, and its heading is known again if it has been there before.
@@ -203,41 +149,6 @@ impl Compass {
         self.reckoning = Reckoning::near((0.0, 0.0), dock::VARIANCE);
         self.begin();
     }
-}
-
-impl Home {
-    /// The scans nearest to a place in the house's frame, counted from that of the scan at home; `direction` is that of the walls in the
-    /// odometer's frame then.
-    fn nearest(&self, at_in: (f64, f64), direction: Estimate) -> Vec<Arc<Landmark>> {
-        let home = Landmark {
-            features: self
-                .panorama
-                .features(self.panorama.direction_deg(direction)),
-            from_home_in: (0.0, 0.0),
-            variance: self.variance,
-        };
-        let off_in = |it: &Landmark| distance_in(at_in, it.from_home_in);
-        let home = [Arc::new(home)].into_iter();
-        let mut landmarks: Vec<_> = home.chain(self.landmarks.iter().cloned()).collect();
-        landmarks.sort_by(|one, other| off_in(one).total_cmp(&off_in(other)));
-        landmarks.truncate(COMPARED);
-        landmarks
-    }
-
-    /// Keeps a landmark, unless there is one at its place.
-    fn keep(&mut self, landmark: Landmark) {
-        let at_in = landmark.from_home_in;
-        let is_apart = |place_in| distance_in(at_in, place_in) > APART_IN;
-        let is_new =
-            is_apart((0.0, 0.0)) && self.landmarks.iter().all(|it| is_apart(it.from_home_in));
-        if is_new && self.landmarks.len() < LANDMARKS_MAX {
-            self.landmarks.push(Arc::new(landmark));
-        }
-    }
-}
-
-fn distance_in(one: (f64, f64), other: (f64, f64)) -> f64 {
-    libm::hypot(one.0 - other.0, one.1 - other.1)
 }
 
 #[cfg(test)]

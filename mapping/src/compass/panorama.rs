@@ -72,7 +72,7 @@ const FINE_STEPS: i32 = 5;
 
 /// Furthest displacement from the expected one, in deviations, and in inches.
 const GATE: f64 = 3.0;
-pub(super) const REACH_IN: f64 = 90.0;
+const REACH_IN: f64 = 90.0;
 
 /// Distance within which displacements are the same one, inches; the least share of the posterior there, and the least mean logarithm of
 /// the likelihood ratio of an echo.
@@ -238,15 +238,14 @@ impl Panorama {
     }
 
     /// Displacement of this panorama from another one, in the house's frame, with the direction of the walls in the odometer's frame,
-    /// degrees; and how much the true direction is more than that one, degrees. `None` if they are not clear. The expected displacement has
-    /// a deviation on each axis, inches.
+    /// degrees; `None` if it is not clear. The expected displacement has a deviation on each axis, inches.
     pub(super) fn displacement(
         &self,
         from: &Features,
         direction_deg: f64,
         expected_in: (f64, f64),
         deviation_in: f64,
-    ) -> Option<((f64, f64), f64)> {
+    ) -> Option<(f64, f64)> {
         let steps = ((GATE * deviation_in).min(REACH_IN) / COARSE_IN) as i32;
         let mut places = Vec::new();
         for turn_deg in TURNS_DEG {
@@ -293,7 +292,7 @@ impl Panorama {
             x_in += weight * x;
             y_in += weight * y;
         }
-        Some(((x_in / sum, y_in / sum), turn_deg))
+        Some((x_in / sum, y_in / sum))
     }
 }
 
@@ -459,7 +458,7 @@ mod tests {
             let direction_deg = away.direction_deg(near);
             prop_assert!(direction_deg.abs() < 3.5, "{direction_deg}");
             let found = away.displacement(&home, direction_deg, (0.0, 0.0), 15.0);
-            let off_in = found.map(|(it, _)| libm::hypot(it.0 - x_in, it.1 - y_in));
+            let off_in = found.map(|it| libm::hypot(it.0 - x_in, it.1 - y_in));
             prop_assert!(off_in.is_some_and(|off_in| off_in < 5.0), "{found:?}");
         }
 

@@ -2,10 +2,10 @@
 
 use groundwave_mapping::NoRoute;
 use groundwave_protocol::Waypoint;
-use groundwave_protocol::status_codes::Mode;
+use groundwave_protocol::status_codes::{Layer, LayerState, Mode};
 
 use super::super::Facts;
-use super::super::ground::Statement;
+use super::super::ground::{HOME_IN, Statement};
 use super::super::ledger::ActiveList;
 use super::super::robot::Robot;
 use crate::event::{CommandId, Moment};
@@ -16,12 +16,24 @@ pub(super) const ARRIVED_IN: f64 = 12.0;
 /// Distance from the route under way in which a new one is the same, inches.
 const SAME_IN: f64 = 6.0;
 
-/// Scans near the destination, at most, and the distance from it at which they begin, inches.
+/// Time of driving after which the robot has clearly begun a new list.
+const BEGUN: Moment = Moment::from_secs(3);
+
+/// Scans near the destination, at most; the distance from it at which they begin, that from the latest one, that from home up to which
+/// they show where it is, and the long semi-axis of the 95 % ellipse from which one is worth it, inches.
 const LOOKS_MAX: u8 = 5;
 const LOOK_IN: f64 = 42.0;
+const APART_IN: f64 = 12.0;
+const HOME_SEEN_IN: f64 = 90.0;
+const UNCERTAIN_IN: f64 = 20.0;
 
-/// Places for more of them where those on the way were in vain, inches from the destination.
+/// Places for more of them where those on the way were in vain, inches from the destination, and the time that each may take.
 const ASIDE_IN: [Point; 4] = [(30.0, 0.0), (-30.0, 0.0), (0.0, 30.0), (0.0, -30.0)];
+const ASIDE: Moment = Moment::from_mins(3);
+
+/// Time after the order of a scan in which it begins, and that in which it ends: outages delay both.
+const LOOK_BEGINS: Moment = Moment::from_secs(5);
+const LOOK_ENDS: Moment = Moment::from_secs(40);
 
 /// A point, inches.
 pub(super) type Point = (f64, f64);
@@ -40,12 +52,16 @@ pub(super) struct PlannedDrive {
     pub(super) is_detour: bool,
     /// Reason why the latest plan failed.
     pub(super) refusal: Option<NoRoute>,
-    /// The end of the list that the latest one replaced while the robot was driving it.
-    pub(super) replaced_end: Option<Waypoint>,
-    /// Number of scans near the destination.
+    /// The end of the list that the latest one replaced while the robot was driving it, until the robot has clearly begun the latest one;
+    /// and since when it drives that.
+    replaced_end: Option<Waypoint>,
+    drives_since: Option<Moment>,
+    /// Number of scans near its end, and when and where the latest was ordered.
     looks: u8,
-    /// Number of places aside that were tried.
+    looked_at: Option<(Moment, Point)>,
+    /// Number of places aside that were tried, and whether the robot is on its way to one.
     asides: usize,
+    pub(super) is_aside: bool,
 }
 
 impl PlannedDrive {
@@ -66,8 +82,11 @@ impl PlannedDrive {
             is_detour,
             refusal: None,
             replaced_end: None,
+            drives_since: None,
             looks: 0,
+            looked_at: None,
             asides: 0,
+            is_aside: false,
         }
     }
 
@@ -80,6 +99,20 @@ impl PlannedDrive {
             && (active.is_driven() || self.replaced_end.is_some_and(stands_at))
     }
 
+    /// Takes a list that is sent; `replaced` is the one that the robot is driving until it arrives.
+    pub(super) fn take_sent(&mut self, replaced: Option<&ActiveList>) {
+        self.replaced_end = replaced.and_then(|list| list.waypoints.last().copied());
+        self.drives_since = None;
+    }
+
+    /// Takes a moment at which the robot drives the latest list.
+    pub(super) fn take_driving(&mut self, now: Moment) {
+        if now >= *self.drives_since.get_or_insert(now) + BEGUN {
+            // A stop at the end of the list before would have another reason now.
+            self.replaced_end = None;
+        }
+    }
+
     /// Whether the robot is believed at the destination; how well that is known, inches.
     pub(super) fn arrived_within_in(&self, facts: &Facts) -> Option<f64> {
         let Some(Statement::Pose(pose)) = facts.ground.statement else {
@@ -89,18 +122,48 @@ impl PlannedDrive {
         (off_in < ARRIVED_IN).then_some(pose.ellipse.long_in)
     }
 
-    /// Whether a scan from a place may show that the destination is not quite there.
-    pub(super) fn may_look(&self, here: Point) -> bool {
-        self.looks < LOOKS_MAX && distance_in(here, self.target_in) < LOOK_IN
+    /// Whether the robot may still be in a scan.
+    pub(super) fn is_looking(&self, now: Moment, facts: &Facts) -> bool {
+        let turns = facts
+            .robot
+            .state
+            .is_some_and(|state| state.value.layers.get(Layer::Rotation) == LayerState::Holds);
+        self.looked_at
+            .is_some_and(|(at, _)| now < at + LOOK_BEGINS || turns && now < at + LOOK_ENDS)
     }
 
-    /// Takes the order of such a scan.
-    pub(super) const fn look(&mut self) {
+    /// The place where a scan may show that the destination is not quite there.
+    pub(super) fn place_to_look_in(&self, facts: &Facts) -> Option<Point> {
+        let Some(Statement::Pose(pose)) = facts.ground.statement else {
+            return None;
+        };
+        let here = (pose.x_in, pose.y_in);
+        let is_useful = self.looks < LOOKS_MAX
+            && pose.ellipse.long_in > UNCERTAIN_IN
+            && distance_in(here, self.target_in) < LOOK_IN
+            && distance_in(here, HOME_IN) < HOME_SEEN_IN
+            && facts.ground.knows_home()
+            && facts.robot.turns_on_request();
+        is_useful.then_some(here)
+    }
+
+    /// Whether the robot is away from its latest scan, which would look the same.
+    pub(super) fn is_elsewhere(&self, here: Point) -> bool {
+        self.looked_at
+            .is_none_or(|(_, there)| distance_in(here, there) > APART_IN)
+    }
+
+    /// Takes the order of a scan.
+    pub(super) const fn look(&mut self, now: Moment, here: Point) {
         self.looks += 1;
+        self.looked_at = Some((now, here));
     }
 
-    /// The route to the next place aside of the destination.
-    pub(super) fn route_aside(&mut self, facts: &Facts) -> Option<Vec<Waypoint>> {
+    /// The route to the next place aside of the destination, if there is time for it.
+    pub(super) fn route_aside(&mut self, now: Moment, facts: &Facts) -> Option<Vec<Waypoint>> {
+        if self.is_detour || now + ASIDE > self.until {
+            return None;
+        }
         let most = facts.robot.list_capacity();
         while let Some(aside_in) = ASIDE_IN.get(self.asides) {
             self.asides += 1;
@@ -110,6 +173,8 @@ impl PlannedDrive {
                 && !route.waypoints.is_empty()
                 && route.short_in < ARRIVED_IN
             {
+                self.is_aside = true;
+                self.take_sent(None);
                 return Some(route.waypoints);
             }
         }
@@ -149,7 +214,7 @@ fn point(waypoint: Waypoint) -> Point {
     (f64::from(waypoint.x_in), f64::from(waypoint.y_in))
 }
 
-pub(super) fn distance_in(one: Point, other: Point) -> f64 {
+fn distance_in(one: Point, other: Point) -> f64 {
     (one.0 - other.0).hypot(one.1 - other.1)
 }
 

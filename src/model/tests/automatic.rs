@@ -233,13 +233,17 @@ fn replace_route(scene: &mut Scene) {
     assert!(end.x_in.abs() < 12 && end.y_in.abs() < 12, "{end:?}");
 }
 
-/// The robot arrives at the end of a list while the next one is on its way, and stops there.
+/// The robot arrives at the end of a list while the next one is on its way, and stops there. A stop elsewhere, or when it has driven the next
+/// one, has another reason.
 #[test]
 fn a_robot_that_stopped_at_the_end_of_a_replaced_list_drives_on() {
-    for (off_in, drives_on) in [(3, true), (30, false)] {
+    for (off_in, has_begun, drives_on) in [(3, false, true), (30, false, false), (3, true, false)] {
         let mut scene = sent_home_by(&[(60, 40)], false);
         replace_route(&mut scene);
         drive_to(&mut scene, 0);
+        if has_begun {
+            assert_eq!(unasked(&mut scene, 10), []);
+        }
         scene.state.mode = Mode::Stop;
         (scene.state.x_tenths_in, scene.state.y_tenths_in) = ((60 + off_in) * 10, 400);
         let sent = unasked(&mut scene, 60);
@@ -301,8 +305,8 @@ fn scan(scene: &mut Scene, range_in: Option<u16>) {
     scene.state.rotation_in_s = 0;
 }
 
-/// A robot that prowls, and whose home was scanned where it began.
-fn prowling() -> Scene {
+/// A robot that drives home and is near it, and whose home was scanned where it began.
+fn near_home() -> Scene {
     let mut scene = scene();
     scene.state.mode = Mode::Prowl;
     scene.status.fitted = LayerMask::ALL;
@@ -312,52 +316,15 @@ fn prowling() -> Scene {
     assert_eq!(unasked(&mut scene, 1), [Request::Scan]);
     scan(&mut scene, Some(155));
     assert_eq!(unasked(&mut scene, 1), []);
-    let mut scene = advised(scene, Advise::Suggest);
-    drive_between_walls(&mut scene);
-    let scene = advised(scene, Advise::Auto);
-    let off_in = scene.model.facts.ground.landmark_off_in((0.0, 30.0));
-    assert!(
-        off_in.is_some_and(|off_in| (25.0..35.0).contains(&off_in)),
-        "{off_in:?}"
-    );
-    scene
-}
+    assert!(scene.model.facts.ground.knows_home());
 
-/// A robot that drives home and is near it.
-fn near_home() -> Scene {
-    let mut scene = prowling();
-    scene.state.y_tenths_in = 1000;
+    drive_between_walls(&mut scene);
+    scene.state.y_tenths_in = 500;
     scene.hear();
     send_home(&mut scene);
     assert_eq!(unasked(&mut scene, 1), [], "it is too far away");
     scene.state.y_tenths_in = 0;
     scene
-}
-
-/// A robot that prowls scans where its place may be known, and again at new places.
-#[test]
-fn a_robot_that_prowls_is_sent_scans() {
-    let mut scene = prowling();
-    for (y_in, asked) in [
-        (0, true),
-        (40, false),
-        (70, true),
-        (70, false),
-        (130, false),
-    ] {
-        scene.state.y_tenths_in = y_in * 10;
-        let sent = unasked(&mut scene, 1);
-        assert_eq!(sent == [Request::Scan], asked, "{y_in}: {sent:?}");
-        if asked {
-            scan(&mut scene, None);
-        }
-    }
-    scene.state.y_tenths_in = 0;
-    scene.command(2, Request::Stop, CommandStatus::Confirmed { digest: None });
-    assert_eq!(unasked(&mut scene, 58), [], "silent");
-    scene.state.mode = Mode::Stop;
-    let sent = unasked(&mut scene, 200);
-    assert!(!sent.contains(&Request::Scan), "{sent:?}");
 }
 
 /// Near home, scans at several places look for it until one shows it; the robot stays on its route.
@@ -375,24 +342,79 @@ fn home_is_looked_for_where_it_is_believed() {
     }
 }
 
-/// Where no scan on the way has shown home, the robot looks from places aside before it has arrived.
+/// Where no scan on the way has shown home, the robot looks from places aside before it has arrived; it is not sent back on its way there.
 #[test]
 fn home_is_looked_for_from_aside() {
     let mut scene = near_home();
     assert_eq!(unasked(&mut scene, 1), [Request::Scan]);
     scan(&mut scene, None);
-    end(&mut scene);
-    let sent = unasked(&mut scene, 1);
-    let [Request::Route(aside), Request::Mode(Mode::Prowl)] = &sent[..] else {
-        panic!("{sent:?}");
-    };
-    let end = aside.last().expect("a waypoint");
-    assert!(
-        f64::from(end.x_in).hypot(f64::from(end.y_in)) > 15.0,
-        "{end:?}"
-    );
+    let mut asides = 0;
+    loop {
+        end(&mut scene);
+        let sent = unasked(&mut scene, 1);
+        let [Request::Route(aside), Request::Mode(Mode::Prowl)] = &sent[..] else {
+            assert_eq!(sent, []);
+            break;
+        };
+        asides += 1;
+        let end = aside.last().expect("a waypoint");
+        let off_in = f64::from(end.x_in).hypot(f64::from(end.y_in));
+        assert!(off_in > 15.0, "{end:?}");
+        scene.state.mode = Mode::Prowl;
+        drive_to(&mut scene, 0);
+        assert_eq!(unasked(&mut scene, 60), [], "on its way");
+    }
+    assert!((2..=4).contains(&asides), "{asides}");
     assert!(logged(&scene, "plan home: looks from aside"));
-    assert!(!logged(&scene, "plan home: arrived"));
+    assert!(logged(&scene, "plan home: arrived"));
+}
+
+/// A robot that prowls on after a detour does not drive what is left of its list.
+#[test]
+fn a_robot_that_stopped_at_the_end_of_a_replaced_detour_prowls_freely() {
+    let mut scene = sent_home_by(&[(60, 40)], true);
+    replace_route(&mut scene);
+    drive_to(&mut scene, 0);
+    scene.drive(4, -1.0, 0);
+    scene.state.mode = Mode::Stop;
+    (scene.state.x_tenths_in, scene.state.y_tenths_in) = (600, 400);
+    let sent = unasked(&mut scene, 7 * 60);
+    let last = sent.iter().rev().take(2).collect::<Vec<_>>();
+    assert!(
+        matches!(last[..], [Request::Mode(Mode::Prowl), Request::Route(_)]),
+        "{sent:?}"
+    );
+}
+
+/// No command hides that a STOP is not confirmed.
+#[test]
+fn nothing_is_sent_after_a_stop_that_failed() {
+    let mut scene = scene();
+    scene.state.mode = Mode::Prowl;
+    scene.status.fitted = LayerMask::ALL;
+    scene.status.allowed = LayerMask::ALL;
+    scene.hear_status();
+    let mut scene = advised(scene, Advise::Auto);
+    let failed = CommandStatus::Failed(Failure::TimedOut);
+    scene.command(2, Request::Stop, failed);
+    assert_eq!(unasked(&mut scene, 120), []);
+    scene.command(3, Request::Stop, CommandStatus::Confirmed { digest: None });
+    assert_eq!(unasked(&mut scene, 120), [Request::Scan]);
+}
+
+/// A robot that drives another station's list is not kept from it by a scan.
+#[test]
+fn no_scan_interrupts_a_list_of_others() {
+    for (driven, sent) in [(3, vec![]), (20, vec![Request::Scan])] {
+        let mut scene = scene();
+        scene.state.mode = Mode::Prowl;
+        scene.status.fitted = LayerMask::ALL;
+        scene.status.allowed = LayerMask::ALL;
+        scene.status.list = ListPlace { driven, count: 20 };
+        scene.hear_status();
+        let mut scene = advised(scene, Advise::Auto);
+        assert_eq!(unasked(&mut scene, 1), sent, "{driven}");
+    }
 }
 
 /// After STOP, home is not looked for.
