@@ -26,9 +26,6 @@ use planned_drive::{ARRIVED_IN, PlannedDrive, is_under_way};
 /// Time without commands after driving by hand, STOP and a mode.
 const SILENT: Moment = Moment::from_mins(1);
 
-/// Time after which a route is planned again.
-const AGAIN: Moment = Moment::from_secs(20);
-
 /// Time after which a destination is given up.
 const LIMIT: Moment = Moment::from_mins(20);
 
@@ -229,12 +226,11 @@ impl Ui {
             // It goes on along its route afterwards.
             return unasked([Request::Scan]);
         }
-        if !is_at_end && (!drives || drive.is_aside || now < drive.planned_at + AGAIN) {
+        if !is_at_end && (!drives || !drive.is_due(now)) {
             self.automatic.drive = Some(drive);
             return Vec::new();
         }
-        drive.planned_at = now;
-        drive.is_aside = false;
+        drive.take_plan(now);
         let within_in = drive.arrived_within_in(facts).filter(|_| is_at_end);
         if let Some(within_in) = within_in {
             if place_in.is_some()

@@ -27,9 +27,14 @@ const APART_IN: f64 = 12.0;
 const HOME_SEEN_IN: f64 = 90.0;
 const UNCERTAIN_IN: f64 = 20.0;
 
-/// Places for more of them where those on the way were in vain, inches from the destination, and the time that each may take.
+/// Places for more of them where those on the way were in vain, inches from the destination; the time left from which the robot is sent to one,
+/// and that after which it is given up.
 const ASIDE_IN: [Point; 4] = [(30.0, 0.0), (-30.0, 0.0), (0.0, 30.0), (0.0, -30.0)];
 const ASIDE: Moment = Moment::from_mins(3);
+const ASIDE_LIMIT: Moment = Moment::from_mins(1);
+
+/// Time after which a route is planned again.
+const AGAIN: Moment = Moment::from_secs(20);
 
 /// Time after the order of a scan in which it begins, and that in which it ends: outages delay both.
 const LOOK_BEGINS: Moment = Moment::from_secs(5);
@@ -46,7 +51,7 @@ pub(super) struct PlannedDrive {
     pub(super) target_in: Point,
     /// The command that sent the first route.
     pub(super) id: CommandId,
-    pub(super) planned_at: Moment,
+    planned_at: Moment,
     pub(super) until: Moment,
     /// Whether the station has chosen the destination, for a robot that prowls.
     pub(super) is_detour: bool,
@@ -61,7 +66,7 @@ pub(super) struct PlannedDrive {
     looked_at: Option<(Moment, Point)>,
     /// Number of places aside that were tried, and whether the robot is on its way to one.
     asides: usize,
-    pub(super) is_aside: bool,
+    is_aside: bool,
 }
 
 impl PlannedDrive {
@@ -97,6 +102,18 @@ impl PlannedDrive {
         };
         robot.mode() == Some(Mode::Stop)
             && (active.is_driven() || self.replaced_end.is_some_and(stands_at))
+    }
+
+    /// Whether the route under way is to be planned again.
+    pub(super) fn is_due(&self, now: Moment) -> bool {
+        let after = if self.is_aside { ASIDE_LIMIT } else { AGAIN };
+        now >= self.planned_at + after
+    }
+
+    /// Takes a new plan.
+    pub(super) const fn take_plan(&mut self, now: Moment) {
+        self.planned_at = now;
+        self.is_aside = false;
     }
 
     /// Takes a list that is sent; `replaced` is the one that the robot is driving until it arrives.

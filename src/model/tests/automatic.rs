@@ -362,7 +362,7 @@ fn home_is_looked_for_from_aside() {
         assert!(off_in > 15.0, "{end:?}");
         scene.state.mode = Mode::Prowl;
         drive_to(&mut scene, 0);
-        assert_eq!(unasked(&mut scene, 60), [], "on its way");
+        assert_eq!(unasked(&mut scene, 50), [], "on its way");
     }
     assert!((2..=4).contains(&asides), "{asides}");
     assert!(logged(&scene, "plan home: looks from aside"));
