@@ -19,6 +19,7 @@ use super::messages::{Telemetry, Value};
 use super::outages::OutageList;
 use super::own_lines::{are_robots, recognizer};
 use super::runs::label::Note;
+use super::statistics::Damaged;
 use super::{Capture, CaptureError, Piece};
 use events::EventRecord;
 pub use own_columns::OwnColumns;
@@ -73,15 +74,14 @@ pub fn decode(
     };
     let mut diagnosis = None;
     let result = records.read_all(capture, &mut diagnosis);
-    let own_lines = if are_robots(capture.form(), records.own_lines, records.own_texts) {
-        records.own_lines + records.own_texts
-    } else {
-        0
-    };
+    let (values, texts) = (records.own_lines, records.own_texts);
     output.flush()?;
     result?;
     let diagnosis = diagnosis.unwrap_or_default();
     let counters = diagnosis.counters();
+    let is_own = are_robots(capture.form(), values, texts)
+        && (values > 0 || texts > Damaged::of(counters).lines());
+    let own_lines = if is_own { values + texts } else { 0 };
     Ok(Decoded {
         bytes: counters.bytes,
         lines: counters.received() + own_lines,

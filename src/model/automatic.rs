@@ -9,6 +9,7 @@ mod planned_drive;
 
 use groundwave_captures::words::counted;
 use groundwave_protocol::Waypoint;
+use groundwave_protocol::arq::Failure;
 use groundwave_protocol::status_codes::Mode;
 use groundwave_protocol::telemetry::Reading;
 
@@ -142,6 +143,16 @@ impl Ui {
             } if self.automatic.is_planned(waypoints) => {
                 self.automatic.take_route(now, *id, waypoints);
             }
+            // An operator, perhaps another station's, has ended what was being sent.
+            Event::Command {
+                id,
+                status:
+                    CommandStatus::Failed(Failure::Stopped | Failure::TakenOver | Failure::Cancelled),
+            } => {
+                self.automatic.drive.take_if(|drive| drive.id <= *id);
+                self.automatic.has_arrived = false;
+                self.automatic.silent_until = now + SILENT;
+            }
             Event::Command {
                 id,
                 status: CommandStatus::Refused(_) | CommandStatus::Failed(_),
@@ -149,6 +160,7 @@ impl Ui {
                 self.automatic.drive.take_if(|drive| drive.id == *id);
             }
             Event::Line { .. } => {
+                self.automatic.has_arrived &= facts.robot.mode() == Some(Mode::Stop);
                 if is_driven_by_hand(&facts.robot, &facts.motors) {
                     self.automatic.take_drive(now);
                 }
@@ -198,19 +210,20 @@ impl Ui {
         }
         // Without a list, the robot has restarted.
         let Some(active) = facts.ledger.active() else {
+            self.automatic.has_arrived = false;
             self.note(Level::Warning, format!("plan {to}: given up"));
             return Vec::new();
         };
+        let drives = !active.is_driven() && facts.robot.mode() == Some(Mode::Prowl);
+        if drives {
+            drive.take_driving(now);
+        }
         if drive.is_looking(now, facts) {
             self.automatic.drive = Some(drive);
             return Vec::new();
         }
         let is_at_end = drive.is_at_end(active, &facts.robot);
-        let drives = !active.is_driven() && facts.robot.mode() == Some(Mode::Prowl);
         self.automatic.has_arrived = is_at_end && !drive.is_detour;
-        if drives {
-            drive.take_driving(now);
-        }
         if now >= drive.until {
             self.note(Level::Warning, format!("plan {to}: given up"));
             if drive.is_detour && drives {
@@ -260,12 +273,16 @@ impl Ui {
         let most = facts.robot.list_capacity();
         let (level, text, requests) = match facts.ground.route(drive.target_in, most) {
             Ok(route)
-                if route.waypoints.is_empty() || is_at_end && route.length_in < ARRIVED_IN =>
+                if is_at_end && (route.waypoints.is_empty() || route.length_in < ARRIVED_IN) =>
             {
                 let text = format!("plan {to}: ended {:.0} in short", route.short_in);
                 (Level::Warning, text, unasked(onward))
             }
-            Ok(route) if !is_at_end && is_under_way(&route.waypoints, active, &facts.robot) => {
+            Ok(route)
+                if !is_at_end
+                    && (route.waypoints.is_empty()
+                        || is_under_way(&route.waypoints, active, &facts.robot)) =>
+            {
                 drive.refusal = None;
                 self.automatic.drive = Some(drive);
                 return Vec::new();

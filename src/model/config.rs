@@ -50,7 +50,7 @@ pub enum Advise {
     /// Suggestions are sent when the operator accepts them
     #[default]
     Suggest,
-    /// The station sets suggested poses, sends routes to the dock and out of a place, and plans routes again while the robot drives them
+    /// The station sets suggested poses, sends scans and routes to the dock and out of a place, and plans routes again while the robot drives them
     Auto,
 }
 

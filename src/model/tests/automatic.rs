@@ -338,6 +338,8 @@ fn home_is_looked_for_where_it_is_believed() {
             assert_eq!(unasked(&mut scene, 1), [], "{range_in:?}");
             scene.state.y_tenths_in += 150;
         }
+        let sent = unasked(&mut scene, 1);
+        assert_eq!(sent == [Request::Scan], range_in.is_none(), "{sent:?}");
         assert!(logged(&scene, "plan home: looks around"));
     }
 }
@@ -363,6 +365,12 @@ fn home_is_looked_for_from_aside() {
         scene.state.mode = Mode::Prowl;
         drive_to(&mut scene, 0);
         assert_eq!(unasked(&mut scene, 50), [], "on its way");
+        let late = unasked(&mut scene, 15);
+        assert!(
+            matches!(&late[..], [Request::Route(_)]),
+            "it does not arrive: {late:?}"
+        );
+        drive_to(&mut scene, 0);
     }
     assert!((2..=4).contains(&asides), "{asides}");
     assert!(logged(&scene, "plan home: looks from aside"));
@@ -372,17 +380,15 @@ fn home_is_looked_for_from_aside() {
 /// A robot that prowls on after a detour does not drive what is left of its list.
 #[test]
 fn a_robot_that_stopped_at_the_end_of_a_replaced_detour_prowls_freely() {
-    let mut scene = sent_home_by(&[(60, 40)], true);
+    let mut scene = sent_home_by(&[(10, 0)], true);
     replace_route(&mut scene);
     drive_to(&mut scene, 0);
-    scene.drive(4, -1.0, 0);
     scene.state.mode = Mode::Stop;
-    (scene.state.x_tenths_in, scene.state.y_tenths_in) = (600, 400);
-    let sent = unasked(&mut scene, 7 * 60);
-    let last = sent.iter().rev().take(2).collect::<Vec<_>>();
-    assert!(
-        matches!(last[..], [Request::Mode(Mode::Prowl), Request::Route(_)]),
-        "{sent:?}"
+    (scene.state.x_tenths_in, scene.state.y_tenths_in) = (100, 0);
+    let sent = unasked(&mut scene, 1);
+    assert_eq!(
+        sent,
+        [Request::Route(Vec::new()), Request::Mode(Mode::Prowl)]
     );
 }
 
@@ -414,6 +420,20 @@ fn no_scan_interrupts_a_list_of_others() {
         scene.hear_status();
         let mut scene = advised(scene, Advise::Auto);
         assert_eq!(unasked(&mut scene, 1), sent, "{driven}");
+    }
+}
+
+/// An operator ends a drive by a STOP that this station only sees as the end of its own command, or by taking it back.
+#[test]
+fn a_command_that_an_operator_ended_is_not_sent_again() {
+    for failure in [Failure::Stopped, Failure::TakenOver, Failure::Cancelled] {
+        let mut scene = sent_home_by(&[(60, 40)], false);
+        replace_route(&mut scene);
+        drive_to(&mut scene, 0);
+        scene.status_of(100, CommandStatus::Failed(failure));
+        scene.state.mode = Mode::Stop;
+        (scene.state.x_tenths_in, scene.state.y_tenths_in) = (600, 400);
+        assert_eq!(unasked(&mut scene, 120), [], "{failure:?}");
     }
 }
 
