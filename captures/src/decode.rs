@@ -79,9 +79,12 @@ pub fn decode(
     result?;
     let diagnosis = diagnosis.unwrap_or_default();
     let counters = diagnosis.counters();
-    let is_own = are_robots(capture.form(), values, texts)
-        && (values > 0 || texts > Damaged::of(counters).lines());
-    let own_lines = if is_own { values + texts } else { 0 };
+    let damaged = Damaged::of(counters).lines();
+    let own_lines = if are_robots(capture.form(), values, texts, damaged) {
+        values + texts
+    } else {
+        0
+    };
     Ok(Decoded {
         bytes: counters.bytes,
         lines: counters.received() + own_lines,

@@ -188,7 +188,7 @@ impl Info {
     #[must_use]
     pub fn has_lines(&self) -> bool {
         let own = self.own.as_ref();
-        let is_own = |own: &OwnSummary| own.is_of_robot(self.form) && own.outweighs(&self.damaged);
+        let is_own = |own: &OwnSummary| own.is_of_robot(self.form, &self.damaged);
         self.lines.total() > 0 || own.is_some_and(is_own)
     }
 

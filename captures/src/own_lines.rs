@@ -51,12 +51,18 @@ pub fn recognizer(table: Option<&BTreeMap<String, String>>) -> Recognizer {
 /// Maximum number of lines of text for each line with values, for raw text to be a robot's.
 const TEXTS_PER_LINE_MAX: u64 = 9;
 
-/// Whether a capture's own lines are a robot's, by the numbers of lines with values and of text. Prose looks like a value now and then, and the origin of raw text is not known.
-pub(crate) fn are_robots(form: Form, lines: u64, texts: u64) -> bool {
+/// Whether a capture's own lines are a robot's, by the numbers of lines with values, of text, and of another kind that are damaged. Prose looks
+/// like a value now and then, and the origin of raw text is not known.
+pub(crate) fn are_robots(form: Form, lines: u64, texts: u64, damaged: u64) -> bool {
     match form {
-        Form::Mcap => lines + texts > 0,
+        Form::Mcap => outweigh(lines, texts, damaged),
         Form::Raw => lines > 0 && texts <= lines * TEXTS_PER_LINE_MAX,
     }
+}
+
+/// Whether a capture without an intact line has own lines rather than damaged ones of another kind: noise looks like text now and then.
+const fn outweigh(lines: u64, texts: u64, damaged: u64) -> bool {
+    lines > 0 || texts > damaged
 }
 
 /// Fields that a robot describes in lines F; lines V contain their values.
@@ -206,13 +212,13 @@ impl OwnSummary {
     }
 
     /// Whether the lines are a robot's (see [`are_robots`]).
-    pub(super) fn is_of_robot(&self, form: Form) -> bool {
-        are_robots(form, self.lines, self.texts)
+    pub(super) fn is_of_robot(&self, form: Form, damaged: &Damaged) -> bool {
+        are_robots(form, self.lines, self.texts, damaged.lines())
     }
 
-    /// Whether a capture without an intact line has these lines rather than damaged ones of another kind of robot.
+    /// Whether a capture without an intact line has these lines rather than the damaged ones.
     pub(super) fn outweighs(&self, damaged: &Damaged) -> bool {
-        self.lines > 0 || self.texts > damaged.lines()
+        outweigh(self.lines, self.texts, damaged.lines())
     }
 
     /// Writes the numbers of lines as a row of text.

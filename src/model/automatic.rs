@@ -1,8 +1,9 @@
 //! Commands that the station sends by itself with `--advise=auto`: suggested poses, the way to the dock and out of a place,
 //! planned routes again while the robot drives them, and scans where it begins and near the end of a planned route.
 //!
-//! The operator outranks it. After driving by hand, STOP and a mode it is silent for a minute. STOP, another route, a new pose
-//! and a mode in which the robot does not drive the route end the drive to a destination. Nothing is sent while another command
+//! The operator outranks it. After driving by hand, STOP and a mode it is silent for a minute, and after a command that was stopped,
+//! taken over or cancelled. These commands, STOP, another route, a new pose and a mode in which the robot does not drive the route end the
+//! drive to a destination. Nothing is sent while another command
 //! is unfinished or a STOP is not confirmed, and no route while the robot's position is not known.
 
 mod planned_drive;
@@ -24,7 +25,7 @@ use crate::event::{
 use crate::request::Request;
 use planned_drive::{ARRIVED_IN, PlannedDrive, is_under_way};
 
-/// Time without commands after driving by hand, STOP and a mode.
+/// Time without commands after an operator has acted.
 const SILENT: Moment = Moment::from_mins(1);
 
 /// Time after which a destination is given up.

@@ -22,6 +22,7 @@ use serde::{Serialize, Serializer};
 use crate::chunk::{counters_until, set_time};
 use crate::own_lines::{DescribedFields, are_robots};
 use crate::source::Form;
+use crate::statistics::Damaged;
 
 pub use examiner::Examiner;
 
@@ -211,7 +212,9 @@ impl Diagnosis {
     /// Whether the lines of a capture in this form that are not Groundwave's are a robot's own: prose has few values.
     #[must_use]
     pub fn has_own_lines(&self, form: Form) -> bool {
-        are_robots(form, self.own_values, self.own_lines - self.own_values)
+        let damaged = Damaged::of(self.counters()).lines();
+        let texts = self.own_lines - self.own_values;
+        are_robots(form, self.own_values, texts, damaged)
     }
 
     /// Level of the robot by its lines, 1 to 5 (SPEC.md section 1); 0 without an intact line.

@@ -128,7 +128,7 @@ impl Verdict {
     #[must_use]
     pub fn has_lines(&self) -> bool {
         let own = self.own.as_ref();
-        self.lines > 0 || own.is_some_and(|own| own.is_of_robot(self.form))
+        self.lines > 0 || own.is_some_and(|own| own.is_of_robot(self.form, &self.damaged))
     }
 
     /// Whether there are no faults.

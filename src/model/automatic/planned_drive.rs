@@ -41,14 +41,14 @@ const LOOK_BEGINS: Moment = Moment::from_secs(5);
 const LOOK_ENDS: Moment = Moment::from_secs(40);
 
 /// A point, inches.
-pub(super) type Point = (f64, f64);
+type Point = (f64, f64);
 
 /// A destination whose planned route was sent.
 #[derive(Clone, Debug)]
 pub(super) struct PlannedDrive {
     /// The destination as the operator typed it.
     pub(super) to: String,
-    pub(super) target_in: Point,
+    pub(super) target_in: (f64, f64),
     /// The command that sent the first route.
     pub(super) id: CommandId,
     planned_at: Moment,
@@ -61,7 +61,7 @@ pub(super) struct PlannedDrive {
     /// and since when it drives that.
     replaced_end: Option<Waypoint>,
     drives_since: Option<Moment>,
-    /// Number of scans near its end, and when and where the latest was ordered.
+    /// Number of scans near the destination, and when and where the latest was ordered.
     looks: u8,
     looked_at: Option<(Moment, Point)>,
     /// Number of places aside that were tried, and whether the robot is on its way to one.
@@ -72,7 +72,7 @@ pub(super) struct PlannedDrive {
 impl PlannedDrive {
     pub(super) const fn new(
         to: String,
-        target_in: Point,
+        target_in: (f64, f64),
         is_detour: bool,
         id: CommandId,
         now: Moment,
@@ -95,7 +95,7 @@ impl PlannedDrive {
         }
     }
 
-    /// Whether the robot has stopped at the end of its list, or at that of the one before while the new one was on its way.
+    /// Whether the robot has stopped at the end of its list, or of the list before while the new one was on its way.
     pub(super) fn is_at_end(&self, active: &ActiveList, robot: &Robot) -> bool {
         let stands_at = |end: Waypoint| {
             believed_in(robot).is_some_and(|here| distance_in(here, point(end)) < ARRIVED_IN)
@@ -220,7 +220,7 @@ pub(super) fn is_under_way(route: &[Waypoint], active: &ActiveList, robot: &Robo
     ends_in < SAME_IN && is_beside(&new, &old) && is_beside(&old, &new)
 }
 
-/// Where the robot believes to be.
+/// Where the robot believes it is.
 fn believed_in(robot: &Robot) -> Option<Point> {
     let state = robot.state?.value;
     let tenths = |value: i32| f64::from(value) / 10.0;
